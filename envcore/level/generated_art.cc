@@ -1,0 +1,1 @@
+#include "envcore/level/generated_art.h"

@@ -1,0 +1,138 @@
+#ifndef ENVCORE_POOL_POOL_H_
+#define ENVCORE_POOL_POOL_H_
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "envcore/environment/environment.h"
+#include "envcore/environment/environment_options.h"
+#include "envcore/pool/crew.h"
+
+namespace procgen {
+
+// The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
+// green, blue.
+inline constexpr int kObservationSidePx = 64;
+inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx * 3;
+
+struct PoolOptions {
+  std::vector<std::string> games;  // dealt in turn: environment n plays games[n % games.size()]
+  int32_t env_count = 0;           // environments in this pool
+  EnvironmentOptions environment;  // the same for all
+  EpisodeEnd episode_end = EpisodeEnd::kSameStep;
+  // This pool is environments [first_environment, first_environment + env_count) of a larger one of
+  // total_environments; environment i of it gives the same episodes as environment
+  // first_environment + i of the whole.
+  int32_t first_environment = 0;
+  int32_t total_environments = 0;  // 0: first_environment + env_count
+};
+
+// The level seed that an environment plays next, in place of one drawn.
+struct NextLevel {
+  int32_t environment = 0;  // index in the pool
+  int32_t level_seed = 0;
+};
+
+// An environment that begins a new episode in place of being stepped.
+struct Reset {
+  int32_t environment = 0;            // index in the pool
+  std::optional<int32_t> level_seed;  // the level to play; absent: drawn as usual
+  std::optional<int64_t>
+      rand_seed;  // seeds the environment's choice of levels anew, before the draw
+};
+
+// What is asked of the environments [first, first + count). The spans must stay valid until the
+// step is done.
+struct StepInput {
+  int32_t first = 0;
+  int32_t count = 0;
+  absl::Span<const int32_t>
+      actions;         // [count], each in [-1, kActionCount); -1: do nothing and end the episode
+  int32_t repeat = 1;  // the same action this many times, rewards summed; stops at an episode's end
+  absl::Span<const NextLevel> next_levels;  // of environments in the slice, each at most once
+  absl::Span<const Reset> resets;           // of environments in the slice, each at most once
+};
+
+// What is answered. Each span has the length that its comment says for n environments, or is empty:
+// then it is not written (an empty `observations` also saves the drawing). The caller owns the
+// memory.
+struct Batch {
+  absl::Span<uint8_t> observations;  // agent's view, after any new level      uint8  [n, 64, 64, 3]
+  absl::Span<float> rewards;         // of this step, of the old episode       float  [n]
+  absl::Span<uint8_t> first;         // 1: a new episode has begun             uint8  [n]
+  absl::Span<uint8_t> terminated;    // 1: the game ended the episode          uint8  [n]
+  absl::Span<uint8_t> truncated;     // 1: the time limit ended the episode    uint8  [n]
+  absl::Span<int32_t> level_seeds;   // of the level in the observation        int32  [n]
+  absl::Span<int32_t> prev_level_seeds;     // of the level that was stepped          int32  [n]
+  absl::Span<uint8_t> prev_level_complete;  // 1: that level was completed            uint8  [n]
+  // At an episode's end the ended episode's, otherwise of the episode so far.
+  absl::Span<float> episode_returns;    // sum of rewards                         float  [n]
+  absl::Span<int32_t> episode_lengths;  // steps                                  int32  [n]
+  // Where the episode ended in this step: its last picture, before the new level. Other rows are
+  // left as they were.
+  absl::Span<uint8_t> final_observations;  // uint8  [n, 64, 64, 3]
+};
+
+// A Pool steps env_count() environments as one batch.
+// Shapes: row i of a batch is environment first + i, whatever order the workers finish in.
+// Threads: any method from any thread; a second call that reads or steps environments while one
+// runs returns ABORTED at once and changes nothing. Determinism: the number of workers, slicing and
+// pool size change no bit of any result.
+class Pool {
+ public:
+  // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
+  // by pools. Errors: NOT_FOUND no such game; UNIMPLEMENTED a game that is not there yet;
+  // INVALID_ARGUMENT an option out of range (the message names it and the range).
+  static absl::StatusOr<std::unique_ptr<Pool>> Create(const PoolOptions& options,
+                                                      std::shared_ptr<Crew> crew);
+  // REQUIRES: no step is running.
+  ~Pool();
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  int32_t env_count() const { return static_cast<int32_t>(environments_.size()); }
+  const PoolOptions& options() const { return options_; }
+
+  // Steps each environment of the slice once (`repeat` times) on the calling thread and the crew.
+  // On error nothing has moved. Errors: INVALID_ARGUMENT wrong length, an action or index out of
+  // range; FAILED_PRECONDITION with EpisodeEnd::kDisabled, an environment whose episode has ended
+  // and is not reset; ABORTED another call runs.
+  absl::Status Step(const StepInput& input, const Batch& batch);
+  // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
+  // crew thread (or, with an error, before StepAsync returns, on the calling one); it must not
+  // block. The spans must stay valid until then.
+  void StepAsync(const StepInput& input, const Batch& batch,
+                 absl::AnyInvocable<void(absl::Status)> done);
+
+  // Writes what the environments [first, first + count) show now, as after their last step, without
+  // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
+  absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
+
+  // Draws the human view of one environment, smooth. `frame`: uint8 [side_px, side_px, 3].
+  // Errors: INVALID_ARGUMENT index or side out of range ([kHumanViewSidePxMin,
+  // kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
+  absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);
+
+ private:
+  Pool(const PoolOptions& options, std::shared_ptr<Crew> crew);
+
+  PoolOptions options_;
+  std::shared_ptr<Crew> crew_;
+  std::vector<std::unique_ptr<Environment>> environments_;
+  std::atomic<bool> busy_ = false;
+};
+
+inline constexpr int32_t kHumanViewSidePxMin = 16;
+inline constexpr int32_t kHumanViewSidePxMax = 2048;
+
+}  // namespace procgen
+
+#endif  // ENVCORE_POOL_POOL_H_

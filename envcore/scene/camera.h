@@ -1,0 +1,52 @@
+#ifndef ENVCORE_SCENE_CAMERA_H_
+#define ENVCORE_SCENE_CAMERA_H_
+
+namespace procgen {
+
+// Which part of the world a picture shows, whatever its size: a square of `cells` x `cells` around
+// the centre.
+struct Camera {
+  float center_x = 0;
+  float center_y = 0;
+  float cells = 16;
+};
+
+// A rectangle on the screen in pixels, y down. A negative size swaps the edges.
+struct ScreenRect {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+};
+
+// A camera's view on a picture of side x side pixels. All places are computed in f32, in the order
+// that the rules of drawing prescribe, so that each pixel is the released benchmark's.
+class Viewport {
+ public:
+  Viewport(const Camera& camera, int side_px);
+
+  int side_px() const { return side_px_; }
+  float pixels_per_cell() const { return pixels_per_cell_; }
+  float cells() const { return cells_; }
+
+  // The rectangle of a box in the world: left edge x, TOP edge y (the world's y points up),
+  // `overdraw` cells larger on each side.
+  ScreenRect InWorld(float x, float y, float width, float height, float overdraw) const;
+  // The rectangle of an entity's box.
+  ScreenRect OfBox(float x, float y, float rx, float ry) const;
+  // The rectangle of cell (x, y), drawn a little larger to close the gaps between cells.
+  ScreenRect OfCell(int x, int y) const;
+  // The rectangle of a box given as shares of the picture (centre and half-sizes).
+  ScreenRect OfShares(float x, float y, float rx, float ry) const;
+
+ private:
+  int side_px_;
+  float pixels_per_cell_;
+  float cells_;
+  float offset_x_;
+  float offset_y_;
+};
+
+}  // namespace procgen
+
+#endif  // ENVCORE_SCENE_CAMERA_H_

@@ -1,0 +1,63 @@
+#include "envcore/random/random_stream.h"
+
+#include <numeric>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(RandomStreamTest, OutputsAreThoseOfMt19937) {
+  RandomStream zero(0);
+  EXPECT_EQ(zero.Raw(), 2357136044U);
+  EXPECT_EQ(zero.Raw(), 2546248239U);
+  EXPECT_EQ(zero.Raw(), 3071714933U);
+  EXPECT_EQ(RandomStream(1).Raw(), 1791095845U);
+}
+
+TEST(RandomStreamTest, NegativeSeedMeansItsTwosComplementPattern) {
+  EXPECT_EQ(RandomStream(-5).Raw(), 1844333030U);
+  EXPECT_EQ(RandomStream(-5).seed(), 0xfffffffbU);
+}
+
+TEST(RandomStreamTest, EveryDrawTakesOneOutput) {
+  RandomStream stream(7);
+  stream.Int(10);
+  stream.Int(3, 9);
+  stream.Unit();
+  stream.Coin();
+  EXPECT_EQ(stream.draws(), 4U);
+}
+
+TEST(RandomStreamTest, IntBetweenWrapsIn32Bits) {
+  RandomStream stream(0);
+  const int32_t low = 2147483600;
+  const int32_t high = -2147483600;  // low + 96 modulo 2^32
+  EXPECT_EQ(stream.Int(low, high), static_cast<int32_t>(2147483600U + 2357136044U % 96U));
+}
+
+TEST(RandomStreamTest, NOfMoreThanThereAreTakesNoDraw) {
+  RandomStream stream(3);
+  EXPECT_THAT(stream.NOf(std::vector<int>{4, 5}, 3), ElementsAre(4, 5));
+  EXPECT_EQ(stream.draws(), 0U);
+}
+
+TEST(RandomStreamTest, DistinctDrawsAgainWhatItHad) {
+  RandomStream stream(3);
+  const std::vector<int32_t> values = stream.Distinct(4, 4);
+  EXPECT_THAT(values, ::testing::UnorderedElementsAre(0, 1, 2, 3));
+  EXPECT_GE(stream.draws(), 4U);
+}
+
+TEST(RandomStreamTest, SplitDealsEveryUnit) {
+  RandomStream stream(3);
+  const std::vector<int32_t> bins = stream.Split(100, 7);
+  EXPECT_EQ(bins.size(), 7U);
+  EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0), 100);
+}
+
+}  // namespace
+}  // namespace procgen
