@@ -14,14 +14,17 @@ double StepScale(double exact, FirstPosition first_position) {
   return first_position == FirstPosition::kTruncatedStep ? std::trunc(exact) : exact;
 }
 
-// Leaves out what would show no source pixel: at the far end by rule, at the near one by rounding.
+// Leaves out the far columns that would show no source pixel (one at most, but for sizes near 0).
 void KeepWithinSource(int source_size, AxisSteps& steps) {
-  const int64_t last = steps.position + steps.step * (steps.count - 1);
-  if ((last >> 16) >= source_size || last < 0) {
-    --steps.count;
-  }
   const int64_t limit = static_cast<int64_t>(source_size) * 65536 - 1;
   steps.position = std::clamp<int64_t>(steps.position, 0, limit);
+  while (steps.count > 0) {
+    const int64_t last = steps.position + steps.step * (steps.count - 1);
+    if (last >= 0 && last <= limit) {
+      return;
+    }
+    --steps.count;
+  }
 }
 
 }  // namespace
@@ -67,9 +70,7 @@ AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
     steps.position += steps.step;
     --steps.count;
   }
-  if (steps.count > 0) {
-    KeepWithinSource(source_size, steps);
-  }
+  KeepWithinSource(source_size, steps);
   return steps;
 }
 
