@@ -4,7 +4,6 @@
 
 #include "absl/base/call_once.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/str_cat.h"
 #include "envcore/art/embedded_art.h"
 #include "envcore/render/png_decoding.h"
 
@@ -29,6 +28,12 @@ struct LazyPicture {
 
 Levels LevelsOf(ArtLayout layout) {
   return layout == ArtLayout::kOwn ? Levels::kAll : Levels::kOne;
+}
+
+std::string OwnName(std::string_view game, const ArtSlot& slot) {
+  std::string name(game);
+  name.append("/").append(slot.name).append("_").append(std::to_string(slot.theme));
+  return name;
 }
 
 }  // namespace
@@ -64,17 +69,15 @@ std::shared_ptr<const ArtPack> ArtPack::Embedded() {
 }
 
 const Picture* ArtPack::Sprite(std::string_view game, const ArtSlot& slot) const {
-  const Entry* entry = Find(layout_ == ArtLayout::kOwn
-                                ? absl::StrCat(game, "/", slot.name, "_", slot.theme)
-                                : std::string(slot.released));
+  const Entry* entry = Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot)
+                                                       : std::string(slot.released));
   return entry == nullptr
              ? nullptr
              : entry->sprite.Get(entry->png, AlphaUse::kPremultiplied, LevelsOf(layout_));
 }
 
 const Picture* ArtPack::Background(const BackgroundSlot& slot) const {
-  const Entry* entry =
-      Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.released));
+  const Entry* entry = Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.released));
   return entry == nullptr
              ? nullptr
              : entry->background.Get(entry->png, AlphaUse::kIgnored, LevelsOf(layout_));

@@ -14,8 +14,8 @@ namespace procgen {
 
 // A PNG file of a pack.
 struct ArtFile {
-  std::string name;       // "coinrun/coin_0" or, in the released layout, "misc_assets/coin.png"
-  std::string_view png;   // its bytes
+  std::string name;      // "coinrun/coin_0" or, in the released layout, "misc_assets/coin.png"
+  std::string_view png;  // its bytes
 };
 
 // How the files of a pack are named.

@@ -37,9 +37,8 @@ bool IsFlat(const Curve& curve) {
   double length = std::abs(chord_x) + std::abs(chord_y);
   double distance = 0;
   if (length > 1) {
-    distance =
-        std::abs(chord_x * (start.y - curve.p[1].y) - chord_y * (start.x - curve.p[1].x)) +
-        std::abs(chord_x * (start.y - curve.p[2].y) - chord_y * (start.x - curve.p[2].x));
+    distance = std::abs(chord_x * (start.y - curve.p[1].y) - chord_y * (start.x - curve.p[1].x)) +
+               std::abs(chord_x * (start.y - curve.p[2].y) - chord_y * (start.x - curve.p[2].x));
   } else {
     distance = std::abs(start.x - curve.p[1].x) + std::abs(start.y - curve.p[1].y) +
                std::abs(start.x - curve.p[2].x) + std::abs(start.y - curve.p[2].y);
@@ -84,8 +83,8 @@ class Polygon {
     }
     const double slope = static_cast<double>(b.x - a.x) / static_cast<double>(b.y - a.y);
     const auto step = static_cast<int64_t>(slope * static_cast<double>(kOne));
-    int64_t x =
-        a.x * (kOne / 64) + kOne / 2 + ((step * (first * kOne + kOne / 2 - a.y * (kOne / 64))) >> 16);
+    int64_t x = a.x * (kOne / 64) + kOne / 2 +
+                ((step * (first * kOne + kOne / 2 - a.y * (kOne / 64))) >> 16);
     for (int64_t row = first; row <= last; ++row) {
       const int64_t place = std::clamp<int64_t>(x, 0, side_px_ * kOne);
       RowExtent& extent = rows_[static_cast<size_t>(row)];

@@ -1,7 +1,6 @@
 #ifndef ENVCORE_RENDER_POLYGON_H_
 #define ENVCORE_RENDER_POLYGON_H_
 
-
 #include "absl/types/span.h"
 #include "envcore/render/curve.h"
 #include "envcore/render/runs.h"

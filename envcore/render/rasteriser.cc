@@ -37,16 +37,14 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 
 }  // namespace
 
-void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art,
-                               absl::Span<uint8_t> frame) {
+void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame) {
   DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSharp,
             Frame{frame.data(), kAgentViewSidePx});
 }
 
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                                absl::Span<uint8_t> frame) {
-  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSmooth,
-            Frame{frame.data(), side_px});
+  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSmooth, Frame{frame.data(), side_px});
 }
 
 const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {

@@ -104,8 +104,7 @@ class Drawing {
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
     const float tile_ratio = scene_.background.tile_ratio;
     if (tile_ratio != 0) {
-      ForEachTile(world, tile_ratio,
-                  [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
+      ForEachTile(world, tile_ratio, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
       return;
     }
     const Image& image = picture.level(0);
@@ -177,8 +176,8 @@ class Drawing {
   }
 
   static Rgba VelocityGrey(float speed, float top_speed) {
-    const auto share = static_cast<float>(
-        0.5 * static_cast<double>(speed) / static_cast<double>(top_speed) + 0.5);
+    const auto share =
+        static_cast<float>(0.5 * static_cast<double>(speed) / static_cast<double>(top_speed) + 0.5);
     const float level = share * 255;
     const auto grey = static_cast<uint8_t>(std::clamp(level, 0.0F, 255.0F));
     return {grey, grey, grey, 255};

@@ -13,12 +13,10 @@ constexpr double kLargeSidePx = 16;
 // Whether the turned rectangle's bounding box has a large picture's size.
 bool IsLarge(const TurnedRect& turned) {
   const std::array<Point, 4> corners = turned.Corners();
-  const auto [left, right] =
-      std::minmax_element(corners.begin(), corners.end(),
-                          [](const Point& p, const Point& q) { return p.x < q.x; });
-  const auto [top, bottom] =
-      std::minmax_element(corners.begin(), corners.end(),
-                          [](const Point& p, const Point& q) { return p.y < q.y; });
+  const auto [left, right] = std::minmax_element(
+      corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.x < q.x; });
+  const auto [top, bottom] = std::minmax_element(
+      corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.y < q.y; });
   return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
 }
 

@@ -87,10 +87,8 @@ void DrawTurnedSmooth(const Image& image, const TurnedRect& turned, uint32_t opa
   const ScreenRect& rect = turned.unturned();
   const double half_w = rect.width / 2;
   const double half_h = rect.height / 2;
-  const double reach_x =
-      std::abs(half_w * turned.cos()) + std::abs(half_h * turned.sin()) + 1;
-  const double reach_y =
-      std::abs(half_w * turned.sin()) + std::abs(half_h * turned.cos()) + 1;
+  const double reach_x = std::abs(half_w * turned.cos()) + std::abs(half_h * turned.sin()) + 1;
+  const double reach_y = std::abs(half_w * turned.sin()) + std::abs(half_h * turned.cos()) + 1;
   const Point center = turned.center();
   const CoveredRange columns = CoveredColumns(center.x - reach_x, 2 * reach_x, frame.side_px);
   const CoveredRange rows = CoveredColumns(center.y - reach_y, 2 * reach_y, frame.side_px);
@@ -105,9 +103,8 @@ void DrawTurnedSmooth(const Image& image, const TurnedRect& turned, uint32_t opa
       const double b = dy * turned.cos() - dx * turned.sin();
       const double coverage = CoveredShare(a, half_w) * CoveredShare(b, half_h);
       if (coverage > 0) {
-        const Rgba shown =
-            Interpolated(image, NeighboursOf((a + half_w) * scale_x, image.width()),
-                         NeighboursOf((b + half_h) * scale_y, image.height()));
+        const Rgba shown = Interpolated(image, NeighboursOf((a + half_w) * scale_x, image.width()),
+                                        NeighboursOf((b + half_h) * scale_y, image.height()));
         LayCovered(shown, opacity, coverage, pixel);
       }
     }

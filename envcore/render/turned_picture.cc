@@ -9,8 +9,8 @@
 namespace procgen {
 namespace {
 
-constexpr double kOne = 65536;        // 16.16 fixed point
-constexpr double kNudge = 1 / kOne;   // source pixels, so that borders fall to one side
+constexpr double kOne = 65536;       // 16.16 fixed point
+constexpr double kNudge = 1 / kOne;  // source pixels, so that borders fall to one side
 constexpr double kFarFixed = 1e15;
 
 int64_t ToFixed(double v) { return static_cast<int64_t>(std::clamp(v, -kFarFixed, kFarFixed)); }
