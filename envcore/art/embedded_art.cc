@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "absl/strings/string_view.h"
+
 // The blob that pack.py wrote, from embedded_art.S.
 extern "C" const char procgen_art_blob[];  // NOLINT: the assembler's name
 
@@ -23,11 +25,11 @@ std::vector<EmbeddedFile> EmbeddedArt() {
   std::vector<EmbeddedFile> files(count);
   const char* at = procgen_art_blob + (1 + 2 * count) * sizeof(uint32_t);
   for (size_t i = 0; i < count; ++i) {
-    files[i].name = std::string_view(at, NumberAt(1 + 2 * i));
+    files[i].name = absl::string_view(at, NumberAt(1 + 2 * i));
     at += files[i].name.size();
   }
   for (size_t i = 0; i < count; ++i) {
-    files[i].png = std::string_view(at, NumberAt(2 + 2 * i));
+    files[i].png = absl::string_view(at, NumberAt(2 + 2 * i));
     at += files[i].png.size();
   }
   return files;

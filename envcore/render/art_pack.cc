@@ -4,6 +4,8 @@
 
 #include "absl/base/call_once.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "envcore/art/embedded_art.h"
 #include "envcore/render/png_decoding.h"
 
@@ -15,7 +17,7 @@ struct LazyPicture {
   mutable absl::once_flag once;
   mutable Picture picture;  // empty: the bytes are no sound PNG
 
-  const Picture* Get(std::string_view png, AlphaUse alpha_use, Levels levels) const {
+  const Picture* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
     absl::call_once(once, [&] {
       absl::StatusOr<Image> image = DecodePng(png, alpha_use);
       if (image.ok()) {
@@ -30,18 +32,16 @@ Levels LevelsOf(ArtLayout layout) {
   return layout == ArtLayout::kOwn ? Levels::kAll : Levels::kOne;
 }
 
-std::string OwnName(std::string_view game, const ArtSlot& slot) {
-  std::string name(game);
-  name.append("/").append(slot.name).append("_").append(std::to_string(slot.theme));
-  return name;
+std::string OwnName(absl::string_view game, const ArtSlot& slot) {
+  return absl::StrCat(game, "/", slot.name, "_", slot.theme);
 }
 
 }  // namespace
 
 struct ArtPack::Entry {
-  explicit Entry(std::string_view png) : png(png) {}
+  explicit Entry(absl::string_view png) : png(png) {}
 
-  std::string_view png;
+  absl::string_view png;
   LazyPicture sprite;
   LazyPicture background;
 };
@@ -68,9 +68,9 @@ std::shared_ptr<const ArtPack> ArtPack::Embedded() {
   return *pack;
 }
 
-const Picture* ArtPack::Sprite(std::string_view game, const ArtSlot& slot) const {
-  const Entry* entry = Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot)
-                                                       : std::string(slot.released));
+const Picture* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) const {
+  const Entry* entry =
+      Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot) : std::string(slot.released));
   return entry == nullptr
              ? nullptr
              : entry->sprite.Get(entry->png, AlphaUse::kPremultiplied, LevelsOf(layout_));

@@ -3,10 +3,10 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/strings/string_view.h"
 #include "envcore/render/picture.h"
 #include "envcore/scene/art_slot.h"
 
@@ -14,8 +14,8 @@ namespace procgen {
 
 // A PNG file of a pack.
 struct ArtFile {
-  std::string name;      // "coinrun/coin_0" or, in the released layout, "misc_assets/coin.png"
-  std::string_view png;  // its bytes
+  std::string name;       // "coinrun/coin_0" or, in the released layout, "misc_assets/coin.png"
+  absl::string_view png;  // its bytes
 };
 
 // How the files of a pack are named.
@@ -43,7 +43,7 @@ class ArtPack {
   // The picture of a slot of `game` ("shared" for the slots that all games share), or of a
   // background. Null: the pack has no such file, or it is no sound PNG. It lives as long as the
   // pack.
-  const Picture* Sprite(std::string_view game, const ArtSlot& slot) const;
+  const Picture* Sprite(absl::string_view game, const ArtSlot& slot) const;
   const Picture* Background(const BackgroundSlot& slot) const;
 
  private:

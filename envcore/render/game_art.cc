@@ -2,13 +2,14 @@
 
 #include <utility>
 
+#include "absl/strings/string_view.h"
 #include "envcore/level/generated_art.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/render/generated_painting.h"
 
 namespace procgen {
 
-GameArt::GameArt(std::shared_ptr<const ArtPack> pack, std::string_view game,
+GameArt::GameArt(std::shared_ptr<const ArtPack> pack, absl::string_view game,
                  absl::Span<const ArtSlot> slots, uint32_t art_seed,
                  absl::Span<const int> block_shaped_kinds)
     : pack_(std::move(pack)), art_seed_(art_seed) {
@@ -23,7 +24,7 @@ GameArt::GameArt(std::shared_ptr<const ArtPack> pack, std::string_view game,
   }
 }
 
-void GameArt::AddSlots(std::string_view game, absl::Span<const ArtSlot> slots) {
+void GameArt::AddSlots(absl::string_view game, absl::Span<const ArtSlot> slots) {
   for (const ArtSlot& slot : slots) {
     auto& themes = kinds_[static_cast<size_t>(slot.kind)].themes;
     const auto theme = static_cast<size_t>(slot.theme);

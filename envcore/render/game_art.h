@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/base/call_once.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/render/art_pack.h"
 #include "envcore/render/picture.h"
@@ -31,7 +31,7 @@ class GameArt {
   // `slots`: the game's own; a kind without one shows the shared slot of that kind or, if there is
   // none or the pack lacks the picture, one made from random numbers, of seed art_seed + kind.
   // `block_shaped_kinds`: those whose generated picture fills its canvas.
-  GameArt(std::shared_ptr<const ArtPack> pack, std::string_view game,
+  GameArt(std::shared_ptr<const ArtPack> pack, absl::string_view game,
           absl::Span<const ArtSlot> slots, uint32_t art_seed,
           absl::Span<const int> block_shaped_kinds);
 
@@ -53,7 +53,7 @@ class GameArt {
     mutable Picture mirrored;
   };
   struct Slot {
-    Slot(std::string_view game, const ArtSlot& art) : game(game), art(art) {}
+    Slot(absl::string_view game, const ArtSlot& art) : game(game), art(art) {}
 
     std::string game;  // or "shared"
     ArtSlot art;
@@ -65,7 +65,7 @@ class GameArt {
     Facing generated;
   };
 
-  void AddSlots(std::string_view game, absl::Span<const ArtSlot> slots);
+  void AddSlots(absl::string_view game, absl::Span<const ArtSlot> slots);
   static const Picture* Turned(const Facing& facing, bool mirrored);
 
   std::shared_ptr<const ArtPack> pack_;

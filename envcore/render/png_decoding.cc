@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "png.h"
 
 namespace procgen {
@@ -13,7 +14,7 @@ namespace {
 
 // What libpng reads from and where it leaves its message.
 struct Source {
-  std::string_view rest;
+  absl::string_view rest;
   char message[128] = "";
 };
 
@@ -83,7 +84,7 @@ Image ToImage(const std::vector<uint8_t>& bytes, int width, int height, AlphaUse
 
 }  // namespace
 
-absl::StatusOr<Image> DecodePng(std::string_view bytes, AlphaUse alpha_use) {
+absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
   Source source = {bytes};
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, OnError, OnWarning);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
