@@ -65,8 +65,8 @@ struct StepInput {
   // False: only the resets are carried out, all other environments stay as they are; `actions` is
   // empty then.
   bool steps = true;
-  absl::Span<const int32_t>
-      actions;         // [count], each in [-1, kActionCount); -1: do nothing and end the episode
+  absl::Span<const int32_t> actions =
+      {};              // [count], each in [-1, kActionCount); -1: do nothing and end the episode
   int32_t repeat = 1;  // the same action this many times, rewards summed; stops at a level's end
   absl::Span<const NextLevel> next_levels = {};  // of environments in the slice, each at most once
   absl::Span<const Reset> resets = {};           // of environments in the slice, each at most once
