@@ -9,8 +9,10 @@ constexpr absl::Duration kRound = absl::Milliseconds(300);
 
 }  // namespace
 
-bool RoundClock::Stop() {
-  round_time_ += absl::FromChrono(std::chrono::steady_clock::now() - start_);
+bool RoundClock::Lap() {
+  const absl::Duration now = TimeNow(kind_);
+  round_time_ += now - start_;
+  start_ = now;
   ++round_count_;
   if (round_time_ < kRound) {
     return false;

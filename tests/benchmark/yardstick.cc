@@ -1,9 +1,10 @@
 #include "tests/benchmark/yardstick.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <functional>
+
+#include "tests/benchmark/time_now.h"
 
 namespace procgen {
 namespace {
@@ -29,12 +30,11 @@ Yardstick::Yardstick()
 absl::Duration Yardstick::MeasureUnit() {
   absl::Duration best = absl::InfiniteDuration();
   for (int round = 0; round < kRounds; ++round) {
-    const auto start = std::chrono::steady_clock::now();
+    const absl::Duration start = TimeNow(TimeKind::kThread);
     for (int unit = 0; unit < kUnitsPerRound; ++unit) {
       DoUnit();
     }
-    const auto elapsed = absl::FromChrono(std::chrono::steady_clock::now() - start);
-    best = std::min(best, elapsed / kUnitsPerRound);
+    best = std::min(best, (TimeNow(TimeKind::kThread) - start) / kUnitsPerRound);
   }
   return best;
 }

@@ -101,7 +101,9 @@ _BROKEN = {
         ({"a/x.h": "", "a/y.cc": _include("b/x.h")}, "a/x.h:1"),
         ({"a/x.h": _include("a/x.h")}, "a/x.h:1"),
     ),
-    listing.check_python_is_used: (({"a/x.py": "pass\n", "a/y.py": "#!/x\nimport z\n"}, "a/x.py:1"),),
+    listing.check_python_is_used: (
+        ({"a/x.py": "pass\n", "a/y.py": "#!/x\nimport z\n"}, "a/x.py:1"),
+    ),
     listing.check_readmes: (
         ({"a/x.cc": ""}, "a/README.md:1"),
         ({"a/x.cc": "", "a/README.md": "# A\n"}, "a/README.md:1"),
