@@ -51,15 +51,25 @@ _CLOCKS_AND_SOCKETS = re.compile(
     r"(chrono|ctime|time\.h|absl/time/.*|sys/socket\.h|netinet/.*|unistd\.h)$")
 _THREADS = re.compile(r"(thread|future|condition_variable|pthread\.h)$")
 
+# Libraries that are installed have an include folder of their own: their headers are included, and
+# guarded, by the path from there.
+INCLUDE_ROOTS = ("clients/cpp/",)
+
 _INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^">]+)[">]')
 
 
 def includes_of(tree, path):
-    """Yields (line number, included path) for a C++ file."""
+    """Yields (line number, path) of what a C++ file includes."""
     for number, line in tree.lines(path):
         match = _INCLUDE.match(line)
         if match:
-            yield number, match.group(1)
+            yield number, _from_root(tree, match.group(1))
+
+
+def _from_root(tree, included):
+    """The path of an included file of ours from the root of the repository."""
+    paths = (root + included for root in INCLUDE_ROOTS)
+    return next((path for path in paths if path in tree), included)
 
 
 def cpp_files(tree):

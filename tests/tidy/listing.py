@@ -45,9 +45,9 @@ def check_headers_are_included(tree):
     included = set()
     for path in tree.with_suffix(".h", ".cc", ".c"):
         for _, name in includes_of(tree, path):
-            if name != path:
-                included.add(name)
-                included.add(posixpath.normpath(posixpath.join(posixpath.dirname(path), name)))
+            beside = posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
+            if path not in (name, beside):
+                included.update((name, beside))
     for path in tree.with_suffix(".h"):
         if path not in included:
             yield Violation(path, 1, "nobody includes it; remove it or use it")

@@ -3,7 +3,7 @@
 import posixpath
 import re
 
-from includes import cpp_files
+from includes import INCLUDE_ROOTS, cpp_files
 from source_tree import Violation
 
 # Words that say nothing about what a thing is.
@@ -60,6 +60,8 @@ def check_declared_names(tree):
 
 def guard_of(path):
     """The include guard that a header at `path` must have."""
+    for root in INCLUDE_ROOTS:
+        path = path.removeprefix(root)
     return re.sub(r"[^A-Za-z0-9]", "_", path).upper() + "_"
 
 

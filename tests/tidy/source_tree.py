@@ -30,6 +30,9 @@ class SourceTree:
     def paths(self):
         return sorted(self._texts)
 
+    def __contains__(self, path):
+        return path in self._texts
+
     def text(self, path):
         return self._texts[path] or ""
 

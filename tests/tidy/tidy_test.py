@@ -41,6 +41,8 @@ _BROKEN = {
         ({"server/session/x.cc": "\n" + _include("server/rpc/y.h")}, "server/session/x.cc:2"),
         ({"clients/cpp/x.cc": _include("envcore/pool/pool.h")}, "clients/cpp/x.cc:1"),
         ({"clients/cpp/x.cc": _include("clients/node/y.h")}, "clients/cpp/x.cc:1"),
+        ({"server/rpc/x.cc": _include("procgen_client/y.h"), "clients/cpp/procgen_client/y.h": ""},
+         "server/rpc/x.cc:1"),
         ({"envcore/pool/x.cc": _include("server/session/y.h")}, "envcore/pool/x.cc:1"),
         ({"envcore/pool/x.cc": _include("tests/envcore/y.h")}, "envcore/pool/x.cc:1"),
         ({"elsewhere/x.cc": "int x;\n"}, "elsewhere/x.cc:1"),
@@ -148,6 +150,7 @@ _KEPT = {
     names.check_file_names: ({"server/newton_database.cc": ""},),
     names.check_declared_names: ({"x.cc": "class Database {\n  // the new data\n"},),
     names.check_header_guards: (
+        {"clients/cpp/p/x.h": "#ifndef P_X_H_\n#define P_X_H_\n\n#endif  // P_X_H_\n"},
         {"a/b_c.h": "// Rights.\n#ifndef A_B_C_H_\n#define A_B_C_H_\n\n#endif  // A_B_C_H_\n"},
     ),
     names.check_impl_names: ({"server/rpc/x.h": "class PoolsImpl final : public Service {\n"},),
@@ -167,6 +170,7 @@ _KEPT = {
     listing.check_headers_are_included: (
         {"a/x.h": "", "a/x.cc": _include("a/x.h")},
         {"a/x.h": "", "a/x.cc": _include("x.h")},
+        {"clients/cpp/p/x.h": "", "a/x.cc": _include("p/x.h")},
     ),
     listing.check_python_is_used: (
         {"a/x.py": "pass\n", "a/y.py": "#!/usr/bin/env python3\nfrom a import x\n"},
