@@ -14,14 +14,22 @@
 #include "absl/types/span.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/environment_options.h"
+#include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
 
 namespace procgen {
+
+class GameArt;
 
 // The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
 // green, blue.
 inline constexpr int kObservationSidePx = 64;
 inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx * 3;
+// The sides that the human view can be drawn at, in pixels.
+inline constexpr int32_t kHumanViewSidePxMin = 16;
+inline constexpr int32_t kHumanViewSidePxMax = 2048;
+// How often a step can repeat its actions.
+inline constexpr int32_t kRepeatMax = 1000;
 
 struct PoolOptions {
   std::vector<std::string> games;  // dealt in turn: environment n plays games[n % games.size()]
@@ -45,8 +53,7 @@ struct NextLevel {
 struct Reset {
   int32_t environment = 0;            // index in the pool
   std::optional<int32_t> level_seed;  // the level to play; absent: drawn as usual
-  std::optional<int64_t>
-      rand_seed;  // seeds the environment's choice of levels anew, before the draw
+  std::optional<int64_t> rand_seed;   // seeds the choice of levels anew, before the draw
 };
 
 // What is asked of the environments [first, first + count). The spans must stay valid until the
@@ -54,40 +61,46 @@ struct Reset {
 struct StepInput {
   int32_t first = 0;
   int32_t count = 0;
-  absl::Span<const int32_t>
-      actions;         // [count], each in [-1, kActionCount); -1: do nothing and end the episode
-  int32_t repeat = 1;  // the same action this many times, rewards summed; stops at an episode's end
-  absl::Span<const NextLevel> next_levels;  // of environments in the slice, each at most once
-  absl::Span<const Reset> resets;           // of environments in the slice, each at most once
+  // False: only the resets are carried out, all other environments stay as they are; `actions` is
+  // empty then.
+  bool steps = true;
+  // [count], each in [-1, kActionCount); -1: do nothing and end the episode.
+  absl::Span<const int32_t> actions = {};
+  // The same action this many times, rewards summed; an environment stops where its level ends.
+  int32_t repeat = 1;
+  absl::Span<const NextLevel> next_levels = {};  // of environments in the slice, each at most once
+  absl::Span<const Reset> resets = {};           // of environments in the slice, each at most once
 };
 
 // What is answered. Each span has the length that its comment says for n environments, or is empty:
 // then it is not written (an empty `observations` also saves the drawing). The caller owns the
 // memory.
 struct Batch {
-  absl::Span<uint8_t> observations;  // agent's view, after any new level      uint8  [n, 64, 64, 3]
-  absl::Span<float> rewards;         // of this step, of the old episode       float  [n]
-  absl::Span<uint8_t> first;         // 1: a new episode has begun             uint8  [n]
-  absl::Span<uint8_t> terminated;    // 1: the game ended the episode          uint8  [n]
-  absl::Span<uint8_t> truncated;     // 1: the time limit ended the episode    uint8  [n]
-  absl::Span<int32_t> level_seeds;   // of the level in the observation        int32  [n]
-  absl::Span<int32_t> prev_level_seeds;     // of the level that was stepped          int32  [n]
-  absl::Span<uint8_t> prev_level_complete;  // 1: that level was completed            uint8  [n]
+  absl::Span<uint8_t> observations;         // agent's view, after any new level  [n, 64, 64, 3]
+  absl::Span<float> rewards;                // of this step, of the old episode   [n]
+  absl::Span<uint8_t> first;                // 1: a new episode has begun         [n]
+  absl::Span<uint8_t> terminated;           // 1: the game ended the episode      [n]
+  absl::Span<uint8_t> truncated;            // 1: the step limit ended it         [n]
+  absl::Span<int32_t> level_seeds;          // of the level in the observation    [n]
+  absl::Span<int32_t> prev_level_seeds;     // of the level that was stepped      [n]
+  absl::Span<uint8_t> prev_level_complete;  // 1: that level was completed        [n]
   // At an episode's end the ended episode's, otherwise of the episode so far.
-  absl::Span<float> episode_returns;    // sum of rewards                         float  [n]
-  absl::Span<int32_t> episode_lengths;  // steps                                  int32  [n]
+  absl::Span<float> episode_returns;    // sum of rewards                         [n]
+  absl::Span<int32_t> episode_lengths;  // steps                                  [n]
   // Where the episode ended in this step: its last picture, before the new level. Other rows are
   // left as they were.
-  absl::Span<uint8_t> final_observations;  // uint8  [n, 64, 64, 3]
+  absl::Span<uint8_t> final_observations;  //                           [n, 64, 64, 3]
 };
 
 // A Pool steps env_count() environments as one batch.
 // Shapes: row i of a batch is environment first + i, whatever order the workers finish in.
 // Threads: any method from any thread; a second call that reads or steps environments while one
-// runs returns ABORTED at once and changes nothing. Determinism: the number of workers, slicing and
-// pool size change no bit of any result.
+// runs returns ABORTED at once and changes nothing.
+// Determinism: the number of workers, slicing and pool size change no bit of any result.
 class Pool {
  public:
+  using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
+
   // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
   // by pools. Errors: NOT_FOUND no such game; UNIMPLEMENTED a game that is not there yet;
   // INVALID_ARGUMENT an option out of range (the message names it and the range).
@@ -108,30 +121,47 @@ class Pool {
   absl::Status Step(const StepInput& input, const Batch& batch);
   // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
   // crew thread (or, with an error, before StepAsync returns, on the calling one); it must not
-  // block. The spans must stay valid until then.
-  void StepAsync(const StepInput& input, const Batch& batch,
-                 absl::AnyInvocable<void(absl::Status)> done);
+  // block. It may step the pool again or end it. The spans must stay valid until then. REQUIRES:
+  // the crew has a thread.
+  void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without
   // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
   absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
 
-  // Draws the human view of one environment, smooth. `frame`: uint8 [side_px, side_px, 3].
-  // Errors: INVALID_ARGUMENT index or side out of range ([kHumanViewSidePxMin,
-  // kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
+  // Draws the human view of one environment, smooth, on the calling thread. `frame`: uint8
+  // [side_px, side_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
+  // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
   absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);
 
  private:
+  class StepJob;
+  struct Workbench;
+
   Pool(const PoolOptions& options, std::shared_ptr<Crew> crew);
 
-  PoolOptions options_;
-  std::shared_ptr<Crew> crew_;
+  // Checks a step against the pool without changing anything.
+  absl::Status Check(const StepInput& input, const Batch& batch) const;
+  // Takes the pool for one call; false if another has it.
+  bool Take() { return !busy_.exchange(true, std::memory_order_acquire); }
+  void Release() { busy_.store(false, std::memory_order_release); }
+  // Hands what concerns few environments to them.
+  void ApplySparse(const StepInput& input);
+  absl::Status CheckNoneAwaitsReset(const StepInput& input) const;
+  // Checks a step, takes the pool and carries out what concerns few environments.
+  absl::Status Begin(const StepInput& input, const Batch& batch);
+  // The art of the game that environment `index` of this pool plays.
+  const GameArt* ArtOf(size_t index) const;
+
+  const PoolOptions options_;
+  const std::shared_ptr<Crew> crew_;
   std::vector<std::unique_ptr<Environment>> environments_;
+  std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
+  std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
+  std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
+  std::unique_ptr<StepJob> job_;
   std::atomic<bool> busy_ = false;
 };
-
-inline constexpr int32_t kHumanViewSidePxMin = 16;
-inline constexpr int32_t kHumanViewSidePxMax = 2048;
 
 }  // namespace procgen
 

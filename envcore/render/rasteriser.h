@@ -1,0 +1,47 @@
+#ifndef ENVCORE_RENDER_RASTERISER_H_
+#define ENVCORE_RENDER_RASTERISER_H_
+
+#include <array>
+#include <cstdint>
+
+#include "absl/types/span.h"
+#include "envcore/render/game_art.h"
+#include "envcore/render/picture.h"
+#include "envcore/scene/scene.h"
+
+namespace procgen {
+
+// The side of the agent's view, pixels.
+inline constexpr int kAgentViewSidePx = 64;
+
+// Draws scenes. Frames are red, green, blue, top row first. Keeps what it has painted of generated
+// backgrounds; allocates nothing for a frame but to paint a new one. Threads: compatible (one
+// thread at a time): one for each worker.
+class Rasteriser {
+ public:
+  // Draws what the agent sees, pixel by pixel as the released benchmark does where the art is the
+  // same. `frame`: uint8 [64, 64, 3]. REQUIRES: `frame` has that size.
+  void DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame);
+  // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3].
+  // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
+  void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
+                     absl::Span<uint8_t> frame);
+
+ private:
+  // A generated background that was painted before, known again by its painting steps.
+  struct PaintedBackground {
+    uint64_t fingerprint = 0;
+    uint64_t last_use = 0;
+    Picture picture;
+  };
+
+  const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
+  const Picture& Painted(const GeneratedArt& art);
+
+  std::array<PaintedBackground, 8> painted_;
+  uint64_t uses_ = 0;
+};
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_RASTERISER_H_
