@@ -1,0 +1,203 @@
+#include "envcore/games/game_catalog.h"
+
+#include <algorithm>
+#include <array>
+
+#include "envcore/games/game_factories.h"
+
+namespace procgen {
+namespace {
+
+constexpr DistributionMode kEasyHard[] = {DistributionMode::kEasy, DistributionMode::kHard};
+constexpr DistributionMode kWithExtreme[] = {DistributionMode::kEasy, DistributionMode::kHard,
+                                             DistributionMode::kExtreme};
+constexpr DistributionMode kWithMemory[] = {DistributionMode::kEasy, DistributionMode::kHard,
+                                            DistributionMode::kMemory};
+constexpr DistributionMode kAllModes[] = {DistributionMode::kEasy, DistributionMode::kHard,
+                                          DistributionMode::kExtreme, DistributionMode::kMemory};
+
+constexpr GameFacts kGames[] = {
+    {.name = "bigfish",
+     .description = "A fish eats smaller fish to grow and avoids larger ones.",
+     .modes = kEasyHard,
+     .step_limit = 6000,
+     .easy_returns = {1, 40},
+     .hard_returns = {0, 40},
+     .exploration_level = std::nullopt,
+     .make = MakeBigFish},
+    {.name = "bossfight",
+     .description = "A ship dodges a boss's bullets and fires back when its shield is down.",
+     .modes = kEasyHard,
+     .step_limit = 4000,
+     .easy_returns = {0.5F, 13},
+     .hard_returns = {0.5F, 13},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+    {.name = "caveflyer",
+     .description = "A ship flies through caves to its friend and shoots what is in the way.",
+     .modes = kWithMemory,
+     .easy_returns = {3.5F, 12},
+     .hard_returns = {2, 13.4F},
+     .exploration_level = 1259048185,
+     .make = nullptr},
+    {.name = "chaser",
+     .description = "The agent collects all orbs of a maze while enemies chase it.",
+     .modes = kWithExtreme,
+     .easy_returns = {0.5F, 13},
+     .hard_returns = {0.5F, 14.2F},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+    {.name = "climber",
+     .description = "A climber jumps from platform to platform and collects crystals.",
+     .modes = kEasyHard,
+     .easy_returns = {2, 12.6F},
+     .hard_returns = {1, 12.6F},
+     .exploration_level = 1561126160,
+     .make = nullptr},
+    {.name = "coinrun",
+     .description = "A runner jumps over pits, saws and walkers to the coin at the far right.",
+     .modes = kEasyHard,
+     .easy_returns = {5, 10},
+     .hard_returns = {5, 10},
+     .exploration_level = 1949448038,
+     .make = MakeCoinRun},
+    {.name = "dodgeball",
+     .description = "The agent throws balls at enemies, dodges theirs and leaves by the door.",
+     .modes = kAllModes,
+     .easy_returns = {1.5F, 19},
+     .hard_returns = {1.5F, 19},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+    {.name = "fruitbot",
+     .description = "A robot collects fruit, avoids other food and passes gates and doors.",
+     .modes = kEasyHard,
+     .easy_returns = {-1.5F, 32.4F},
+     .hard_returns = {-0.5F, 27.2F},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+    {.name = "heist",
+     .description = "A thief opens coloured locks with their keys to reach the gem.",
+     .modes = kWithMemory,
+     .easy_returns = {3.5F, 10},
+     .hard_returns = {2, 10},
+     .exploration_level = 876640971,
+     .make = nullptr},
+    {.name = "jumper",
+     .description = "A bunny double-jumps through caves to the carrot that a compass points to.",
+     .modes = kWithMemory,
+     .step_limit_memory = 2000,
+     .easy_returns = {3, 10},
+     .hard_returns = {1, 10},
+     .exploration_level = 1434825276,
+     .make = nullptr},
+    {.name = "leaper",
+     .description = "A frog crosses roads of cars and rivers of logs.",
+     .modes = kWithExtreme,
+     .step_limit = 500,
+     .easy_returns = {3, 10},
+     .hard_returns = {1.5F, 10},
+     .exploration_level = 1318677581,
+     .make = nullptr},
+    {.name = "maze",
+     .description = "A mouse looks for the cheese in a maze.",
+     .modes = kWithMemory,
+     .step_limit = 500,
+     .step_limit_memory = 500,
+     .easy_returns = {5, 10},
+     .hard_returns = {4, 10},
+     .exploration_level = 158988835,
+     .make = MakeMaze},
+    {.name = "miner",
+     .description = "A robot digs for diamonds among falling boulders and leaves by the exit.",
+     .modes = kWithMemory,
+     .easy_returns = {1.5F, 13},
+     .hard_returns = {1.5F, 20},
+     .exploration_level = std::nullopt,
+     .make = MakeMiner},
+    {.name = "ninja",
+     .description =
+         "A ninja jumps over ledges and throws stars at bombs on the way to the mushroom.",
+     .modes = kEasyHard,
+     .easy_returns = {3.5F, 10},
+     .hard_returns = {2, 10},
+     .exploration_level = 1123500215,
+     .make = nullptr},
+    {.name = "plunder",
+     .description = "A ship fires at enemy ships and spares friendly ones.",
+     .modes = kEasyHard,
+     .step_limit = 4000,
+     .easy_returns = {4.5F, 30},
+     .hard_returns = {3, 30},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+    {.name = "starpilot",
+     .description = "A ship flies sideways through waves of enemies and shoots them.",
+     .modes = kWithExtreme,
+     .easy_returns = {2.5F, 64},
+     .hard_returns = {1.5F, 35},
+     .exploration_level = std::nullopt,
+     .make = nullptr},
+};
+
+constexpr std::array<std::string_view, kActionCount> kActionNames = {
+    "LEFT+DOWN", "LEFT", "LEFT+UP", "DOWN", "NONE", "UP", "RIGHT+DOWN", "RIGHT",
+    "RIGHT+UP",  "D",    "A",       "W",    "S",    "Q",  "E"};
+
+struct NamedMode {
+  DistributionMode mode;
+  std::string_view name;
+};
+
+constexpr NamedMode kModes[] = {{DistributionMode::kEasy, "easy"},
+                                {DistributionMode::kHard, "hard"},
+                                {DistributionMode::kExtreme, "extreme"},
+                                {DistributionMode::kMemory, "memory"},
+                                {DistributionMode::kExploration, "exploration"}};
+
+}  // namespace
+
+bool GameFacts::HasMode(DistributionMode mode) const {
+  if (mode == DistributionMode::kExploration) {
+    return exploration_level.has_value();
+  }
+  return std::find(modes.begin(), modes.end(), mode) != modes.end();
+}
+
+// FNV-1a over the name.
+uint32_t GameFacts::ArtSeed() const {
+  uint32_t hash = 2166136261U;
+  for (const char byte : name) {
+    hash = (hash ^ static_cast<uint8_t>(byte)) * 16777619U;
+  }
+  return hash;
+}
+
+absl::Span<const GameFacts> GameCatalog() { return kGames; }
+
+const GameFacts* FindGame(std::string_view name) {
+  const auto* found = std::find_if(std::begin(kGames), std::end(kGames),
+                                   [name](const GameFacts& game) { return game.name == name; });
+  return found == std::end(kGames) ? nullptr : found;
+}
+
+std::string_view DistributionModeName(DistributionMode mode) {
+  for (const NamedMode& named : kModes) {
+    if (named.mode == mode) {
+      return named.name;
+    }
+  }
+  return "unknown";
+}
+
+std::optional<DistributionMode> FindDistributionMode(std::string_view name) {
+  for (const NamedMode& named : kModes) {
+    if (named.name == name) {
+      return named.mode;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string_view ActionName(int32_t action) { return kActionNames[static_cast<size_t>(action)]; }
+
+}  // namespace procgen

@@ -1,0 +1,57 @@
+#ifndef ENVCORE_GAMES_GAME_CATALOG_H_
+#define ENVCORE_GAMES_GAME_CATALOG_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "absl/types/span.h"
+#include "envcore/games/game.h"
+#include "envcore/games/game_options.h"
+
+namespace procgen {
+
+// The constants (return - min) / (max - min) that scores are normalised with. Source: Cobbe et al.
+// 2020, appendix C.
+struct ReturnRange {
+  float min = 0;
+  float max = 0;
+};
+
+// What is known of a game of the suite.
+struct GameFacts {
+  std::string_view name;
+  std::string_view description;              // one sentence
+  absl::Span<const DistributionMode> modes;  // without kExploration
+  int32_t step_limit = 1000;                 // steps, then the episode is truncated
+  int32_t step_limit_memory = 1000;          // in memory mode
+  ReturnRange easy_returns;
+  ReturnRange hard_returns;
+  std::optional<int32_t> exploration_level;           // the level seed of exploration mode
+  std::unique_ptr<Game> (*make)(const GameOptions&);  // null: the game is not there yet
+
+  bool HasMode(DistributionMode mode) const;
+  int32_t StepLimit(DistributionMode mode) const {
+    return mode == DistributionMode::kMemory ? step_limit_memory : step_limit;
+  }
+  // The seed of the game's generated art.
+  uint32_t ArtSeed() const;
+};
+
+// The sixteen games, sorted by name.
+absl::Span<const GameFacts> GameCatalog();
+
+// A game by its name; null if the suite has none of that name.
+const GameFacts* FindGame(std::string_view name);
+
+// "easy", "hard", "extreme", "memory", "exploration".
+std::string_view DistributionModeName(DistributionMode mode);
+std::optional<DistributionMode> FindDistributionMode(std::string_view name);
+
+// What an action means, by its keys: "LEFT+DOWN" ... "E". REQUIRES: action in [0, kActionCount).
+std::string_view ActionName(int32_t action);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_GAMES_GAME_CATALOG_H_

@@ -1,0 +1,20 @@
+#ifndef ENVCORE_GAMES_GAME_FACTORIES_H_
+#define ENVCORE_GAMES_GAME_FACTORIES_H_
+
+#include <memory>
+
+#include "envcore/games/game.h"
+#include "envcore/games/game_options.h"
+
+namespace procgen {
+
+// One for each game that is there, in <game>.cc; called through the catalog. REQUIRES: a mode that
+// the game has.
+std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
+std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
+std::unique_ptr<Game> MakeMaze(const GameOptions& options);
+std::unique_ptr<Game> MakeMiner(const GameOptions& options);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_GAMES_GAME_FACTORIES_H_
