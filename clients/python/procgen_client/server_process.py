@@ -1,0 +1,2 @@
+"""placeholder"""
+class ServerProcess: pass
