@@ -2,6 +2,15 @@
 #define ENVCORE_ENVIRONMENT_ENVIRONMENT_H_
 
 #include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "absl/functional/function_ref.h"
+#include "envcore/environment/environment_options.h"
+#include "envcore/games/game.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/random/random_stream.h"
+#include "envcore/scene/scene.h"
 
 namespace procgen {
 
@@ -14,7 +23,69 @@ enum class EpisodeEnd : int32_t {
   kDisabled = 2,  // the last observation is answered; stepping again without a reset is an error
 };
 
-class Environment;
+// What an environment tells after each step (and after its creation), besides its picture.
+struct StepResult {
+  float reward = 0;                  // of this step, so the old episode's last one where one ended
+  bool first = true;                 // a new episode has begun
+  bool terminated = false;           // the game (or kEndEpisodeAction) ended the episode
+  bool truncated = false;            // the step limit ended it
+  int32_t level_seed = 0;            // of the level now shown
+  int32_t prev_level_seed = 0;       // of the level just stepped
+  bool prev_level_complete = false;  // and whether it was completed
+  float episode_return = 0;  // of the ended episode where one ended, else of the running one so far
+  int32_t episode_length = 0;  // steps, likewise
+};
+
+// The life of one environment: levels one after the other, steps, episode ends.
+// Threads: compatible (one thread at a time).
+class Environment {
+ public:
+  // `options` as ResolveOptions gave them for the game; `level_stream_seed` seeds the choice of
+  // levels. The environment stands at the first step of its first level.
+  Environment(const GameFacts& facts, const EnvironmentOptions& options, uint32_t level_stream_seed,
+              EpisodeEnd episode_end);
+
+  // The next new level is that of `level_seed`; no draw is taken for it.
+  void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
+
+  // Begins a new episode at once, with reward 0. `rand_seed` seeds the choice of levels anew before
+  // the level is chosen.
+  void Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed);
+
+  // Takes `action`, in [kEndEpisodeAction, kActionCount), up to `repeat` times and sums the
+  // rewards; stops when a level ends. Where an episode ends, `before_new_level` is called while its
+  // last picture can still be drawn. With kNextStep an ended episode is followed by the next level
+  // in place of the action. REQUIRES: !awaits_reset().
+  void Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level);
+
+  // Whether the episode has ended and only Reset goes on (kDisabled).
+  bool awaits_reset() const { return ended_ && episode_end_ == EpisodeEnd::kDisabled; }
+
+  const StepResult& result() const { return result_; }
+  const Game& game() const { return *game_; }
+  // Fills `scene` with what is to be seen now; good until the environment moves on.
+  void FillScene(Scene* scene) const { game_->FillScene(scene); }
+
+ private:
+  void StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level);
+  // Chooses the next level, after a completed one in a sequence or by a draw, and begins it.
+  void BeginLevel(bool follows_completed);
+  // Begins the first level of a new episode.
+  void BeginEpisode();
+
+  const int32_t step_limit_;
+  const bool use_sequential_levels_;
+  const EpisodeEnd episode_end_;
+  int32_t level_seed_low_;  // level seeds are drawn from [low, high)
+  int32_t level_seed_high_;
+  std::unique_ptr<Game> game_;
+  RandomStream level_stream_;  // the level-seed stream
+  std::optional<int32_t> next_level_;
+  StepResult result_;
+  float episode_return_ = 0;  // of the running episode
+  int32_t episode_length_ = 0;
+  bool ended_ = false;  // the episode has ended and the next has not begun
+};
 
 }  // namespace procgen
 

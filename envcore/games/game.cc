@@ -162,6 +162,8 @@ int Game::ImageKindOf(const Entity& entity) const { return std::abs(entity.image
 
 void Game::Dress(const Entity& /*entity*/, Sprite* /*sprite*/) const {}
 
+void Game::AddOverlays(std::vector<Overlay>* /*overlays*/) const {}
+
 void Game::FillScene(Scene* scene) const {
   scene->Clear();
   scene->camera = LookAt();
@@ -186,6 +188,7 @@ void Game::FillScene(Scene* scene) const {
                      .vy = world_.agent().vy,
                      .vx_max = top_speed_,
                      .vy_max = jump_speed_};
+  AddOverlays(&scene->overlays);
 }
 
 void Game::AddSprites(int layer, std::vector<Sprite>* sprites) const {

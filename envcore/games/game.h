@@ -90,6 +90,8 @@ class Game : public Rules {
   virtual int ImageKindOf(const Entity& entity) const;
   // Last changes to an entity's sprite.
   virtual void Dress(const Entity& entity, Sprite* sprite) const;
+  // Shapes over everything else; by default none.
+  virtual void AddOverlays(std::vector<Overlay>* overlays) const;
 
   // How many themes a kind has, and a draw among them (a draw also when there is one).
   int ThemeCount(int kind) const;

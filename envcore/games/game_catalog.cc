@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "absl/strings/string_view.h"
 #include "envcore/games/game_factories.h"
 
 namespace procgen {
@@ -139,13 +140,13 @@ constexpr GameFacts kGames[] = {
      .make = nullptr},
 };
 
-constexpr std::array<std::string_view, kActionCount> kActionNames = {
+constexpr std::array<absl::string_view, kActionCount> kActionNames = {
     "LEFT+DOWN", "LEFT", "LEFT+UP", "DOWN", "NONE", "UP", "RIGHT+DOWN", "RIGHT",
     "RIGHT+UP",  "D",    "A",       "W",    "S",    "Q",  "E"};
 
 struct NamedMode {
   DistributionMode mode;
-  std::string_view name;
+  absl::string_view name;
 };
 
 constexpr NamedMode kModes[] = {{DistributionMode::kEasy, "easy"},
@@ -174,13 +175,13 @@ uint32_t GameFacts::ArtSeed() const {
 
 absl::Span<const GameFacts> GameCatalog() { return kGames; }
 
-const GameFacts* FindGame(std::string_view name) {
+const GameFacts* FindGame(absl::string_view name) {
   const auto* found = std::find_if(std::begin(kGames), std::end(kGames),
                                    [name](const GameFacts& game) { return game.name == name; });
   return found == std::end(kGames) ? nullptr : found;
 }
 
-std::string_view DistributionModeName(DistributionMode mode) {
+absl::string_view DistributionModeName(DistributionMode mode) {
   for (const NamedMode& named : kModes) {
     if (named.mode == mode) {
       return named.name;
@@ -189,7 +190,7 @@ std::string_view DistributionModeName(DistributionMode mode) {
   return "unknown";
 }
 
-std::optional<DistributionMode> FindDistributionMode(std::string_view name) {
+std::optional<DistributionMode> FindDistributionMode(absl::string_view name) {
   for (const NamedMode& named : kModes) {
     if (named.name == name) {
       return named.mode;
@@ -198,6 +199,6 @@ std::optional<DistributionMode> FindDistributionMode(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view ActionName(int32_t action) { return kActionNames[static_cast<size_t>(action)]; }
+absl::string_view ActionName(int32_t action) { return kActionNames[static_cast<size_t>(action)]; }
 
 }  // namespace procgen

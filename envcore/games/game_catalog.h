@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/games/game.h"
 #include "envcore/games/game_options.h"
@@ -21,8 +21,8 @@ struct ReturnRange {
 
 // What is known of a game of the suite.
 struct GameFacts {
-  std::string_view name;
-  std::string_view description;              // one sentence
+  absl::string_view name;
+  absl::string_view description;             // one sentence
   absl::Span<const DistributionMode> modes;  // without kExploration
   int32_t step_limit = 1000;                 // steps, then the episode is truncated
   int32_t step_limit_memory = 1000;          // in memory mode
@@ -43,14 +43,14 @@ struct GameFacts {
 absl::Span<const GameFacts> GameCatalog();
 
 // A game by its name; null if the suite has none of that name.
-const GameFacts* FindGame(std::string_view name);
+const GameFacts* FindGame(absl::string_view name);
 
 // "easy", "hard", "extreme", "memory", "exploration".
-std::string_view DistributionModeName(DistributionMode mode);
-std::optional<DistributionMode> FindDistributionMode(std::string_view name);
+absl::string_view DistributionModeName(DistributionMode mode);
+std::optional<DistributionMode> FindDistributionMode(absl::string_view name);
 
 // What an action means, by its keys: "LEFT+DOWN" ... "E". REQUIRES: action in [0, kActionCount).
-std::string_view ActionName(int32_t action);
+absl::string_view ActionName(int32_t action);
 
 }  // namespace procgen
 

@@ -1,4 +1,8 @@
 #include "envcore/level/generated_art.h"
+
 namespace procgen {
-GeneratedArt GenerateBackground(RandomStream&) { return {}; }
+
+// Generated art is not there yet: its levels differ from the released ones.
+GeneratedArt GenerateBackground(RandomStream& /*random*/) { return {}; }
+
 }  // namespace procgen

@@ -1,19 +1,77 @@
 #ifndef ENVCORE_POOL_CREW_H_
 #define ENVCORE_POOL_CREW_H_
 
+#include <atomic>
 #include <cstdint>
-#include <memory>
+#include <deque>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
 
 namespace procgen {
 
-// A crew of worker threads that steps the batches of all pools of a process.
+class Crew;
+
+// Work for a crew: items [0, item_count) that can be done in any order and at the same time.
+// Reusable once it is done.
+class CrewJob {
+ public:
+  virtual ~CrewJob() = default;
+
+ protected:
+  // Does one item. `worker` in [0, Crew::worker_count()): no two threads have the same number at
+  // the same time.
+  virtual void RunItem(int32_t item, int32_t worker) = 0;
+  // All items are done; called once, by the last worker to leave the job. The job may be submitted
+  // again, or go, here.
+  virtual void OnDone() = 0;
+
+ private:
+  friend class Crew;
+
+  int32_t item_count_ = 0;
+  int32_t items_per_grab_ = 1;
+  std::atomic<int32_t> next_item_ = 0;
+  int32_t workers_inside_ = 0;  // guarded by the crew's mutex
+};
+
+// A crew of worker threads that does the work of all pools of a process, first come first served.
 // Threads: any method from any thread.
 class Crew {
  public:
-  // `thread_count` >= 0. With 0 only Pool::Step works (on the calling thread); a server wants one a
-  // core.
+  // `thread_count` >= 0. With 0 only Run works (on the calling thread); a server wants one a core.
   explicit Crew(int32_t thread_count);
+  // REQUIRES: no job is running or waiting.
   ~Crew();
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  // Worker numbers are below this: the threads and one caller of Run for each job.
+  int32_t worker_count() const { return static_cast<int32_t>(threads_.size()) + 1; }
+  int32_t thread_count() const { return static_cast<int32_t>(threads_.size()); }
+
+  // Has the threads do `job` and returns at once. REQUIRES: thread_count() > 0; the job stays until
+  // OnDone.
+  void Submit(CrewJob& job, int32_t item_count);
+  // As Submit, and the calling thread takes part as worker number thread_count(). Returns once it
+  // has nothing left to do, which may be before OnDone.
+  void SubmitAndHelp(CrewJob& job, int32_t item_count);
+
+ private:
+  void Prepare(CrewJob& job, int32_t item_count) const;
+  void WorkLoop(int32_t worker);
+  // Takes items of the job until there are none left.
+  static void Work(CrewJob& job, int32_t worker);
+  // Leaves a job that has no items left to take; tells it when it was the last to leave.
+  void Leave(CrewJob& job);
+
+  absl::Mutex mutex_;
+  std::deque<CrewJob*> waiting_
+      ABSL_GUARDED_BY(mutex_);  // jobs with items left to take, oldest first
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace procgen

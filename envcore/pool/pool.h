@@ -14,14 +14,22 @@
 #include "absl/types/span.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/environment_options.h"
+#include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
 
 namespace procgen {
+
+class GameArt;
 
 // The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
 // green, blue.
 inline constexpr int kObservationSidePx = 64;
 inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx * 3;
+// The sides that the human view can be drawn at, in pixels.
+inline constexpr int32_t kHumanViewSidePxMin = 16;
+inline constexpr int32_t kHumanViewSidePxMax = 2048;
+// How often a step can repeat its actions.
+inline constexpr int32_t kRepeatMax = 1000;
 
 struct PoolOptions {
   std::vector<std::string> games;  // dealt in turn: environment n plays games[n % games.size()]
@@ -54,11 +62,14 @@ struct Reset {
 struct StepInput {
   int32_t first = 0;
   int32_t count = 0;
-  absl::Span<const int32_t>
-      actions;         // [count], each in [-1, kActionCount); -1: do nothing and end the episode
-  int32_t repeat = 1;  // the same action this many times, rewards summed; stops at an episode's end
-  absl::Span<const NextLevel> next_levels;  // of environments in the slice, each at most once
-  absl::Span<const Reset> resets;           // of environments in the slice, each at most once
+  // False: only the resets are carried out, all other environments stay as they are; `actions` is
+  // empty then.
+  bool steps = true;
+  absl::Span<const int32_t> actions =
+      {};              // [count], each in [-1, kActionCount); -1: do nothing and end the episode
+  int32_t repeat = 1;  // the same action this many times, rewards summed; stops at a level's end
+  absl::Span<const NextLevel> next_levels = {};  // of environments in the slice, each at most once
+  absl::Span<const Reset> resets = {};           // of environments in the slice, each at most once
 };
 
 // What is answered. Each span has the length that its comment says for n environments, or is empty:
@@ -88,6 +99,8 @@ struct Batch {
 // pool size change no bit of any result.
 class Pool {
  public:
+  using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
+
   // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
   // by pools. Errors: NOT_FOUND no such game; UNIMPLEMENTED a game that is not there yet;
   // INVALID_ARGUMENT an option out of range (the message names it and the range).
@@ -108,30 +121,47 @@ class Pool {
   absl::Status Step(const StepInput& input, const Batch& batch);
   // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
   // crew thread (or, with an error, before StepAsync returns, on the calling one); it must not
-  // block. The spans must stay valid until then.
-  void StepAsync(const StepInput& input, const Batch& batch,
-                 absl::AnyInvocable<void(absl::Status)> done);
+  // block. It may step the pool again or end it. The spans must stay valid until then. REQUIRES:
+  // the crew has a thread.
+  void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without
   // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
   absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
 
-  // Draws the human view of one environment, smooth. `frame`: uint8 [side_px, side_px, 3].
-  // Errors: INVALID_ARGUMENT index or side out of range ([kHumanViewSidePxMin,
-  // kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
+  // Draws the human view of one environment, smooth, on the calling thread. `frame`: uint8
+  // [side_px, side_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
+  // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
   absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);
 
  private:
+  class StepJob;
+  struct Workbench;
+
   Pool(const PoolOptions& options, std::shared_ptr<Crew> crew);
 
-  PoolOptions options_;
-  std::shared_ptr<Crew> crew_;
+  // Checks a step against the pool without changing anything.
+  absl::Status Check(const StepInput& input, const Batch& batch) const;
+  // Takes the pool for one call; false if another has it.
+  bool Take() { return !busy_.exchange(true, std::memory_order_acquire); }
+  void Release() { busy_.store(false, std::memory_order_release); }
+  // Hands what concerns few environments to them.
+  void ApplySparse(const StepInput& input);
+  absl::Status CheckNoneAwaitsReset(const StepInput& input) const;
+  // Checks a step, takes the pool and carries out what concerns few environments.
+  absl::Status Begin(const StepInput& input, const Batch& batch);
+  // The art of the game that environment `index` of this pool plays.
+  const GameArt* ArtOf(size_t index) const;
+
+  const PoolOptions options_;
+  const std::shared_ptr<Crew> crew_;
   std::vector<std::unique_ptr<Environment>> environments_;
+  std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
+  std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
+  std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
+  std::unique_ptr<StepJob> job_;
   std::atomic<bool> busy_ = false;
 };
-
-inline constexpr int32_t kHumanViewSidePxMin = 16;
-inline constexpr int32_t kHumanViewSidePxMax = 2048;
 
 }  // namespace procgen
 

@@ -1,8 +1,7 @@
 #ifndef ENVCORE_SCENE_ART_SLOT_H_
 #define ENVCORE_SCENE_ART_SLOT_H_
 
-#include <string_view>
-
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 
 namespace procgen {
@@ -13,8 +12,8 @@ namespace procgen {
 struct ArtSlot {
   int kind;
   int theme;
-  std::string_view name;  // of our own picture, without the theme: "fish" is bigfish/fish_<theme>
-  std::string_view
+  absl::string_view name;  // of our own picture, without the theme: "fish" is bigfish/fish_<theme>
+  absl::string_view
       released;  // path of the released art's file in an art folder of the released layout
   int width_px;  // of the released picture
   int height_px;
@@ -27,8 +26,8 @@ absl::Span<const ArtSlot> SharedArtSlots();
 enum class BackgroundGroup { kPlatform, kSpace, kTopdown, kTopdownSimple, kWater, kWaterSurface };
 
 struct BackgroundSlot {
-  std::string_view name;      // of our own picture: "platform_00"
-  std::string_view released;  // path of the released art's file
+  absl::string_view name;      // of our own picture: "platform_00"
+  absl::string_view released;  // path of the released art's file
 };
 
 // The pictures of a group in the order of their indices.

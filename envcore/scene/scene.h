@@ -72,6 +72,25 @@ struct VelocityDisplay {
   float vy_max = 1;
 };
 
+// A flat shape over everything else: a bar, a part of a compass.
+struct Overlay {
+  enum class Shape : uint8_t {
+    kRectangle,  // filled with `color`
+    kDisc,       // an ellipse in the rectangle, filled with `color` and outlined 1 pixel wide in it
+    kNeedle,     // a line in `color` from the rectangle's middle, 0.95 of its half width long
+    kJumpMark,   // a translucent white ellipse under a box in the world; no `color`
+  };
+  Shape shape = Shape::kRectangle;
+  // Cells from the picture's top left corner, y down. kJumpMark: the box's centre and half-sizes,
+  // in the world.
+  float x = 0;
+  float y = 0;
+  float width = 0;
+  float height = 0;
+  float angle = 0;  // of a needle, radians, counterclockwise from the right
+  std::array<uint8_t, 3> color = {0, 0, 0};  // red, green, blue
+};
+
 enum class ArtStyle {
   kPictures,    // the art pack's
   kGenerated,   // made from random numbers, one picture for all themes of a kind
@@ -91,10 +110,12 @@ struct Scene {
   CellLayer cells;
   std::vector<Sprite> above_cells;
   VelocityDisplay velocity;
+  std::vector<Overlay> overlays;
 
   void Clear() {
     below_cells.clear();
     above_cells.clear();
+    overlays.clear();
   }
 };
 

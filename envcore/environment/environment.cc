@@ -1,0 +1,113 @@
+#include "envcore/environment/environment.h"
+
+#include <limits>
+
+namespace procgen {
+namespace {
+
+constexpr uint32_t kSequentialLevelStep =
+    997;  // between the seeds of levels that follow one another
+
+int32_t Wrapped(uint32_t bits) { return static_cast<int32_t>(bits); }
+
+}  // namespace
+
+Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
+                         uint32_t level_stream_seed, EpisodeEnd episode_end)
+    : step_limit_(facts.StepLimit(options.distribution_mode)),
+      use_sequential_levels_(options.use_sequential_levels),
+      episode_end_(episode_end),
+      level_seed_low_(options.num_levels == 0 ? 0 : options.start_level),
+      level_seed_high_(options.num_levels == 0
+                           ? std::numeric_limits<int32_t>::max()
+                           : Wrapped(static_cast<uint32_t>(options.start_level) +
+                                     static_cast<uint32_t>(options.num_levels))),
+      game_(facts.make(options)),
+      level_stream_(level_stream_seed) {
+  BeginEpisode();
+}
+
+void Environment::BeginLevel(bool follows_completed) {
+  if (next_level_.has_value()) {
+    result_.level_seed = *next_level_;
+    next_level_.reset();
+  } else if (follows_completed) {
+    result_.level_seed = Wrapped(static_cast<uint32_t>(result_.level_seed) + kSequentialLevelStep);
+  } else {
+    result_.level_seed = level_stream_.Int(level_seed_low_, level_seed_high_);
+  }
+  game_->StartLevel(result_.level_seed);
+}
+
+void Environment::BeginEpisode() {
+  BeginLevel(/*follows_completed=*/false);
+  result_.first = true;
+  episode_return_ = 0;
+  episode_length_ = 0;
+  ended_ = false;
+}
+
+void Environment::Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed) {
+  if (rand_seed.has_value()) {
+    level_stream_.Seed(*rand_seed);
+  }
+  if (level_seed.has_value()) {
+    next_level_ = level_seed;
+  }
+  const int32_t left_level_seed = result_.level_seed;
+  result_ = StepResult();
+  result_.level_seed = left_level_seed;
+  result_.prev_level_seed = left_level_seed;
+  BeginEpisode();
+}
+
+void Environment::Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level) {
+  if (ended_) {
+    Reset(std::nullopt, std::nullopt);
+    return;
+  }
+  float reward = 0;
+  for (int32_t i = 0; i < repeat; ++i) {
+    StepOnce(action, before_new_level);
+    reward += result_.reward;
+    if (result_.first || ended_ || result_.prev_level_complete) {
+      break;
+    }
+  }
+  result_.reward = reward;
+}
+
+void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level) {
+  const bool forced_end = action == kEndEpisodeAction;
+  game_->Play(forced_end ? kNoAction : action);
+  const StepOutcome& outcome = game_->outcome();
+  const bool out_of_steps = game_->step_number() >= step_limit_;
+  const bool level_over = outcome.done || forced_end || out_of_steps;
+  // In a sequence of levels a completed one is followed by the next without an episode's end.
+  const bool goes_on = use_sequential_levels_ && outcome.level_complete;
+  const bool episode_over = level_over && !goes_on;
+
+  episode_return_ += outcome.reward;
+  ++episode_length_;
+  result_.reward = outcome.reward;
+  result_.first = false;
+  result_.terminated = episode_over && (outcome.done || forced_end);
+  result_.truncated = episode_over && !result_.terminated;
+  result_.prev_level_seed = result_.level_seed;
+  result_.prev_level_complete = outcome.level_complete;
+  result_.episode_return = episode_return_;
+  result_.episode_length = episode_length_;
+
+  if (episode_over) {
+    before_new_level();
+    if (episode_end_ == EpisodeEnd::kSameStep) {
+      BeginEpisode();
+    } else {
+      ended_ = true;
+    }
+  } else if (level_over) {
+    BeginLevel(/*follows_completed=*/true);
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,81 @@
+#include "envcore/environment/environment_options.h"
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
+#include "envcore/games/game_catalog.h"
+
+namespace procgen {
+namespace {
+
+std::string AvailableGames() {
+  std::vector<absl::string_view> names;
+  for (const GameFacts& game : GameCatalog()) {
+    if (game.make != nullptr) {
+      names.push_back(game.name);
+    }
+  }
+  return absl::StrJoin(names, ", ");
+}
+
+std::string ModesOf(const GameFacts& game) {
+  std::vector<absl::string_view> names;
+  for (const DistributionMode mode : game.modes) {
+    names.push_back(DistributionModeName(mode));
+  }
+  if (game.exploration_level.has_value()) {
+    names.push_back(DistributionModeName(DistributionMode::kExploration));
+  }
+  return absl::StrJoin(names, ", ");
+}
+
+absl::Status CheckNotNegative(absl::string_view option, int32_t value) {
+  if (value < 0) {
+    return absl::InvalidArgumentError(absl::StrCat(option, " is ", value, ", must be at least 0"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
+                                                  const EnvironmentOptions& options) {
+  const GameFacts* facts = FindGame(game);
+  if (facts == nullptr) {
+    return absl::NotFoundError(
+        absl::StrCat("no game is named \"", game, "\"; there are ", AvailableGames()));
+  }
+  if (facts->make == nullptr) {
+    return absl::UnimplementedError(
+        absl::StrCat("the game ", game, " is not there yet; there are ", AvailableGames()));
+  }
+  if (!facts->HasMode(options.distribution_mode)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "distribution_mode is ", DistributionModeName(options.distribution_mode), " (",
+        static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*facts)));
+  }
+  for (const absl::Status& status : {CheckNotNegative("num_levels", options.num_levels),
+                                     CheckNotNegative("start_level", options.start_level)}) {
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  EnvironmentOptions resolved = options;
+  if (options.distribution_mode == DistributionMode::kExploration) {
+    if (options.num_levels != 0 || options.start_level != 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("distribution_mode exploration plays one level of its own: num_levels and "
+                       "start_level must be 0, are ",
+                       options.num_levels, " and ", options.start_level));
+    }
+    resolved.distribution_mode = DistributionMode::kHard;
+    resolved.num_levels = 1;
+    resolved.start_level = *facts->exploration_level;
+  }
+  return resolved;
+}
+
+}  // namespace procgen

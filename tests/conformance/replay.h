@@ -1,0 +1,18 @@
+#ifndef TESTS_CONFORMANCE_REPLAY_H_
+#define TESTS_CONFORMANCE_REPLAY_H_
+
+#include <string>
+
+#include "tests/conformance/player.h"
+#include "tests/conformance/trace.h"
+
+namespace procgen {
+
+// Replays `trace` with `player` and compares all that is observed, rewards as bits, pictures where
+// they are comparable. Returns the first difference (step, environment, field, expected, got), or
+// an empty text.
+std::string FirstDifference(const Trace& trace, Player& player);
+
+}  // namespace procgen
+
+#endif  // TESTS_CONFORMANCE_REPLAY_H_

@@ -1,0 +1,46 @@
+#ifndef TESTS_CONFORMANCE_TRACE_H_
+#define TESTS_CONFORMANCE_TRACE_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "envcore/environment/environment_options.h"
+
+namespace procgen {
+
+// A recorded run of several environments: what was done and what was observed. E environments, T
+// steps; row 0 of what is observed is after creation, row t + 1 after the actions of row t. File
+// format: one line of JSON, then the arrays that it lists, little-endian, without padding.
+struct Trace {
+  std::vector<std::string> games;
+  EnvironmentOptions options;
+  int32_t env_count = 0;
+  int32_t step_count = 0;
+
+  std::vector<int32_t> actions;               // [T, E], -1 ends the episode
+  std::vector<float> rewards;                 // [T + 1, E]
+  std::vector<uint8_t> first;                 // [T + 1, E]
+  std::vector<int32_t> level_seeds;           // [T + 1, E]
+  std::vector<int32_t> prev_level_seeds;      // [T + 1, E]
+  std::vector<uint8_t> prev_level_complete;   // [T + 1, E]
+  std::vector<uint32_t> observation_digests;  // [T + 1, E] FNV-1a, or empty
+
+  // Whether the pictures do not depend on an art pack, so that their digests can be compared.
+  bool HasComparablePictures() const {
+    return !observation_digests.empty() && options.use_monochrome_assets &&
+           !options.use_backgrounds;
+  }
+};
+
+// Reads a trace file. Errors: NOT_FOUND no such file; DATA_LOSS it is not a trace, or not whole
+// (the message says what is wrong).
+absl::StatusOr<Trace> ReadTrace(const std::string& path);
+
+// The digest of an observation's bytes: 32-bit FNV-1a.
+uint32_t ObservationDigest(const uint8_t* bytes, size_t size);
+
+}  // namespace procgen
+
+#endif  // TESTS_CONFORMANCE_TRACE_H_
