@@ -57,7 +57,7 @@ class ServerProcess:
         self._log_path = None if log_path is None else Path(log_path)
         with open(log_path or os.devnull, "wb") as log:
             self._process = subprocess.Popen(
-                [program, "--listen=127.0.0.1:0", *flags],
+                [program, "--address=127.0.0.1:0", *flags],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=log,
