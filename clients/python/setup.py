@@ -1,4 +1,4 @@
-"""Build hook: a wheel built in a checkout holds modules generated from the protos of that checkout."""
+"""Build hook: a wheel built in a checkout holds modules generated from that checkout's protos."""
 
 import pathlib
 import subprocess
@@ -10,7 +10,7 @@ _HERE = pathlib.Path(__file__).resolve().parent
 
 
 class GenerateAndBuild(build_py):
-    """Runs generate.sh first. In a source distribution, without protos, the modules are there already."""
+    """Runs generate.sh first, unless there are no protos: in a source distribution."""
 
     def run(self) -> None:
         """Generates, then builds as usual."""

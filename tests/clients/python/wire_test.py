@@ -114,7 +114,9 @@ def test_other_answers_are_messages() -> None:
     assert read_response(message.SerializeToString()) == message
 
 
-@pytest.mark.parametrize("garbage", [b"\xff", b"\x22\xff\xff\xff\xff\x7f", b"\x22\x05\x01", b"\x07"])
+@pytest.mark.parametrize(
+    "garbage", [b"\xff", b"\x22\xff\xff\xff\xff\x7f", b"\x22\x05\x01", b"\x07"]
+)
 def test_garbage_is_an_error(garbage: bytes) -> None:
     with pytest.raises(DecodeError):
         read_response(garbage)
