@@ -21,6 +21,7 @@ from procgen_client._proto import (
 from procgen_client._wire import Part, read_response
 from procgen_client.errors import (
     CancelledError,
+    DeadlineExceededError,
     InternalError,
     UnavailableError,
     from_rpc_error,
@@ -247,12 +248,17 @@ class Client:
 
     def _first_catalog(self, timeout: float) -> catalog_pb2.Catalog:
         try:
-            grpc.channel_ready_future(self._channel).result(timeout)
-        except grpc.FutureTimeoutError:
+            # Not by channel_ready_future, which takes 0.2 s also where the server is there.
+            catalog = self._unary(
+                self._catalog_stub.GetCatalog,
+                catalog_pb2.GetCatalogRequest(),
+                timeout=timeout,
+                wait_for_ready=True,
+            )
+        except DeadlineExceededError:
             raise UnavailableError(
                 f"no server answers at {self.address} ({self._reason()}); waited {timeout:g} s"
             ) from None
-        catalog = self._unary(self._catalog_stub.GetCatalog, catalog_pb2.GetCatalogRequest())
         if not catalog.games:
             raise InternalError(f"the server at {self.address} tells of no games")
         return catalog
