@@ -162,6 +162,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=int, default=4, help="how long to step each game")
     parser.add_argument("--environments", type=int, default=64, help="environments of each game")
     parser.add_argument("--output", type=Path, default="quickstart.png", help="the picture")
+    parser.add_argument("--log", type=Path, default="server.log", help="the server's log lines")
     parser.add_argument("--keep", action="store_true", help="leave the server running")
     arguments = parser.parse_args()
 
@@ -169,10 +170,13 @@ def main() -> int:
     for end in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(end, lambda number, _: sys.exit(128 + number))
 
-    log_path = Path(__file__).resolve().parents[1] / "build" / "quickstart-server.log"
-    log_path.parent.mkdir(exist_ok=True)
+    log_path = arguments.log.resolve()
     log_path.unlink(missing_ok=True)  # A server that was kept goes on writing its own.
-    server = ServerProcess(arguments.binary, log_path=log_path)
+    try:
+        server = ServerProcess(arguments.binary, log_path=log_path)
+    except (OSError, ProcgenError) as error:
+        print(f"quickstart: {error}", file=sys.stderr)
+        return 1
     keep = False
     try:
         demonstrate(server.address, arguments)

@@ -82,4 +82,5 @@ echo "== Building the server (some minutes the first time)"
 # From here on the Python program owns the server, and stops it however it ends itself.
 export PYTHONPATH="$root/clients/python${PYTHONPATH:+:$PYTHONPATH}"
 exec "$python" "$root/deploy/quickstart.py" --binary "$root/build/release/bin/procgen-server" \
-  --seconds "$seconds" --environments "$environments" --output "$output" "${keep[@]}"
+  --log "$root/build/quickstart-server.log" --output "$output" \
+  --seconds "$seconds" --environments "$environments" "${keep[@]}"
