@@ -14,11 +14,17 @@ from pathlib import Path
 import mosaic
 import numpy as np
 
-from procgen_client import ACTION_COUNT, Client, Pool, ProcgenError, ServerProcess
+from procgen_client import ACTION_COUNT, Client, ProcgenError, ServerProcess
 from procgen_client.server_process import BINARY_VARIABLE
 
 _PICTURES_OF_A_GAME = 6
+_PICTURE_MODES = ("easy", "hard")
 _PICTURE_SIDE_PX = 256
+# Before a picture is taken: so many actions, each held for so many steps, so that agents get about;
+# RIGHT and RIGHT+UP more often than others, since that is where platform games lie.
+_PICTURE_ACTIONS = 30
+_PICTURE_ACTION_STEPS = 5
+_PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
 _SECONDS_BETWEEN_REPORTS = 0.1
 
 
@@ -74,9 +80,7 @@ def run_game(
 ) -> Result:
     """Steps one game with random actions, one half of the pool after the other."""
     rng = np.random.default_rng(0)
-    with client.create_pool(
-        name, arguments.environments, distribution_mode="easy", rand_seed=0
-    ) as pool:
+    with client.create_pool(name, arguments.environments, rand_seed=0) as pool:
         middle = pool.env_count // 2
         halves = ((0, middle), (middle, pool.env_count - middle))
         # While the answer of one half is on its way, the server steps the other.
@@ -97,19 +101,29 @@ def run_game(
         for _ in halves:
             pool.receive()
         seconds = time.perf_counter() - begin
-        result = Result(name, description, step_count, seconds, take_pictures(client, pool))
+        result = Result(name, description, step_count, seconds, take_pictures(client, name))
     progress.done(name, result.steps_per_second)
     return result
 
 
-def take_pictures(client: Client, pool: Pool) -> list[np.ndarray]:
-    """Gives pictures for people if the server draws such, otherwise what the agents see."""
-    environments = range(min(_PICTURES_OF_A_GAME, pool.env_count))
-    if client.catalog().features.render:
-        return pool.render(environments, side_px=_PICTURE_SIDE_PX)
-    observations = pool.observe(environment_count=len(environments)).observations
-    assert observations is not None
-    return list(observations)
+def take_pictures(client: Client, name: str) -> list[np.ndarray]:
+    """Plays a few environments for a while, some easy, some hard, and gives their pictures.
+
+    For people (large and smooth) if the server draws such, otherwise what the agents see.
+    """
+    rng = np.random.default_rng(1)
+    pictures: list[np.ndarray] = []
+    for seed, mode in enumerate(_PICTURE_MODES):
+        count = _PICTURES_OF_A_GAME // len(_PICTURE_MODES)
+        with client.create_pool(name, count, distribution_mode=mode, rand_seed=seed) as pool:
+            for _ in range(_PICTURE_ACTIONS):
+                actions = rng.choice(ACTION_COUNT, count, p=_PICTURE_ACTION_ODDS)
+                pool.step(actions, repeat_count=_PICTURE_ACTION_STEPS, observe=False)
+            if client.catalog().features.render:
+                pictures += pool.render(side_px=_PICTURE_SIDE_PX)
+            else:
+                pictures += list(pool.observe().observations)
+    return pictures
 
 
 def print_table(results: list[Result], environment_count: int) -> None:
@@ -121,8 +135,8 @@ def print_table(results: list[Result], environment_count: int) -> None:
         rate = result.steps_per_second
         print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / environment_count:>15,.0f}")
     print(
-        f"{rule}\n{environment_count} environments of each game, drawn 64 x 64, in Python, over "
-        "gRPC on this machine\n"
+        f"{rule}\n{environment_count} environments of each game in hard mode, with pictures, from "
+        "Python, over gRPC on this machine\n"
     )
 
 
