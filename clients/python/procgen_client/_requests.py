@@ -63,8 +63,8 @@ def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:
     return messages
 
 
-def observation(observe: bool) -> int:
-    """Gives what is answered of the pictures, as the enumeration's number."""
+def observation(observe: bool) -> step_pb2.Observation:
+    """Gives what is answered of the pictures."""
     return step_pb2.OBSERVATION_FRAME if observe else step_pb2.OBSERVATION_NONE
 
 
@@ -75,7 +75,7 @@ def in_range(name: str, given: int, least: int, most: int) -> int:
     return given
 
 
-def message_of(cls: type, **fields: Any) -> Any:  # noqa: ANN401 - an object of cls
+def message_of(cls: Any, **fields: Any) -> Any:  # noqa: ANN401
     """Makes a message; a number that does not fit its field is an InvalidArgumentError."""
     try:
         return cls(**fields)

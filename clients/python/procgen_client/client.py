@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import grpc
@@ -18,7 +18,7 @@ from procgen_client._proto import (
     render_pb2_grpc,
     step_pb2,
 )
-from procgen_client._wire import Part, read_response
+from procgen_client._wire import read_response
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
@@ -82,12 +82,10 @@ class Client:
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
-        self._step_pool: Callable[..., Iterator[Part | step_pb2.StepPoolResponse]] = (
-            self._channel.stream_stream(
-                _STEP_POOL_METHOD,
-                request_serializer=step_pb2.StepPoolRequest.SerializeToString,
-                response_deserializer=read_response,
-            )
+        self._step_pool = self._channel.stream_stream(
+            _STEP_POOL_METHOD,
+            request_serializer=step_pb2.StepPoolRequest.SerializeToString,
+            response_deserializer=read_response,
         )
         try:
             self._catalog = self._first_catalog(timeout)
@@ -238,7 +236,7 @@ class Client:
 
     def _unary(
         self, method: Callable[..., Any], request: protobuf_message.Message, **arguments: Any
-    ) -> Any:  # noqa: ANN401 - the method's response
+    ) -> Any:  # noqa: ANN401
         if self._closed:
             raise CancelledError(f"the connection to {self.address} was closed by this client")
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import Any, TypedDict
 
 from procgen_client._proto import pools_pb2
 from procgen_client.errors import InvalidArgumentError
@@ -113,7 +113,7 @@ def pool_spec(
         raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error
 
 
-def _enum_value(name: str, given: str, allowed: Sequence[str], enum: type) -> int:
+def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401
     """Gives the number of e.g. "hard", in enum DistributionMode with prefix DISTRIBUTION_MODE_."""
     if given not in allowed:
         raise InvalidArgumentError(f"{name} is {given!r}; it is one of {', '.join(allowed)}")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import queue
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import grpc
 import numpy as np
@@ -81,7 +81,7 @@ class Pool:
         self._client = client
         self._deletes_on_close = deletes_on_close
         self._closed = False
-        self._call: Iterator[Part | step_pb2.StepPoolResponse] | None = None
+        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
         self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
         self._next_sequence_number = 0
         self._in_flight: deque[int] = deque()

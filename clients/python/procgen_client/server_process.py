@@ -131,4 +131,4 @@ def _find(binary: str | os.PathLike[str] | None) -> str:
             f"there is no program {os.fspath(wanted)}; say where procgen-server is, or set "
             f"{BINARY_VARIABLE}"
         )
-    return found
+    return os.fspath(found)
