@@ -224,7 +224,8 @@ class ProcgenVectorEnv(VectorEnv):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Deletes the pool, and closes the connection if it was made here; called by close()."""
-        self._close_once()
+        if hasattr(self, "_close_once"):  # It is not where __init__ failed.
+            self._close_once()
 
     def _observations(self, batch: Batch) -> np.ndarray:
         assert batch.observations is not None
