@@ -80,6 +80,6 @@ if [[ $(id -u) -ne 0 ]]; then
   as_root=(sudo)
 fi
 # The lists of packages may be old, or missing altogether on a fresh machine.
-"${as_root[@]}" apt-get update --quiet
+"${as_root[@]}" apt-get -o DPkg::Lock::Timeout=120 update --quiet
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-  apt-get install --yes --quiet --no-install-recommends "${missing[@]}"
+  apt-get -o DPkg::Lock::Timeout=120 install --yes --quiet --no-install-recommends "${missing[@]}"
