@@ -118,6 +118,18 @@ TEST_F(ContactsTest, AddedEntitiesAreNotVisitedButCanBePartners) {
   EXPECT_THAT(log_, ElementsAre("agent-2", "agent-1", "1-9", "1-2", "1-0"));
 }
 
+TEST_F(ContactsTest, WhatTheAgentsContactChangesCountsForTheSameEntity) {
+  World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
+  AddBall(world, 1);
+  AddBall(world, 2).meets_entities = true;
+  rules_.on_agent_contact = [this](Entity& other) {
+    log_.push_back("agent-" + std::to_string(other.theme));
+    other.meets_entities = !other.meets_entities;
+  };
+  MeetAll(world, rules_);
+  EXPECT_THAT(log_, ElementsAre("agent-2", "agent-1", "1-2", "1-0"));
+}
+
 TEST_F(ContactsTest, CellsAreMetColumnByColumnFromBelowAndEmptyOnesAreNot) {
   World world = DrawWorld({"###.",  //
                            "##.#",  //
