@@ -12,4 +12,6 @@ EXCEPTIONS = (
      "the library's guide is clients/cpp/README.md, one folder up"),
     ("check_readmes", "clients/python/procgen_client/README.md",
      "the package's guide is clients/python/README.md, one folder up"),
+    ("check_readmes", "clients/cpp/procgen_client/README.md",
+     "the library's guide is clients/cpp/README.md, one folder up"),
 )
