@@ -218,6 +218,7 @@ void Game::AddSprites(int layer, std::vector<Sprite>* sprites) const {
 void Game::FillCells(const Camera& camera, CellLayer* cells) const {
   cells->grid = &world_.grid;
   cells->out_of_bounds_kind = world_.out_of_bounds_kind;
+  cells->dots = cell_dots_;
   for (size_t kind = 0; kind < cell_looks_.size(); ++kind) {
     const CellLook& look = cell_looks_[kind];
     cells->looks[kind] = {look.image_kind,

@@ -112,6 +112,8 @@ class Game : public Rules {
   // How each kind of cell looks; a new level starts with every kind showing its own picture in
   // theme 0.
   std::array<CellLook, kKindCount> cell_looks_;
+  // The kind of cell that shows a flat dot; by default none.
+  CellDots cell_dots_;
 
   RandomStream random_;  // the level stream
   World world_;
