@@ -79,7 +79,7 @@ struct Way {
   int dy = 0;
 };
 
-int Sign(float value) { return value > 0 ? 1.0F : (value < 0 ? -1.0F : 0.0F); }
+int Sign(float value) { return value > 0 ? 1 : (value < 0 ? -1 : 0); }
 
 class Chaser final : public Game {
  public:
