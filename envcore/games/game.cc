@@ -78,17 +78,21 @@ void Game::StandardStep() {
     agent.spin = kSpinDecay * agent.spin;
     agent.spin += kSpinPerTurn * world_.controls.turn;
   }
+  MoveEntities();
+  MeetAll(world_, *this);
+  RemoveGone(world_);
+  if (world_.IsOutside(world_.agent())) {
+    outcome_.done = true;
+  }
+}
+
+void Game::MoveEntities() {
   for (size_t i = world_.entities.size(); i-- > 0;) {
     Entity& entity = world_.entities[i];
     if (entity.smart) {
       MoveSmart(world_, *this, entity);
     }
     entity.Step();
-  }
-  MeetAll(world_, *this);
-  RemoveGone(world_);
-  if (world_.IsOutside(world_.agent())) {
-    outcome_.done = true;
   }
 }
 

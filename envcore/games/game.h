@@ -70,6 +70,8 @@ class Game : public Rules {
   void StandardReset(int width, int height, AgentStart agent_start = AgentStart::kRandom);
   // The standard step: controls, the agent's velocity, motion, contacts, removal.
   void StandardStep();
+  // The motion alone: moves every entity, from last to first, without contacts and removal.
+  void MoveEntities();
 
   // Changes the controls, which hold the action's direction, to what the game makes of it.
   virtual void Steer() {}
