@@ -13,6 +13,7 @@ namespace procgen {
 std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
 std::unique_ptr<Game> MakeChaser(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
+std::unique_ptr<Game> MakeDodgeball(const GameOptions& options);
 std::unique_ptr<Game> MakeHeist(const GameOptions& options);
 std::unique_ptr<Game> MakeLeaper(const GameOptions& options);
 std::unique_ptr<Game> MakeMaze(const GameOptions& options);

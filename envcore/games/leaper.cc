@@ -31,7 +31,7 @@ constexpr float kHopSlowdown = 0.1F;  // taken off each step
 constexpr int kFrogPictureCount = 5;  // of a hop; the frog sits in picture 0
 constexpr float kFinishReward = 10;
 
-constexpr int kExtraRowChoices = 2;   // rows of grass, drawn but in easy mode
+constexpr int kExtraRowChoices = 2;   // rows of grass; not drawn in easy mode
 constexpr int kExtraLaneChoices = 4;  // likewise; two of the values mean a lane more
 constexpr int kExtraLaneIsRoad = 2;
 constexpr int kExtraLaneIsWater = 3;
