@@ -39,6 +39,10 @@ constexpr double kCellCenterTolerance = 0.01;  // cells; enemies choose their wa
 constexpr int kFrameSteps = 2;                 // steps that a picture of the wings is shown
 constexpr float kSmallOrbShare = 0.3F;         // side of the square shown, in cells
 
+// The pictures of an enemy's wings, in turn.
+constexpr std::array<int, 4> kWingBeat = {kEnemyKind, kEnemyWingsLevelImageKind,
+                                          kEnemyWingsDownImageKind, kEnemyWingsLevelImageKind};
+
 constexpr ArtSlot kArtSlots[] = {
     {0, 0, "agent", "misc_assets/enemyFloating_1b.png", 46, 46},
     {2, 0, "large_orb", "misc_assets/yellowCrystal.png", 36, 34},
@@ -158,8 +162,10 @@ class Chaser final : public Game {
     Entity& agent = world_.agent();
     agent.rx = kRadius;
     agent.ry = kRadius;
-    agent.x = static_cast<float>(agent_cell % figures_.side) + 0.5F;
-    agent.y = static_cast<float>(agent_cell / figures_.side) + 0.5F;
+    const int32_t column = agent_cell % figures_.side;
+    const int32_t row = agent_cell / figures_.side;
+    agent.x = static_cast<float>(column) + 0.5F;
+    agent.y = static_cast<float>(row) + 0.5F;
     for (size_t i = 1; i < places.size(); ++i) {
       LayEgg(free_cells[static_cast<size_t>(places[i])]);
     }
@@ -309,9 +315,8 @@ class Chaser final : public Game {
     if (EnemiesAreEdible()) {
       return kEdibleEnemyImageKind;
     }
-    constexpr int kWingBeat[] = {kEnemyKind, kEnemyWingsLevelImageKind, kEnemyWingsDownImageKind,
-                                 kEnemyWingsLevelImageKind};
-    return kWingBeat[(step_number() / kFrameSteps) % 4];
+    const int frame = step_number() / kFrameSteps;
+    return kWingBeat[static_cast<size_t>(frame) % kWingBeat.size()];
   }
 
   const ModeFigures figures_;

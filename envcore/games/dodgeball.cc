@@ -2,6 +2,7 @@
 // enemies (+2 for each hit) and dodges theirs. When no enemy is left the door opens (+10, level
 // complete). Touching an enemy, an enemy's ball or lava ends the episode.
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -217,9 +218,9 @@ class Dodgeball final : public Game {
       AddLava(middle_x, middle_y, lava_radius, length / 2);
     }
     const float beside_width = r.width / 2 - lava_radius;
-    const Box parts[] = {{r.x, wall_y, beside_width, length},
-                         {middle_x + lava_radius, wall_y, beside_width, length},
-                         {r.x, rest_y, r.width, r.height - length}};
+    const std::array<Box, 3> parts = {{{r.x, wall_y, beside_width, length},
+                                       {middle_x + lava_radius, wall_y, beside_width, length},
+                                       {r.x, rest_y, r.width, r.height - length}}};
     for (const Box& part : parts) {
       if (CanBeDivided(part)) {
         rooms->push_back(wall_is_level ? Transposed(part) : part);
@@ -232,7 +233,7 @@ class Dodgeball final : public Game {
     lava.meets_entities = true;
   }
 
-  // A room is worth a wall if it is long, and no narrower than two can pass on either side of it.
+  // A room takes a wall if it is long enough, and wide enough to pass the wall on either side.
   bool CanBeDivided(const Box& room) const {
     const bool is_long = room.width >= RoomLengthMin() || room.height >= RoomLengthMin();
     return is_long && room.width >= RoomWidthMin() && room.height >= RoomWidthMin();
@@ -249,11 +250,11 @@ class Dodgeball final : public Game {
     const auto side = static_cast<float>(figures_.side);
     const float radius = figures_.door_radius;
     const float depth = 2 * radius;
-    const Box edges[] = {{0, 0, side, depth},
-                         {0, side - depth, side, depth},
-                         {0, 0, depth, side},
-                         {side - depth, 0, depth, side}};
-    const int32_t edge = random_.Int(4);
+    const std::array<Box, 4> edges = {{{0, 0, side, depth},
+                                       {0, side - depth, side, depth},
+                                       {0, 0, depth, side},
+                                       {side - depth, 0, depth, side}}};
+    const auto edge = static_cast<size_t>(random_.Int(4));
     SpawnInBox(world_, random_, kDoorKind, radius, radius, edges[edge]);
   }
 
@@ -291,8 +292,11 @@ class Dodgeball final : public Game {
 
   void PlayStep() override {
     StandardStep();
-    const auto facing_x = static_cast<float>(last_move_ / 3 - 1);
-    const auto facing_y = static_cast<float>(last_move_ % 3 - 1);
+    // Moves are numbered column by column, "none" in the middle.
+    const int32_t column = last_move_ / 3;
+    const int32_t row = last_move_ % 3;
+    const auto facing_x = static_cast<float>(column - 1);
+    const auto facing_y = static_cast<float>(row - 1);
     TurnTo(world_.agent(), facing_x, facing_y, 0);
     if (special_action_ == kThrowAction && step_number() - throw_step_ >= kThrowPause) {
       AddBall(kBallKind, 0, facing_x, facing_y).meets_entities = true;
@@ -311,9 +315,8 @@ class Dodgeball final : public Game {
     RemoveGone(world_);
   }
 
-  Entity& AddBall(int kind, size_t thrower_index, float direction_x, float direction_y) {
-    Entity& ball =
-        SpawnChild(world_, kind, figures_.ball_radius, world_.entities[thrower_index], false);
+  Entity& AddBall(int kind, size_t thrower, float direction_x, float direction_y) {
+    Entity& ball = SpawnChild(world_, kind, figures_.ball_radius, world_.entities[thrower], false);
     ball.vx = direction_x * figures_.ball_speed;
     ball.vy = direction_y * figures_.ball_speed;
     ball.spin = kBallSpin;
