@@ -39,6 +39,13 @@ struct CellLook {
   int16_t theme = 0;
 };
 
+// A kind of cell that shows a flat square in its middle, in every art style, in place of a picture.
+struct CellDots {
+  int kind = kOutsideKind;                   // kOutsideKind: none
+  float share = 0;                           // of the square's side in the cell's
+  std::array<uint8_t, 3> color = {0, 0, 0};  // red, green, blue
+};
+
 // The cells of a grid that are in view. Empty cells (kEmptyKind) are not drawn, nor are cells
 // outside of the grid when their kind is kOutsideKind.
 struct CellLayer {
@@ -49,6 +56,7 @@ struct CellLayer {
   int last_row = -1;
   int out_of_bounds_kind = kOutsideKind;
   std::array<CellLook, kKindCount> looks;  // by kind
+  CellDots dots;
 };
 
 // The picture behind everything, stretched to the world's height (tile_ratio 0) or tiled downward
