@@ -11,6 +11,9 @@ namespace procgen {
 namespace {
 
 constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
+constexpr int kStripCellsInView = 16;         // a background that scrolls
+constexpr double kStripWidth = 54;            // in picture sides
+constexpr double kStripHeight = 3;
 
 // Into how many squares-by-ratio a rectangle of `length` x `breadth` is cut along its length.
 int TileCount(double length, double breadth, double ratio) {
@@ -99,6 +102,10 @@ class Drawing {
   }
 
   void DrawBackground(const Picture& picture) const {
+    if (scene_.background.scrolls) {
+      DrawStrip(picture);
+      return;
+    }
     const auto world_w = static_cast<float>(scene_.world_width);
     const auto world_h = static_cast<float>(scene_.world_height);
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
@@ -116,6 +123,16 @@ class Drawing {
     const float stretch = picture_ratio / world_ratio;
     DrawBackdrop(picture, {world.x + world.width * static_cast<double>(-shift), world.y,
                            world.width * static_cast<double>(stretch), world.height});
+  }
+
+  // The strip of a background that scrolls; the view shows the middle third of its height.
+  void DrawStrip(const Picture& picture) const {
+    const auto steps = static_cast<float>(scene_.background.scrolled_steps);
+    const auto pixels_per_cell = static_cast<float>(frame_.side_px / kStripCellsInView);
+    const float left = (((-steps * pixels_per_cell) * 0.5F) * 2) / 5;
+    const double side = frame_.side_px;
+    ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
+                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
   }
 
   SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
