@@ -137,7 +137,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {2.5F, 64},
      .hard_returns = {1.5F, 35},
      .exploration_level = std::nullopt,
-     .make = nullptr},
+     .make = MakeStarPilot},
 };
 
 constexpr std::array<absl::string_view, kActionCount> kActionNames = {
