@@ -16,6 +16,7 @@ std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
 std::unique_ptr<Game> MakeMaze(const GameOptions& options);
 std::unique_ptr<Game> MakeMiner(const GameOptions& options);
+std::unique_ptr<Game> MakePlunder(const GameOptions& options);
 std::unique_ptr<Game> MakeStarPilot(const GameOptions& options);
 
 }  // namespace procgen
