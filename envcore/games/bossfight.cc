@@ -355,7 +355,7 @@ class BossFight final : public Game {
   }
 
   // A reflected bullet is harmless and soon gone. Its direction is that of the last step's draw.
-  void Reflect(Entity& bullet) {
+  void Reflect(Entity& bullet) const {
     bullet.kind = kReflectedBulletKind;
     const auto angle = static_cast<float>(kPi * (1.25 + 0.5 * aim_));
     bullet.vx = static_cast<float>(std::cos(static_cast<double>(angle)) * kReflectedSpeed);

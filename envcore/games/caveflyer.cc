@@ -112,8 +112,9 @@ class CaveFlyer final : public Game {
     const int agent_cell = free_cells[static_cast<size_t>(ends[0])];
     const int goal_cell = free_cells[static_cast<size_t>(ends[1])];
     Entity& agent = world_.agent();
+    const int agent_row = agent_cell / side;
     agent.x = static_cast<float>(agent_cell % side) + 0.5F;
-    agent.y = static_cast<float>(agent_cell / side) + 0.5F;
+    agent.y = static_cast<float>(agent_row) + 0.5F;
     Entity& goal = SpawnAtCell(world_, kGoalKind, kRadius, goal_cell);
     goal.meets_entities = true;
 

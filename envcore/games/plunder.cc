@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <vector>
 
 #include "envcore/games/game.h"
@@ -112,10 +113,8 @@ class Plunder final : public Game {
     reserve_ = kReserveMax;
     hits_ = 0;
     last_shot_step_ = 0;
-    std::vector<int32_t> all_types;
-    for (int32_t type = 0; type < kShipTypeCount; ++type) {
-      all_types.push_back(type);
-    }
+    std::vector<int32_t> all_types(kShipTypeCount);
+    std::iota(all_types.begin(), all_types.end(), 0);
     ship_types_ = random_.NOf(all_types, kShipTypeCount);
     for (Lane& lane : lanes_) {
       lane.to_right = random_.Unit() < 0.5F;
@@ -153,7 +152,7 @@ class Plunder final : public Game {
     agent.rx = ship_radius_;
     agent.rotation = -kHalfPi;
     const int32_t own_type = random_.Int(kOwnTypes);
-    agent.theme = ship_types_[static_cast<size_t>(1 + own_type)];
+    agent.theme = ship_types_[1 + static_cast<size_t>(own_type)];
     agent.ry = agent.rx / AspectRatio(kShipKind, agent.theme);
     PlaceAgentAnew(world_, random_);
     agent.y = kAgentBottom + agent.ry;
@@ -255,7 +254,7 @@ class Plunder final : public Game {
   // --- Looks: two bars at the top, full when they reach the right edge.
 
   void AddOverlays(std::vector<Overlay>* overlays) const override {
-    const float hits_width =
+    const auto hits_width =
         static_cast<float>(kWorldSide * (static_cast<double>(hits_) / kHitsNeeded));
     AddBar(kReserveBarTop, kWorldSide * reserve_, kReserveColor, overlays);
     AddBar(kHitsBarTop, hits_width, kHitsColor, overlays);

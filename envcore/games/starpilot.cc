@@ -4,8 +4,8 @@
 // touching it completes the level (+10).
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
 #include <vector>
 
 #include "envcore/games/game.h"
@@ -56,8 +56,8 @@ constexpr float kRocketReward = 10;
 
 // How often groups are of a kind, from kFlyerBulletKind on, in parts. A lone bullet comes only with
 // a draw of exactly 0.
-constexpr float kWeightsEasy[] = {0, 0, 3, 0, 0, 0, 0};
-constexpr float kWeights[] = {0, 0, 3, 1, 1, 1, 1};
+constexpr std::array<float, 7> kWeightsEasy = {0, 0, 3, 0, 0, 0, 0};
+constexpr std::array<float, 7> kWeights = {0, 0, 3, 1, 1, 1, 1};
 
 // What the distribution modes differ in.
 struct Figures {
@@ -217,7 +217,7 @@ class StarPilot final : public Game {
   }
 
   int DrawKind() {
-    const absl::Span<const float> weights = is_easy_ ? kWeightsEasy : kWeights;
+    const std::array<float, 7>& weights = is_easy_ ? kWeightsEasy : kWeights;
     float total = 0;
     for (const float weight : weights) {
       total += weight;

@@ -1,7 +1,7 @@
 #include "envcore/level/caves.h"
 
 #include <algorithm>
-#include <iterator>
+#include <array>
 #include <utility>
 
 #include "envcore/world/kinds.h"
@@ -17,9 +17,9 @@ struct Offset {
   int y;
 };
 
-constexpr Offset kSides[] = {{-1, 0}, {0, -1}, {0, 1}, {1, 0}};
-constexpr Offset kBlock[] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}, {0, 0},
-                             {0, 1},   {1, -1}, {1, 0},  {1, 1}};
+constexpr std::array<Offset, 4> kSides = {{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
+constexpr std::array<Offset, 9> kBlock = {
+    {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}, {0, 0}, {0, 1}, {1, -1}, {1, 0}, {1, 1}}};
 
 bool IsWallOrOutside(const Grid& grid, int x, int y) {
   return !grid.Contains(x, y) || grid.At(x, y) == kWallKind;
@@ -56,10 +56,9 @@ void SmoothCave(Grid& grid) {
   for (int cell = 0; cell < grid.size(); ++cell) {
     const int x = cell % grid.width();
     const int y = cell / grid.width();
-    const auto walls =
-        std::count_if(std::begin(kBlock), std::end(kBlock), [&before, x, y](Offset offset) {
-          return IsWallOrOutside(before, x + offset.x, y + offset.y);
-        });
+    const auto walls = std::count_if(kBlock.begin(), kBlock.end(), [&before, x, y](Offset offset) {
+      return IsWallOrOutside(before, x + offset.x, y + offset.y);
+    });
     grid.Set(cell, walls >= kMajority ? kWallKind : kEmptyKind);
   }
 }
