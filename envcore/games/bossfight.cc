@@ -1,8 +1,8 @@
 // BossFight: a ship at the bottom of the field fights a big boss ship above. While the boss's
 // shield is up it fires in patterns and the player's bullets bounce off; then the shield drops
-// until the boss has lost a share of its health, which ends a round (+1). The last round destroys
-// the boss
-// (+10, level complete). Touching the boss, one of its bullets or a barrier ends the episode.
+// until the boss has lost a share of its health, which ends a round (+1). With the last round the
+// boss is destroyed (+10, level complete). Touching the boss, one of its bullets or a barrier ends
+// the episode.
 
 #include <cmath>
 #include <cstdlib>
@@ -54,7 +54,20 @@ constexpr int kTrailExpiry = 8;
 constexpr int kHealthPerRoundMax = 9;
 constexpr int kRoundsMax = 5;
 constexpr int kPatternCount = 4;
-constexpr int kMoveSteps = 20;      // the boss picks a destination one step after so many
+constexpr int kFanPeriod = 8;  // steps from salvo to salvo
+constexpr int kFanBullets = 5;
+constexpr int kCrossPeriod = 5;
+constexpr int kCrossBullets = 4;
+constexpr int kCrossSwing = 8;  // salvos from one end of its swing to the other
+constexpr int kRingPeriod = 10;
+constexpr int kRingBullets = 8;
+constexpr int kStreamPeriod = 4;
+
+constexpr int kMoveSteps = 20;         // the boss picks a destination one step after so many
+constexpr float kDestinationXMin = 3;  // cells
+constexpr float kDestinationXRange = 14;
+constexpr float kDestinationYMin = 3;  // above kBarrierTop
+constexpr float kDestinationYRange = 8;
 constexpr int kShieldMovesMin = 2;  // moves until the shield drops
 constexpr int kShieldMovesChoicesEasy = 2;
 constexpr int kShieldMovesChoicesHard = 4;
@@ -217,8 +230,8 @@ class BossFight final : public Game {
       --steps_to_move_;
       return;
     }
-    const float x = place_x * 14 + 3;
-    const float y = (place_y * 8 + 3) + 6;
+    const float x = place_x * kDestinationXRange + kDestinationXMin;
+    const float y = (place_y * kDestinationYRange + kDestinationYMin) + kBarrierTop;
     Boss().vx = (x - Boss().x) / kMoveSteps;
     Boss().vy = (y - Boss().y) / kMoveSteps;
     steps_to_move_ = kMoveSteps;
@@ -267,38 +280,39 @@ class BossFight final : public Game {
   }
 
   void FireFan() {
-    if (step_number() % 8 != 0) {
+    if (step_number() % kFanPeriod != 0) {
       return;
     }
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < kFanBullets; ++i) {
       const float spread = (static_cast<float>(i - 2) * kPi) / 8;
       FireBossBullet(static_cast<float>(kPi * 1.5 + spread));
     }
   }
 
   void FireSwingingCross() {
-    if (step_number() % 5 != 0) {
+    if (step_number() % kCrossPeriod != 0) {
       return;
     }
-    const int32_t swing = std::abs(8 - (step_number() / 5) % 16);
-    for (int i = 0; i < 4; ++i) {
+    const int32_t salvo = step_number() / kCrossPeriod;
+    const int32_t swing = std::abs(kCrossSwing - salvo % (2 * kCrossSwing));
+    for (int i = 0; i < kCrossBullets; ++i) {
       const float arm = (static_cast<float>(i) * kPi) / 2;
-      FireBossBullet(static_cast<float>(kPi * (1.25 + (0.5 * swing) / 8) + arm));
+      FireBossBullet(static_cast<float>(kPi * (1.25 + (0.5 * swing) / kCrossSwing) + arm));
     }
   }
 
   void FireRing() {
-    if (step_number() % 10 != 0) {
+    if (step_number() % kRingPeriod != 0) {
       return;
     }
     const float offset = (aim_ * 2) * kPi;
-    for (int i = 0; i < 8; ++i) {
-      FireBossBullet(((2 * kPi) / 8) * static_cast<float>(i) + offset);
+    for (int i = 0; i < kRingBullets; ++i) {
+      FireBossBullet(((2 * kPi) / kRingBullets) * static_cast<float>(i) + offset);
     }
   }
 
   void FireStream() {
-    if (step_number() % 4 == 0) {
+    if (step_number() % kStreamPeriod == 0) {
       FireBossBullet(kPi * (1 + aim_));
     }
   }

@@ -224,8 +224,10 @@ class StarPilot final : public Game {
     }
     const float drawn = random_.Unit() * total;
     size_t index = 0;
-    for (float passed = weights[0]; drawn > passed; passed += weights[index]) {
+    float passed = weights[0];
+    while (drawn > passed) {
       ++index;
+      passed += weights[index];
     }
     return kFlyerBulletKind + static_cast<int>(index);
   }
