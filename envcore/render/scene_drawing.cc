@@ -135,9 +135,9 @@ class Drawing {
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
   void DrawStrip(const Picture& picture) const {
+    const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
-    const auto pixels_per_cell = static_cast<float>(frame_.side_px / kStripCellsInView);
-    const float left = (((-steps * pixels_per_cell) * 0.5F) * 2) / 5;
+    const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
     const double side = frame_.side_px;
     ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
                 [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
