@@ -184,7 +184,9 @@ void Game::FillScene(Scene* scene) const {
       .index = background_index_,
       .generated = options_.use_generated_assets ? &generated_background_ : nullptr,
       .offset = background_offset_,
-      .tile_ratio = art_.background_tile_ratio};
+      .tile_ratio = art_.background_tile_ratio,
+      .scrolls = art_.background_scrolls,
+      .scrolled_steps = step_number_};
   AddSprites(-1, &scene->below_cells);
   FillCells(scene->camera, &scene->cells);
   AddSprites(0, &scene->above_cells);

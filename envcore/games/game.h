@@ -23,6 +23,7 @@ struct GameArtFacts {
   absl::Span<const int> kept_theme_kinds = {};    // keep their themes when themes are restricted
   BackgroundGroup background_group = BackgroundGroup::kPlatform;
   float background_tile_ratio = 0;
+  bool background_scrolls = false;  // moves to the left with time
 };
 
 // What a step brought.

@@ -59,8 +59,9 @@ struct CellLayer {
   CellDots dots;
 };
 
-// The picture behind everything, stretched to the world's height (tile_ratio 0) or tiled downward
-// in squares (-1).
+// The picture behind everything, stretched to the world's height (tile_ratio 0), tiled downward in
+// squares (-1), or, if it `scrolls`, in a strip of squares three times as high as the view that
+// moves to the left.
 struct Background {
   bool shown = false;  // false: black
   BackgroundGroup group = BackgroundGroup::kPlatform;
@@ -69,6 +70,8 @@ struct Background {
       nullptr;       // in place of the group's picture; must outlive the drawing of the scene
   float offset = 0;  // how far the picture is shifted to the left, in [0, 1]
   float tile_ratio = 0;
+  bool scrolls = false;        // then offset and tile_ratio are not used
+  int32_t scrolled_steps = 0;  // how far
 };
 
 // Two squares in the top left corner whose grey tells the agent's velocity.

@@ -53,6 +53,11 @@ Entity& SpawnChild(World& world, int kind, float radius, const Entity& parent,
       Entity::Make(kind, parent.x, parent.y, vx, vy, radius, radius));
 }
 
+bool OverlapsAnything(const World& world, const Entity& entity) {
+  return std::any_of(world.entities.begin(), world.entities.end(),
+                     [&entity](const Entity& other) { return Overlap(entity, other, 0); });
+}
+
 void PlaceAgentAnew(World& world, RandomStream& random) {
   Entity& agent = world.agent();
   const auto collides = [&world, &agent] {

@@ -31,6 +31,9 @@ Entity& SpawnAtCell(World& world, int kind, float radius, int cell_index);
 // Adds a square entity of `kind` at the centre of `parent`, at rest or with the parent's velocity.
 Entity& SpawnChild(World& world, int kind, float radius, const Entity& parent, bool keeps_velocity);
 
+// Whether `entity`, which is not in the world yet, overlaps anything in it.
+bool OverlapsAnything(const World& world, const Entity& entity);
+
 // Draws a new place for the agent, anywhere in the world, until it overlaps nothing; at most 100
 // times.
 void PlaceAgentAnew(World& world, RandomStream& random);

@@ -134,6 +134,13 @@ TEST(PlaceAgentAnewTest, TheOthersMarginCounts) {
   EXPECT_EQ(random.draws(), 200U);
 }
 
+TEST(OverlapsAnythingTest, TouchingIsNotOverlapping) {
+  World world = DrawWorld(kEmptyRoom, 0, 0);
+  world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 0.5F, 0.5F));
+  EXPECT_FALSE(OverlapsAnything(world, Entity::Make(kBallKind, 3, 2, 0, 0, 0.5F, 0.5F)));
+  EXPECT_TRUE(OverlapsAnything(world, Entity::Make(kBallKind, 2.9F, 2, 0, 0, 0.5F, 0.5F)));
+}
+
 TEST(DistanceTest, IsBetweenCentres) {
   EXPECT_EQ(Distance(Entity::Make(1, 1, 1, 0, 0, 9, 9), Entity::Make(1, 4, 5, 0, 0, 9, 9)), 5);
 }
