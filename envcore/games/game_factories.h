@@ -13,6 +13,7 @@ namespace procgen {
 std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
 std::unique_ptr<Game> MakeClimber(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
+std::unique_ptr<Game> MakeFruitBot(const GameOptions& options);
 std::unique_ptr<Game> MakeMaze(const GameOptions& options);
 std::unique_ptr<Game> MakeMiner(const GameOptions& options);
 std::unique_ptr<Game> MakeNinja(const GameOptions& options);
