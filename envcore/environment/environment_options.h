@@ -15,8 +15,7 @@ struct EnvironmentOptions : GameOptions {
   int32_t num_levels = 0;   // number of different levels, >= 0; 0: unlimited
   int32_t start_level = 0;  // first level seed, >= 0; not used with num_levels 0
   int64_t rand_seed = 0;    // seeds the choice of levels, modulo 2^32
-  bool use_sequential_levels =
-      false;  // a completed level is followed by level seed + 997 without an episode end
+  bool use_sequential_levels = false;  // a completed level goes on at level seed + 997
 };
 
 // Checks `options` for `game` and returns them with kExploration resolved to what it stands for:

@@ -9,6 +9,7 @@
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
+#include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 
 namespace procgen {
@@ -32,8 +33,7 @@ constexpr int kItemCountRange = 10;  // different numbers of fruit, and of food
 
 constexpr float kTopSpeed = 0.85F;   // cells a step
 constexpr float kUpwardPush = 0.2F;  // in place of the action's vertical part
-constexpr float kPi = 3.14159274F;
-constexpr float kAgentRotation = -kPi / 2;  // the art faces right, the robot drives up
+constexpr float kAgentRotation = -kHalfPi;  // the art faces right, the robot drives up
 constexpr float kFruitReward = 1;
 constexpr float kFoodReward = -4;
 constexpr float kPresentReward = 10;

@@ -11,6 +11,7 @@ namespace procgen {
 // One for each game that is there, in <game>.cc; called through the catalog. REQUIRES: a mode that
 // the game has.
 std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
+std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options);
 std::unique_ptr<Game> MakeClimber(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
 std::unique_ptr<Game> MakeFruitBot(const GameOptions& options);

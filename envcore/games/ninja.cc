@@ -9,6 +9,7 @@
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
+#include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
 
@@ -38,9 +39,8 @@ constexpr float kMushroomReward = 10;
 constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
 constexpr double kStandingSpeed = 0.01;  // slower is standing
 
-constexpr float kPi = 3.14159274F;
 // The directions in which the special actions throw stars, facing right; radians upward.
-constexpr float kStarAngles[] = {0, kPi / 4, kPi / 2, -kPi / 4, 0, 0};
+constexpr float kStarAngles[] = {0, kPi / 4, kHalfPi, -kPi / 4, 0, 0};
 constexpr float kStarRadius = 0.25F;  // cells
 constexpr int kStarLifeSteps = 15;
 constexpr int kStarPauseSteps = 3;  // from one star to the next

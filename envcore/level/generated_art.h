@@ -1,12 +1,16 @@
 #ifndef ENVCORE_LEVEL_GENERATED_ART_H_
 #define ENVCORE_LEVEL_GENERATED_ART_H_
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "envcore/random/random_stream.h"
 
 namespace procgen {
+
+// Red, green, blue.
+using Rgb = std::array<uint8_t, 3>;
 
 // Art made from random numbers (use_generated_assets), as data: the painting steps, in order, on a
 // canvas of side_px x side_px. No draw depends on what is painted, so drawing the numbers and
@@ -18,14 +22,15 @@ struct PaintStep {
   double y = 0;
   double width = 0;
   double height = 0;
-  uint8_t fill[3] = {0, 0, 0};     // red, green, blue
-  uint8_t outline[3] = {0, 0, 0};  // ellipses only, 1 pixel wide
-  uint8_t alpha = 255;             // below 255: laid over what is there
+  Rgb fill = {0, 0, 0};
+  Rgb outline = {0, 0, 0};  // ellipses only, 1 pixel wide, drawn over the filling
+  // 255: replaces what is there, transparency included; below: laid over what is there.
+  uint8_t alpha = 255;
 };
 
 struct GeneratedArt {
   int side_px = 0;
-  bool transparent = false;  // figures are painted on a transparent canvas
+  bool transparent = false;  // where nothing is painted; a block paints its whole canvas
   std::vector<PaintStep> steps;
 };
 

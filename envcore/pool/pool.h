@@ -53,8 +53,7 @@ struct NextLevel {
 struct Reset {
   int32_t environment = 0;            // index in the pool
   std::optional<int32_t> level_seed;  // the level to play; absent: drawn as usual
-  std::optional<int64_t>
-      rand_seed;  // seeds the environment's choice of levels anew, before the draw
+  std::optional<int64_t> rand_seed;   // seeds the choice of levels anew, before the draw
 };
 
 // What is asked of the environments [first, first + count). The spans must stay valid until the
@@ -65,9 +64,10 @@ struct StepInput {
   // False: only the resets are carried out, all other environments stay as they are; `actions` is
   // empty then.
   bool steps = true;
-  absl::Span<const int32_t> actions =
-      {};              // [count], each in [-1, kActionCount); -1: do nothing and end the episode
-  int32_t repeat = 1;  // the same action this many times, rewards summed; stops at a level's end
+  // [count], each in [-1, kActionCount); -1: do nothing and end the episode.
+  absl::Span<const int32_t> actions = {};
+  // The same action this many times, rewards summed; an environment stops where its level ends.
+  int32_t repeat = 1;
   absl::Span<const NextLevel> next_levels = {};  // of environments in the slice, each at most once
   absl::Span<const Reset> resets = {};           // of environments in the slice, each at most once
 };
@@ -76,27 +76,27 @@ struct StepInput {
 // then it is not written (an empty `observations` also saves the drawing). The caller owns the
 // memory.
 struct Batch {
-  absl::Span<uint8_t> observations;  // agent's view, after any new level      uint8  [n, 64, 64, 3]
-  absl::Span<float> rewards;         // of this step, of the old episode       float  [n]
-  absl::Span<uint8_t> first;         // 1: a new episode has begun             uint8  [n]
-  absl::Span<uint8_t> terminated;    // 1: the game ended the episode          uint8  [n]
-  absl::Span<uint8_t> truncated;     // 1: the time limit ended the episode    uint8  [n]
-  absl::Span<int32_t> level_seeds;   // of the level in the observation        int32  [n]
-  absl::Span<int32_t> prev_level_seeds;     // of the level that was stepped          int32  [n]
-  absl::Span<uint8_t> prev_level_complete;  // 1: that level was completed            uint8  [n]
+  absl::Span<uint8_t> observations;         // agent's view, after any new level  [n, 64, 64, 3]
+  absl::Span<float> rewards;                // of this step, of the old episode   [n]
+  absl::Span<uint8_t> first;                // 1: a new episode has begun         [n]
+  absl::Span<uint8_t> terminated;           // 1: the game ended the episode      [n]
+  absl::Span<uint8_t> truncated;            // 1: the step limit ended it         [n]
+  absl::Span<int32_t> level_seeds;          // of the level in the observation    [n]
+  absl::Span<int32_t> prev_level_seeds;     // of the level that was stepped      [n]
+  absl::Span<uint8_t> prev_level_complete;  // 1: that level was completed        [n]
   // At an episode's end the ended episode's, otherwise of the episode so far.
-  absl::Span<float> episode_returns;    // sum of rewards                         float  [n]
-  absl::Span<int32_t> episode_lengths;  // steps                                  int32  [n]
+  absl::Span<float> episode_returns;    // sum of rewards                         [n]
+  absl::Span<int32_t> episode_lengths;  // steps                                  [n]
   // Where the episode ended in this step: its last picture, before the new level. Other rows are
   // left as they were.
-  absl::Span<uint8_t> final_observations;  // uint8  [n, 64, 64, 3]
+  absl::Span<uint8_t> final_observations;  //                           [n, 64, 64, 3]
 };
 
 // A Pool steps env_count() environments as one batch.
 // Shapes: row i of a batch is environment first + i, whatever order the workers finish in.
 // Threads: any method from any thread; a second call that reads or steps environments while one
-// runs returns ABORTED at once and changes nothing. Determinism: the number of workers, slicing and
-// pool size change no bit of any result.
+// runs returns ABORTED at once and changes nothing.
+// Determinism: the number of workers, slicing and pool size change no bit of any result.
 class Pool {
  public:
   using DoneCallback = absl::AnyInvocable<void(absl::Status)>;

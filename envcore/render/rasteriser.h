@@ -1,61 +1,45 @@
 #ifndef ENVCORE_RENDER_RASTERISER_H_
 #define ENVCORE_RENDER_RASTERISER_H_
 
-#include <algorithm>
-#include <cmath>
+#include <array>
+#include <cstdint>
 
 #include "absl/types/span.h"
 #include "envcore/render/game_art.h"
+#include "envcore/render/picture.h"
 #include "envcore/scene/scene.h"
 
 namespace procgen {
 
-// Draws scenes in flat colours; pictures are not there yet.
+// The side of the agent's view, pixels.
+inline constexpr int kAgentViewSidePx = 64;
+
+// Draws scenes. Frames are red, green, blue, top row first. Keeps what it has painted of generated
+// backgrounds; allocates nothing for a frame but to paint a new one. Threads: compatible (one
+// thread at a time): one for each worker.
 class Rasteriser {
  public:
-  void DrawAgentView(const Scene& scene, const GameArt& /*art*/, absl::Span<uint8_t> frame) {
-    std::fill(frame.begin(), frame.end(), 0);
-    const Viewport view(scene.camera, 64);
-    DrawSprites(scene.below_cells, view, frame);
-    const CellLayer& cells = scene.cells;
-    for (int x = cells.first_column; x <= cells.last_column; ++x) {
-      for (int y = cells.first_row; y <= cells.last_row; ++y) {
-        const int kind =
-            cells.grid->Contains(x, y) ? cells.grid->At(x, y) : cells.out_of_bounds_kind;
-        if (kind >= 0 && kind < kKindCount && cells.looks[kind].image_kind >= 0) {
-          Fill(view.OfCell(x, y), cells.looks[kind].image_kind, cells.looks[kind].theme, frame);
-        }
-      }
-    }
-    DrawSprites(scene.above_cells, view, frame);
-  }
-  void DrawHumanView(const Scene& scene, const GameArt& art, int /*side_px*/,
-                     absl::Span<uint8_t> frame) {
-    DrawAgentView(scene, art, frame);
-  }
+  // Draws what the agent sees, pixel by pixel as the released benchmark does where the art is the
+  // same. `frame`: uint8 [64, 64, 3]. REQUIRES: `frame` has that size.
+  void DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame);
+  // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3].
+  // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
+  void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
+                     absl::Span<uint8_t> frame);
 
  private:
-  static int Rounded(double v) { return static_cast<int>(std::floor(v + 0.5)); }
-  void DrawSprites(const std::vector<Sprite>& sprites, const Viewport& view,
-                   absl::Span<uint8_t> frame) {
-    for (const Sprite& sprite : sprites) {
-      Fill(view.OfBox(sprite.x, sprite.y, sprite.rx, sprite.ry), sprite.image_kind, sprite.theme,
-           frame);
-    }
-  }
-  void Fill(const ScreenRect& rect, int kind, int theme, absl::Span<uint8_t> frame) {
-    const int code = ((29 * (kind + 1)) % 64 + 19 * theme) % 64;
-    const uint8_t color[3] = {static_cast<uint8_t>(64 * (code / 16 + 1) - 1),
-                              static_cast<uint8_t>(64 * (code / 4 % 4 + 1) - 1),
-                              static_cast<uint8_t>(64 * (code % 4 + 1) - 1)};
-    for (int y = std::max(0, Rounded(rect.y)); y < std::min(64, Rounded(rect.y + rect.height));
-         ++y) {
-      for (int x = std::max(0, Rounded(rect.x)); x < std::min(64, Rounded(rect.x + rect.width));
-           ++x) {
-        std::copy(color, color + 3, frame.begin() + (y * 64 + x) * 3);
-      }
-    }
-  }
+  // A generated background that was painted before, known again by its painting steps.
+  struct PaintedBackground {
+    uint64_t fingerprint = 0;
+    uint64_t last_use = 0;
+    Picture picture;
+  };
+
+  const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
+  const Picture& Painted(const GeneratedArt& art);
+
+  std::array<PaintedBackground, 8> painted_;
+  uint64_t uses_ = 0;
 };
 
 }  // namespace procgen

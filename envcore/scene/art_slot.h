@@ -13,9 +13,8 @@ struct ArtSlot {
   int kind;
   int theme;
   absl::string_view name;  // of our own picture, without the theme: "fish" is bigfish/fish_<theme>
-  absl::string_view
-      released;  // path of the released art's file in an art folder of the released layout
-  int width_px;  // of the released picture
+  absl::string_view released;  // path of the file in an art folder of the released layout
+  int width_px;                // of the released picture
   int height_px;
 };
 

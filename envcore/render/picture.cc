@@ -1,0 +1,74 @@
+#include "envcore/render/picture.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+namespace procgen {
+namespace {
+
+// Half the size, rounded up; each pixel the mean of the two by two that it stands for.
+Image Halved(const Image& image) {
+  Image half((image.width() + 1) / 2, (image.height() + 1) / 2);
+  for (int y = 0; y < half.height(); ++y) {
+    const Rgba* upper = image.Row(2 * y);
+    const Rgba* lower = image.Row(std::min(2 * y + 1, image.height() - 1));
+    for (int x = 0; x < half.width(); ++x) {
+      const int left = 2 * x;
+      const int right = std::min(2 * x + 1, image.width() - 1);
+      const auto mean = [&](uint8_t Rgba::*channel) {
+        const int sum = upper[left].*channel + upper[right].*channel + lower[left].*channel +
+                        lower[right].*channel;
+        return static_cast<uint8_t>((sum + 2) / 4);
+      };
+      half.At(x, y) = {mean(&Rgba::red), mean(&Rgba::green), mean(&Rgba::blue), mean(&Rgba::alpha)};
+    }
+  }
+  return half;
+}
+
+bool IsOpaque(const Image& image) {
+  for (int y = 0; y < image.height(); ++y) {
+    const Rgba* row = image.Row(y);
+    if (!std::all_of(row, row + image.width(), [](const Rgba& p) { return p.alpha == 255; })) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Picture::Picture(Image image, Levels levels) {
+  if (image.empty()) {
+    return;
+  }
+  opaque_ = IsOpaque(image);
+  levels_.push_back(std::move(image));
+  if (levels == Levels::kAll) {
+    while (levels_.back().width() > 1 || levels_.back().height() > 1) {
+      levels_.push_back(Halved(levels_.back()));
+    }
+  }
+}
+
+const Image& Picture::LevelFor(double width_px, double height_px) const {
+  size_t level = 0;
+  while (level + 1 < levels_.size() && levels_[level + 1].width() >= width_px &&
+         levels_[level + 1].height() >= height_px) {
+    ++level;
+  }
+  return levels_[level];
+}
+
+Picture Picture::Mirrored() const {
+  Picture mirrored = *this;
+  for (Image& image : mirrored.levels_) {
+    for (int y = 0; y < image.height(); ++y) {
+      std::reverse(image.Row(y), image.Row(y) + image.width());
+    }
+  }
+  return mirrored;
+}
+
+}  // namespace procgen

@@ -1,0 +1,43 @@
+#ifndef ENVCORE_RENDER_PICTURE_H_
+#define ENVCORE_RENDER_PICTURE_H_
+
+#include <vector>
+
+#include "envcore/render/image.h"
+
+namespace procgen {
+
+// Whether a picture is also kept reduced.
+enum class Levels {
+  kOne,  // as it is, whatever size it is drawn at: released art, generated art
+  kAll,  // also at half, a quarter, ... of its size, so that few pixels still show what it is
+};
+
+// A picture at one or more sizes: level 0 as it is, each further level half the size of the one
+// before (rounded up), averaged, down to 1 x 1. Immutable after it was made.
+class Picture {
+ public:
+  Picture() = default;
+  Picture(Image image, Levels levels);
+
+  bool empty() const { return levels_.empty(); }
+  // Whether every pixel is opaque.
+  bool opaque() const { return opaque_; }
+  int level_count() const { return static_cast<int>(levels_.size()); }
+  // REQUIRES: 0 <= level < level_count().
+  const Image& level(int level) const { return levels_[static_cast<size_t>(level)]; }
+  // The smallest level that is at least width_px wide and height_px high, level 0 if none is.
+  // REQUIRES: !empty().
+  const Image& LevelFor(double width_px, double height_px) const;
+
+  // The picture with its columns reversed, at all its levels.
+  Picture Mirrored() const;
+
+ private:
+  std::vector<Image> levels_;
+  bool opaque_ = false;
+};
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_PICTURE_H_

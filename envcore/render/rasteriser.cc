@@ -1,0 +1,78 @@
+#include "envcore/render/rasteriser.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "envcore/level/generated_art.h"
+#include "envcore/render/frame.h"
+#include "envcore/render/generated_painting.h"
+#include "envcore/render/scene_drawing.h"
+
+namespace procgen {
+namespace {
+
+// Tells the art of one level from that of another.
+uint64_t FingerprintOf(const GeneratedArt& art) {
+  constexpr uint64_t kPrime = 0x9E3779B97F4A7C15;
+  uint64_t hash = static_cast<uint64_t>(art.side_px);
+  const auto add = [&hash](uint64_t value) {
+    hash = (hash ^ value) * kPrime;
+    hash ^= hash >> 29;
+  };
+  for (const PaintStep& step : art.steps) {
+    for (const double place : {step.x, step.y, step.width, step.height}) {
+      add(std::bit_cast<uint64_t>(place));
+    }
+    uint64_t colors = static_cast<uint64_t>(step.shape);
+    for (const uint8_t channel : step.fill) {
+      colors = colors << 8 | channel;
+    }
+    for (const uint8_t channel : step.outline) {
+      colors = colors << 8 | channel;
+    }
+    add(colors << 8 | step.alpha);
+  }
+  return hash;
+}
+
+}  // namespace
+
+void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame) {
+  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSharp,
+            Frame{frame.data(), kAgentViewSidePx});
+}
+
+void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
+                               absl::Span<uint8_t> frame) {
+  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSmooth, Frame{frame.data(), side_px});
+}
+
+const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {
+  if (!scene.background.shown) {
+    return nullptr;
+  }
+  if (scene.background.generated != nullptr) {
+    return &Painted(*scene.background.generated);
+  }
+  return art.BackgroundOf(scene.background.group, scene.background.index);
+}
+
+const Picture& Rasteriser::Painted(const GeneratedArt& art) {
+  const uint64_t fingerprint = FingerprintOf(art);
+  ++uses_;
+  auto slot = std::find_if(painted_.begin(), painted_.end(), [&](const PaintedBackground& p) {
+    return !p.picture.empty() && p.fingerprint == fingerprint;
+  });
+  if (slot == painted_.end()) {
+    slot = std::min_element(painted_.begin(), painted_.end(),
+                            [](const PaintedBackground& a, const PaintedBackground& b) {
+                              return a.last_use < b.last_use;
+                            });
+    slot->fingerprint = fingerprint;
+    slot->picture = Picture(PaintGenerated(art), Levels::kOne);
+  }
+  slot->last_use = uses_;
+  return slot->picture;
+}
+
+}  // namespace procgen

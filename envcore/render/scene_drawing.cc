@@ -1,0 +1,203 @@
+#include "envcore/render/scene_drawing.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "envcore/render/flat_rectangle.h"
+#include "envcore/render/sharp_picture.h"
+#include "envcore/render/smooth_picture.h"
+
+namespace procgen {
+namespace {
+
+constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
+
+// Into how many squares-by-ratio a rectangle of `length` x `breadth` is cut along its length.
+int TileCount(double length, double breadth, double ratio) {
+  const double count = length / (breadth * ratio);
+  return count >= 1 ? static_cast<int>(std::min(count, 1e6)) : 1;
+}
+
+// Calls `draw` for each tile of `rect`: side by side for a positive ratio, one below the other for
+// a negative one. REQUIRES: ratio != 0.
+template <typename Draw>
+void ForEachTile(const ScreenRect& rect, float ratio, Draw draw) {
+  if (ratio > 0) {
+    const int count = TileCount(rect.width, rect.height, static_cast<double>(ratio));
+    const auto width = static_cast<float>(rect.width / count);
+    const auto height = static_cast<float>(rect.height);
+    for (int i = 0; i < count; ++i) {
+      const float offset = width * static_cast<float>(i);
+      draw(ScreenRect{rect.x + static_cast<double>(offset), rect.y, static_cast<double>(width),
+                      static_cast<double>(height)});
+    }
+    return;
+  }
+  const int count = TileCount(rect.height, rect.width, static_cast<double>(-ratio));
+  const auto width = static_cast<float>(rect.width);
+  const auto height = static_cast<float>(rect.height / count);
+  for (int i = 0; i < count; ++i) {
+    const float offset = height * static_cast<float>(i);
+    draw(ScreenRect{rect.x, rect.y + static_cast<double>(offset), static_cast<double>(width),
+                    static_cast<double>(height)});
+  }
+}
+
+// Draws one scene on one frame.
+template <Smoothing kSmoothing>
+class Drawing {
+ public:
+  Drawing(const Scene& scene, const GameArt& art, const Frame& frame)
+      : scene_(scene), art_(art), frame_(frame), viewport_(scene.camera, frame.side_px) {}
+
+  void Draw(const Picture* background) const {
+    std::memset(frame_.rgb, 0,
+                3 * static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px));
+    if (background != nullptr) {
+      DrawBackground(*background);
+    }
+    for (const Sprite& sprite : scene_.below_cells) {
+      DrawSprite(sprite);
+    }
+    if (scene_.cells.grid != nullptr) {
+      DrawCells();
+    }
+    for (const Sprite& sprite : scene_.above_cells) {
+      DrawSprite(sprite);
+    }
+    if (scene_.velocity.shown) {
+      DrawVelocity();
+    }
+  }
+
+ private:
+  void DrawFlat(const ScreenRect& rect, const Rgba& color) const {
+    if constexpr (kSmoothing == Smoothing::kSharp) {
+      DrawFlatSharp(rect, color, frame_);
+    } else {
+      DrawFlatSmooth(rect, color, frame_);
+    }
+  }
+
+  void DrawPicture(const SpriteArt& art, const ScreenRect& rect, float rotation,
+                   float opacity) const {
+    if constexpr (kSmoothing == Smoothing::kSmooth) {
+      DrawSmooth(*art.picture, rect, rotation, opacity, frame_);
+    } else if (art.generated) {
+      DrawSharpGenerated(*art.picture, rect, rotation, opacity, frame_);
+    } else {
+      DrawSharp(*art.picture, rect, rotation, opacity, frame_);
+    }
+  }
+
+  void DrawBackdrop(const Picture& picture, const ScreenRect& rect) const {
+    if constexpr (kSmoothing == Smoothing::kSharp) {
+      DrawSharpBackdrop(picture, rect, frame_);
+    } else {
+      DrawSmooth(picture, rect, 0, 1, frame_);
+    }
+  }
+
+  void DrawBackground(const Picture& picture) const {
+    const auto world_w = static_cast<float>(scene_.world_width);
+    const auto world_h = static_cast<float>(scene_.world_height);
+    const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
+    const float tile_ratio = scene_.background.tile_ratio;
+    if (tile_ratio != 0) {
+      ForEachTile(world, tile_ratio, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
+      return;
+    }
+    const Image& image = picture.level(0);
+    const float picture_ratio =
+        static_cast<float>(image.width()) / static_cast<float>(image.height());
+    const auto world_ratio =
+        static_cast<float>(static_cast<double>(world_w) / static_cast<double>(world_h));
+    const float shift = scene_.background.offset * (picture_ratio - world_ratio);
+    const float stretch = picture_ratio / world_ratio;
+    DrawBackdrop(picture, {world.x + world.width * static_cast<double>(-shift), world.y,
+                           world.width * static_cast<double>(stretch), world.height});
+  }
+
+  SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
+    return scene_.art_style == ArtStyle::kGenerated ? art_.GeneratedOf(kind, mirrored)
+                                                    : art_.SpriteOf(kind, theme, mirrored);
+  }
+
+  void DrawSprite(const Sprite& sprite) const {
+    const ScreenRect box = sprite.screen_coordinates
+                               ? viewport_.OfShares(sprite.x, sprite.y, sprite.rx, sprite.ry)
+                               : viewport_.OfBox(sprite.x, sprite.y, sprite.rx, sprite.ry);
+    if (scene_.art_style == ArtStyle::kMonochrome) {
+      DrawFlat(box, MonochromeColor(sprite.image_kind, sprite.theme));
+      return;
+    }
+    const SpriteArt art = ArtOf(sprite.image_kind, sprite.theme, sprite.mirrored);
+    const ScreenRect rect = {box.x, box.y + box.height * sprite.art_top, box.width,
+                             box.height * sprite.art_height};
+    if (sprite.tile_ratio != 0 && sprite.rotation == 0) {
+      ForEachTile(rect, sprite.tile_ratio,
+                  [&](const ScreenRect& tile) { DrawPicture(art, tile, 0, sprite.opacity); });
+      return;
+    }
+    DrawPicture(art, rect, sprite.rotation, sprite.opacity);
+  }
+
+  void DrawCells() const {
+    const CellLayer& cells = scene_.cells;
+    for (int x = cells.first_column; x <= cells.last_column; ++x) {
+      for (int y = cells.first_row; y <= cells.last_row; ++y) {
+        const int kind =
+            cells.grid->Contains(x, y) ? cells.grid->At(x, y) : cells.out_of_bounds_kind;
+        if (kind >= 0 && kind < kKindCount) {
+          DrawCell(x, y, cells.looks[static_cast<size_t>(kind)]);
+        }
+      }
+    }
+  }
+
+  void DrawCell(int x, int y, const CellLook& look) const {
+    if (look.image_kind < 0) {
+      return;
+    }
+    const ScreenRect rect = viewport_.OfCell(x, y);
+    if (scene_.art_style == ArtStyle::kMonochrome) {
+      DrawFlat(rect, MonochromeColor(look.image_kind, look.theme));
+    } else {
+      DrawPicture(ArtOf(look.image_kind, look.theme, false), rect, 0, 1);
+    }
+  }
+
+  void DrawVelocity() const {
+    const VelocityDisplay& velocity = scene_.velocity;
+    const auto side =
+        static_cast<double>(static_cast<float>(frame_.side_px * kVelocitySquareShare));
+    DrawFlat({0, 0, side, side}, VelocityGrey(velocity.vx, velocity.vx_max));
+    DrawFlat({side, 0, side, side}, VelocityGrey(velocity.vy, velocity.vy_max));
+  }
+
+  static Rgba VelocityGrey(float speed, float top_speed) {
+    const auto share =
+        static_cast<float>(0.5 * static_cast<double>(speed) / static_cast<double>(top_speed) + 0.5);
+    const float level = share * 255;
+    const auto grey = static_cast<uint8_t>(std::clamp(level, 0.0F, 255.0F));
+    return {grey, grey, grey, 255};
+  }
+
+  const Scene& scene_;
+  const GameArt& art_;
+  const Frame& frame_;
+  const Viewport viewport_;
+};
+
+}  // namespace
+
+void DrawScene(const Scene& scene, const GameArt& art, const Picture* background,
+               Smoothing smoothing, const Frame& frame) {
+  if (smoothing == Smoothing::kSharp) {
+    Drawing<Smoothing::kSharp>(scene, art, frame).Draw(background);
+  } else {
+    Drawing<Smoothing::kSmooth>(scene, art, frame).Draw(background);
+  }
+}
+
+}  // namespace procgen
