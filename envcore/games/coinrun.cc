@@ -7,6 +7,7 @@
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
+#include "envcore/world/placing.h"
 #include "envcore/world/support.h"
 
 namespace procgen {
@@ -344,11 +345,7 @@ class CoinRun final : public Game {
     walker.image_kind =
         (step_number() / kFrameSteps) % 2 == 0 ? kWalkerImageKind : kWalkerStepImageKind;
     walker.mirrored = walker.vx > 0;
-    const auto dust_y = static_cast<float>(walker.y - walker.ry * 0.5);
-    Entity& dust = world_.entities.emplace_back(
-        Entity::Make(kTrailKind, walker.x, dust_y, 0, 0.01F, 0.3F, 0.2F));
-    dust.expiry = 8;
-    dust.opacity = 0.5F;
+    SpawnDust(world_, walker);
   }
 
   void Steer() override {
