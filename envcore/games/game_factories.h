@@ -15,6 +15,7 @@ std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options);
 std::unique_ptr<Game> MakeClimber(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
 std::unique_ptr<Game> MakeFruitBot(const GameOptions& options);
+std::unique_ptr<Game> MakeJumper(const GameOptions& options);
 std::unique_ptr<Game> MakeMaze(const GameOptions& options);
 std::unique_ptr<Game> MakeMiner(const GameOptions& options);
 std::unique_ptr<Game> MakeNinja(const GameOptions& options);
