@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "envcore/render/flat_rectangle.h"
+#include "envcore/render/overlay_drawing.h"
 #include "envcore/render/sharp_picture.h"
 #include "envcore/render/smooth_picture.h"
 
@@ -67,6 +68,13 @@ class Drawing {
     }
     if (scene_.velocity.shown) {
       DrawVelocity();
+    }
+    for (const Overlay& overlay : scene_.overlays) {
+      if constexpr (kSmoothing == Smoothing::kSharp) {
+        DrawOverlaySharp(overlay, viewport_, frame_);
+      } else {
+        DrawOverlaySmooth(overlay, viewport_, frame_);
+      }
     }
   }
 

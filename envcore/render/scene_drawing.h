@@ -11,7 +11,7 @@ namespace procgen {
 enum class Smoothing { kSharp, kSmooth };
 
 // Draws `scene` in its order on `frame`: black, background, sprites below the cells, cells, sprites
-// above them, velocity. `background`: null for black.
+// above them, velocity, overlays. `background`: null for black.
 void DrawScene(const Scene& scene, const GameArt& art, const Picture* background,
                Smoothing smoothing, const Frame& frame);
 

@@ -1,0 +1,69 @@
+#ifndef PROCGEN_CLIENT_BATCH_H_
+#define PROCGEN_CLIENT_BATCH_H_
+
+#include <cstdint>
+
+#include "absl/types/span.h"
+#include "procgen/v1/step.pb.h"
+
+namespace procgen_client {
+
+// The answer to one request: how n environments stand. Row i is environment first_environment() +
+// i. The comments of procgen.v1.Batch tell what each value means.
+// The spans are good until the Batch is filled again or ends. An answer that came in one response
+// is not copied.
+// Threads: compatible (one at a time).
+class Batch {
+ public:
+  int64_t sequence_number() const { return response_.sequence_number(); }
+  int32_t first_environment() const { return first_environment_; }
+  int32_t environment_count() const { return value().environment_count(); }
+
+  absl::Span<const uint8_t> observations() const { return Bytes(value().observations()); }
+  //                                                          uint8  [n, 64, 64, 3], or empty
+  absl::Span<const float> rewards() const { return Numbers(value().rewards()); }            // [n]
+  absl::Span<const bool> first() const { return Numbers(value().first()); }                 // [n]
+  absl::Span<const bool> terminated() const { return Numbers(value().terminated()); }       // [n]
+  absl::Span<const bool> truncated() const { return Numbers(value().truncated()); }         // [n]
+  absl::Span<const int32_t> level_seeds() const { return Numbers(value().level_seeds()); }  // [n]
+  absl::Span<const int32_t> prev_level_seeds() const {                                      // [n]
+    return Numbers(value().prev_level_seeds());
+  }
+  absl::Span<const bool> prev_level_complete() const {  // [n]
+    return Numbers(value().prev_level_complete());
+  }
+  absl::Span<const float> episode_returns() const {  // [n]
+    return Numbers(value().episode_returns());
+  }
+  absl::Span<const int32_t> episode_lengths() const {  // [n]
+    return Numbers(value().episode_lengths());
+  }
+  // Of the m rows with terminated or truncated, in order.
+  absl::Span<const int64_t> fingerprints() const { return Numbers(value().fingerprints()); }  // [m]
+  absl::Span<const uint8_t> final_observations() const {
+    return Bytes(value().final_observations());
+  }  //                                                       uint8  [m, 64, 64, 3], or empty
+
+ private:
+  friend class StepStream;
+
+  template <typename Number>
+  static absl::Span<const Number> Numbers(const google::protobuf::RepeatedField<Number>& array) {
+    return absl::MakeConstSpan(array.data(), static_cast<size_t>(array.size()));
+  }
+  static absl::Span<const uint8_t> Bytes(const std::string& bytes) {
+    return absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
+  }
+  const procgen::v1::Batch& value() const { return response_.batch(); }
+
+  // Begins with the first response of an answer; then adds the others' rows.
+  void Begin();
+  void Append(const procgen::v1::Batch& part);
+
+  procgen::v1::StepPoolResponse response_;  // the first of the answer; others' rows are appended
+  int32_t first_environment_ = 0;
+};
+
+}  // namespace procgen_client
+
+#endif  // PROCGEN_CLIENT_BATCH_H_

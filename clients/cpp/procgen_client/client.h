@@ -1,0 +1,70 @@
+#ifndef PROCGEN_CLIENT_CLIENT_H_
+#define PROCGEN_CLIENT_CLIENT_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "absl/types/span.h"
+#include "grpcpp/channel.h"
+#include "procgen/v1/catalog.grpc.pb.h"
+#include "procgen/v1/pools.grpc.pb.h"
+#include "procgen/v1/render.grpc.pb.h"
+#include "procgen/v1/step.grpc.pb.h"
+#include "procgen_client/batch.h"
+#include "procgen_client/step_stream.h"
+
+namespace procgen_client {
+
+struct ConnectOptions {
+  absl::Duration timeout = absl::Seconds(10);  // until the server must have answered
+  // Largest response that can be received, in bytes. StreamOptions::response_bytes_max may be as
+  // much.
+  int32_t response_bytes_max = 4 << 20;
+};
+
+// A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
+// tell their fields, errors and limits; the server's errors are returned as they are.
+// Threads: any method from any thread.
+class Client {
+ public:
+  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
+                                                         const ConnectOptions& options = {});
+
+  // What the server offers, and how busy it is.
+  absl::StatusOr<procgen::v1::Catalog> GetCatalog();
+  absl::StatusOr<procgen::v1::Load> GetLoad();
+
+  // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
+  // it is deleted.
+  absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
+                                               const std::string& pool_id = "");
+  absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
+  absl::StatusOr<std::vector<procgen::v1::Pool>> ListPools();
+  absl::Status DeletePool(const std::string& name);
+
+  // Takes a pool to step it.
+  absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,
+                                                     const StreamOptions& options = {});
+
+  // Draws environments for people: square frames, RGB, top row first.
+  absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
+      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
+
+ private:
+  explicit Client(const std::shared_ptr<grpc::Channel>& channel);
+
+  const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
+  const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
+  const std::unique_ptr<procgen::v1::StepService::Stub> step_;
+  const std::unique_ptr<procgen::v1::RenderService::Stub> render_;
+};
+
+}  // namespace procgen_client
+
+#endif  // PROCGEN_CLIENT_CLIENT_H_

@@ -1,0 +1,26 @@
+#ifndef SERVER_CONFIG_H_
+#define SERVER_CONFIG_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "server/rpc/server.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+
+// All that the program procgen-server is told by its flags.
+struct Config {
+  ServerOptions server;
+  absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
+  LogLevel log_level = LogLevel::kInfo;
+};
+
+// Errors: INVALID_ARGUMENT a value out of range, or two that contradict each other; the message
+// names the flag, what was given and what is allowed.
+absl::Status CheckConfig(const Config& config);
+
+}  // namespace procgen
+
+#endif  // SERVER_CONFIG_H_

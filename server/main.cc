@@ -1,0 +1,153 @@
+// procgen-server: hosts pools of Procgen environments behind gRPC. `procgen-server --help` lists
+// the flags, server/README.md explains them.
+
+#include <algorithm>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/flags/usage_config.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "server/config.h"
+#include "server/rpc/server.h"
+#include "server/session/event_log.h"
+
+ABSL_FLAG(std::string, address, "127.0.0.1:50051",
+          "where to listen: HOST:PORT (port 0: any that is free; it is printed), or unix:PATH");
+ABSL_FLAG(int32_t, workers, 0, "threads that step environments; 0: one a core");
+ABSL_FLAG(int32_t, pool_count_max, procgen::Limits().pool_count_max, "pools at a time");
+ABSL_FLAG(int32_t, pool_environment_count_max, procgen::Limits().pool_environment_count_max,
+          "environments of one pool");
+ABSL_FLAG(int32_t, environment_count_max, procgen::Limits().environment_count_max,
+          "environments of all pools together");
+ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
+          "bytes of one request message");
+ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
+          "bytes of one response message that a client may ask for");
+ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
+          "unanswered requests of one stream that a client may ask for");
+ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
+          "after SIGTERM or SIGINT, running requests have this long to be answered");
+ABSL_FLAG(std::string, log_level, "info",
+          "least level of log lines: debug, info, warning or error");
+
+namespace procgen {
+namespace {
+
+constexpr int kExitUsage = 2;
+
+absl::StatusOr<LogLevel> FindLogLevel(const std::string& name) {
+  for (const auto& [level_name, level] :
+       {std::pair("debug", LogLevel::kDebug), std::pair("info", LogLevel::kInfo),
+        std::pair("warning", LogLevel::kWarning), std::pair("error", LogLevel::kError)}) {
+    if (name == level_name) {
+      return level;
+    }
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("--log_level is '", name, "', allowed: debug, info, warning, error"));
+}
+
+absl::StatusOr<Config> ReadConfig() {
+  absl::StatusOr<LogLevel> log_level = FindLogLevel(absl::GetFlag(FLAGS_log_level));
+  if (!log_level.ok()) {
+    return log_level.status();
+  }
+  Config config;
+  config.log_level = *log_level;
+  config.drain_deadline = absl::GetFlag(FLAGS_drain_deadline);
+  config.server.address = absl::GetFlag(FLAGS_address);
+  config.server.worker_count = absl::GetFlag(FLAGS_workers);
+  if (config.server.worker_count == 0) {
+    config.server.worker_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+  Limits& limits = config.server.limits;
+  limits.pool_count_max = absl::GetFlag(FLAGS_pool_count_max);
+  limits.pool_environment_count_max = absl::GetFlag(FLAGS_pool_environment_count_max);
+  limits.environment_count_max = absl::GetFlag(FLAGS_environment_count_max);
+  limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
+  limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
+  limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
+  if (absl::Status status = CheckConfig(config); !status.ok()) {
+    return status;
+  }
+  return config;
+}
+
+// The signals that ask to stop. Blocked in all threads, so that Serve waits for them and no
+// handler has to.
+sigset_t StopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+int Serve(const Config& config, const sigset_t& stop_signals) {
+  SetLogLevel(config.log_level);
+  absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
+  if (!server.ok()) {
+    LogEvent(LogLevel::kError, "start_failed",
+             {{"message", std::string(server.status().message())}});
+    return 1;
+  }
+  LogEvent(LogLevel::kInfo, "listening",
+           {{"address", (*server)->address()},
+            {"version", PROCGEN_SERVER_VERSION},
+            {"workers", absl::StrCat(config.server.worker_count)}});
+  // For programs that start this one: the address on standard output, when clients can connect.
+  std::printf("listening on %s\n", (*server)->address().c_str());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&stop_signals, &signal);
+  LogEvent(LogLevel::kInfo, "draining",
+           {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
+            {"deadline", absl::FormatDuration(config.drain_deadline)}});
+  (*server)->Stop(config.drain_deadline);
+  LogEvent(LogLevel::kInfo, "stopped", {});
+  return 0;
+}
+
+int Main(int argc, char** argv) {
+  const sigset_t stop_signals = StopSignals();
+  pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
+
+  const auto is_ours = [](absl::string_view file) {
+    return absl::EndsWith(file, "server/main.cc");
+  };
+  absl::FlagsUsageConfig usage;
+  usage.contains_help_flags = is_ours;
+  usage.contains_helpshort_flags = is_ours;
+  usage.version_string = [] {
+    return absl::StrCat("procgen-server ", PROCGEN_SERVER_VERSION, "\n");
+  };
+  absl::SetFlagsUsageConfig(usage);
+  absl::SetProgramUsageMessage("hosts pools of Procgen environments behind gRPC");
+  if (const std::vector<char*> rest = absl::ParseCommandLine(argc, argv); rest.size() > 1) {
+    std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
+    return kExitUsage;
+  }
+  const absl::StatusOr<Config> config = ReadConfig();
+  if (!config.ok()) {
+    std::fprintf(stderr, "procgen-server: %s\n", std::string(config.status().message()).c_str());
+    return kExitUsage;
+  }
+  return Serve(*config, stop_signals);
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) { return procgen::Main(argc, argv); }

@@ -1,0 +1,31 @@
+#include "server/rpc/catalog_service.h"
+
+#include "server/rpc/convert_catalog.h"
+#include "server/rpc/unary_call.h"
+
+namespace procgen {
+
+CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions)
+    : sessions_(sessions), catalog_(CatalogMessageOf(PROCGEN_SERVER_VERSION, sessions->limits())) {}
+
+grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* /*context*/,
+                                                         const grpc::ByteBuffer* request,
+                                                         grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::GetCatalogRequest, v1::Catalog>;
+  return Call::Start(request, response, [this](Call* call) {
+    *call->response() = catalog_;
+    call->Finish(absl::OkStatus());
+  });
+}
+
+grpc::ServerUnaryReactor* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* /*context*/,
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
+  return Call::Start(request, response, [this](Call* call) {
+    *call->response() = LoadMessageOf(sessions_->load());
+    call->Finish(absl::OkStatus());
+  });
+}
+
+}  // namespace procgen

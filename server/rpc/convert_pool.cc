@@ -1,0 +1,294 @@
+#include "server/rpc/convert_pool.h"
+
+#include <random>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kGamesMax = 64;
+
+template <typename Enum>
+std::string EnumText(Enum value) {
+  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
+  const auto* named = descriptor->FindValueByNumber(static_cast<int>(value));
+  return named == nullptr ? absl::StrCat("number ", static_cast<int>(value)) : named->name();
+}
+
+template <typename Enum>
+absl::Status NoSuchValue(absl::string_view field, Enum value) {
+  std::string allowed;
+  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
+  for (int i = 1; i < descriptor->value_count(); ++i) {
+    absl::StrAppend(&allowed, i == 1 ? "" : ", ", descriptor->value(i)->name());
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", EnumText(value), ", allowed: ", allowed));
+}
+
+// For a feature of which only one value is offered yet.
+template <typename Enum>
+absl::Status CheckOffered(absl::string_view field, Enum value, Enum offered) {
+  if (value == Enum(0) || value == offered) {
+    return absl::OkStatus();
+  }
+  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
+  if (descriptor->FindValueByNumber(static_cast<int>(value)) == nullptr) {
+    return NoSuchValue(field, value);
+  }
+  return absl::UnimplementedError(absl::StrCat(
+      field, " is ", EnumText(value), ", which is not offered yet; offered: ", EnumText(offered)));
+}
+
+absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
+  switch (mode) {
+    case v1::DISTRIBUTION_MODE_UNSPECIFIED:
+    case v1::DISTRIBUTION_MODE_HARD:
+      return DistributionMode::kHard;
+    case v1::DISTRIBUTION_MODE_EASY:
+      return DistributionMode::kEasy;
+    case v1::DISTRIBUTION_MODE_EXTREME:
+      return DistributionMode::kExtreme;
+    case v1::DISTRIBUTION_MODE_MEMORY:
+      return DistributionMode::kMemory;
+    case v1::DISTRIBUTION_MODE_EXPLORATION:
+      return DistributionMode::kExploration;
+    default:
+      return NoSuchValue("spec.options.distribution_mode", mode);
+  }
+}
+
+absl::StatusOr<EpisodeEnd> EpisodeEndOf(v1::EpisodeEnd episode_end) {
+  switch (episode_end) {
+    case v1::EPISODE_END_UNSPECIFIED:
+    case v1::EPISODE_END_SAME_STEP:
+      return EpisodeEnd::kSameStep;
+    case v1::EPISODE_END_NEXT_STEP:
+      return EpisodeEnd::kNextStep;
+    case v1::EPISODE_END_DISABLED:
+      return EpisodeEnd::kDisabled;
+    default:
+      return NoSuchValue("spec.episode_end", episode_end);
+  }
+}
+
+v1::EpisodeEnd EpisodeEndMessageOf(EpisodeEnd episode_end) {
+  switch (episode_end) {
+    case EpisodeEnd::kSameStep:
+      return v1::EPISODE_END_SAME_STEP;
+    case EpisodeEnd::kNextStep:
+      return v1::EPISODE_END_NEXT_STEP;
+    case EpisodeEnd::kDisabled:
+      return v1::EPISODE_END_DISABLED;
+  }
+  return v1::EPISODE_END_UNSPECIFIED;
+}
+
+int64_t DrawRandSeed() {
+  std::random_device device;
+  return static_cast<int64_t>(device() % 2147483647U);
+}
+
+absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {
+  absl::StatusOr<DistributionMode> mode = DistributionModeOf(message.distribution_mode());
+  if (!mode.ok()) {
+    return mode.status();
+  }
+  EnvironmentOptions options;
+  options.distribution_mode = *mode;
+  for (const auto& [field, value] : {std::pair("num_levels", message.num_levels()),
+                                     std::pair("start_level", message.start_level())}) {
+    if (value < 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.options.", field, " is ", value, ", allowed: 0 to 2147483647"));
+    }
+    if (*mode == DistributionMode::kExploration && value != 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.options.", field, " is ", value,
+                       ", allowed with DISTRIBUTION_MODE_EXPLORATION: 0, it has its own level"));
+    }
+  }
+  options.num_levels = message.num_levels();
+  options.start_level = message.start_level();
+  options.rand_seed = message.has_rand_seed() ? message.rand_seed() : DrawRandSeed();
+  options.use_sequential_levels = message.use_sequential_levels();
+  options.center_agent = message.has_center_agent() ? message.center_agent() : true;
+  options.use_backgrounds = message.has_use_backgrounds() ? message.use_backgrounds() : true;
+  options.use_generated_assets = message.use_generated_assets();
+  options.use_monochrome_assets = message.use_monochrome_assets();
+  options.restrict_themes = message.restrict_themes();
+  options.paint_vel_info = message.paint_vel_info();
+  options.debug_mode = message.debug_mode();
+  return options;
+}
+
+absl::Status CheckObservationFormat(const v1::ObservationFormat& format) {
+  if (absl::Status status =
+          CheckOffered("spec.observation_format.color", format.color(), v1::COLOR_RGB);
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status =
+          CheckOffered("spec.observation_format.layout", format.layout(), v1::LAYOUT_HWC);
+      !status.ok()) {
+    return status;
+  }
+  struct Field {
+    absl::string_view name;
+    int32_t value;
+    int32_t offered;
+  };
+  for (const Field& field : {Field{"width_px", format.width_px(), kObservationSidePx},
+                             Field{"height_px", format.height_px(), kObservationSidePx},
+                             Field{"frame_stack", format.frame_stack(), 1}}) {
+    if (field.value < 0) {
+      return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.", field.name, " is ",
+                                                     field.value, ", allowed: at least 0"));
+    }
+    if (field.value != 0 && field.value != field.offered) {
+      return absl::UnimplementedError(
+          absl::StrCat("spec.observation_format.", field.name, " is ", field.value,
+                       ", which is not offered yet; offered: ", field.offered));
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Everything of a spec but its options.
+absl::Status CheckSpec(const v1::PoolSpec& spec) {
+  if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.games has ", spec.games_size(), " entries, allowed: 1 to ", kGamesMax));
+  }
+  if (spec.first_environment() < 0 || spec.total_environments() < 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.first_environment is ", spec.first_environment(), " and spec.total_environments is ",
+        spec.total_environments(), ", allowed: at least 0"));
+  }
+  const int64_t least_total =
+      static_cast<int64_t>(spec.first_environment()) + static_cast<int64_t>(spec.env_count());
+  if (least_total > INT32_MAX ||
+      (spec.total_environments() != 0 && spec.total_environments() < least_total)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.total_environments is ", spec.total_environments(),
+        ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
+  }
+  if (absl::Status status = CheckObservationFormat(spec.observation_format()); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckOffered("spec.transport", spec.transport(), v1::TRANSPORT_STREAM);
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckOffered("spec.encoding", spec.encoding(), v1::ENCODING_RAW);
+      !status.ok()) {
+    return status;
+  }
+  if (spec.has_level_sampler()) {
+    return absl::UnimplementedError("spec.level_sampler is not offered yet; leave it out");
+  }
+  if (spec.has_lease_duration()) {
+    return absl::UnimplementedError(
+        "spec.lease_duration is not offered yet; leave it out and delete the pool");
+  }
+  return absl::OkStatus();
+}
+
+v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options) {
+  v1::EnvironmentOptions message;
+  message.set_distribution_mode(DistributionModeMessageOf(options.distribution_mode));
+  message.set_num_levels(options.num_levels);
+  message.set_start_level(options.start_level);
+  message.set_rand_seed(options.rand_seed);
+  message.set_use_sequential_levels(options.use_sequential_levels);
+  message.set_center_agent(options.center_agent);
+  message.set_use_backgrounds(options.use_backgrounds);
+  message.set_use_generated_assets(options.use_generated_assets);
+  message.set_use_monochrome_assets(options.use_monochrome_assets);
+  message.set_restrict_themes(options.restrict_themes);
+  message.set_paint_vel_info(options.paint_vel_info);
+  message.set_debug_mode(options.debug_mode);
+  return message;
+}
+
+void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
+  spec->mutable_games()->Assign(options.games.begin(), options.games.end());
+  spec->set_env_count(options.env_count);
+  *spec->mutable_options() = EnvironmentOptionsMessageOf(options.environment);
+  spec->set_first_environment(options.first_environment);
+  spec->set_total_environments(options.total_environments != 0
+                                   ? options.total_environments
+                                   : options.first_environment + options.env_count);
+  spec->set_episode_end(EpisodeEndMessageOf(options.episode_end));
+  v1::ObservationFormat* format = spec->mutable_observation_format();
+  format->set_color(v1::COLOR_RGB);
+  format->set_layout(v1::LAYOUT_HWC);
+  format->set_width_px(kObservationSidePx);
+  format->set_height_px(kObservationSidePx);
+  format->set_frame_stack(1);
+  spec->set_transport(v1::TRANSPORT_STREAM);
+  spec->set_encoding(v1::ENCODING_RAW);
+}
+
+}  // namespace
+
+absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
+  if (absl::Status status = CheckSpec(spec); !status.ok()) {
+    return status;
+  }
+  absl::StatusOr<EnvironmentOptions> environment = EnvironmentOptionsOf(spec.options());
+  if (!environment.ok()) {
+    return environment.status();
+  }
+  absl::StatusOr<EpisodeEnd> episode_end = EpisodeEndOf(spec.episode_end());
+  if (!episode_end.ok()) {
+    return episode_end.status();
+  }
+  PoolOptions options;
+  options.games.assign(spec.games().begin(), spec.games().end());
+  options.env_count = spec.env_count();
+  options.environment = *environment;
+  options.episode_end = *episode_end;
+  options.first_environment = spec.first_environment();
+  options.total_environments = spec.total_environments();
+  return options;
+}
+
+v1::Pool PoolMessageOf(const PoolSession& session) {
+  v1::Pool message;
+  message.set_name(session.name());
+  FillSpec(session.options(), message.mutable_spec());
+  for (const int side : {kObservationSidePx, kObservationSidePx, 3}) {
+    message.add_observation_shape(side);
+  }
+  message.set_observation_bytes(kObservationBytes);
+  message.set_next_sequence_number(session.next_sequence_number());
+  message.set_attached(session.attached());
+  const timespec created = absl::ToTimespec(session.create_time());
+  message.mutable_create_time()->set_seconds(created.tv_sec);
+  message.mutable_create_time()->set_nanos(static_cast<int32_t>(created.tv_nsec));
+  return message;
+}
+
+v1::DistributionMode DistributionModeMessageOf(DistributionMode mode) {
+  switch (mode) {
+    case DistributionMode::kEasy:
+      return v1::DISTRIBUTION_MODE_EASY;
+    case DistributionMode::kHard:
+      return v1::DISTRIBUTION_MODE_HARD;
+    case DistributionMode::kExtreme:
+      return v1::DISTRIBUTION_MODE_EXTREME;
+    case DistributionMode::kMemory:
+      return v1::DISTRIBUTION_MODE_MEMORY;
+    case DistributionMode::kExploration:
+      return v1::DISTRIBUTION_MODE_EXPLORATION;
+  }
+  return v1::DISTRIBUTION_MODE_UNSPECIFIED;
+}
+
+}  // namespace procgen

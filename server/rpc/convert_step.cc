@@ -1,0 +1,173 @@
+#include "server/rpc/convert_step.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace procgen {
+namespace {
+
+// Bytes of the numbers of a row in a response: five of four bytes (rewards, level_seeds,
+// prev_level_seeds, episode_returns, episode_lengths) and four flags.
+constexpr int64_t kRowNumberBytes = 5 * 4 + 4;
+// All that a response has besides its rows: tags and lengths, at most, rounded up.
+constexpr int64_t kResponseOverheadBytes = 256;
+
+absl::Status ReadObservation(v1::Observation observation, StreamRequest* request) {
+  switch (observation) {
+    case v1::OBSERVATION_UNSPECIFIED:
+    case v1::OBSERVATION_FRAME:
+      request->with_observations = true;
+      return absl::OkStatus();
+    case v1::OBSERVATION_NONE:
+      request->with_observations = false;
+      return absl::OkStatus();
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrCat("observation is number ", static_cast<int>(observation),
+                       ", allowed: OBSERVATION_NONE, OBSERVATION_FRAME"));
+  }
+}
+
+void ReadResets(const google::protobuf::RepeatedPtrField<v1::Reset>& messages,
+                StreamRequest* request) {
+  for (const v1::Reset& message : messages) {
+    Reset reset;
+    reset.environment = message.environment();
+    if (message.has_level_seed()) {
+      reset.level_seed = message.level_seed();
+    }
+    if (message.has_rand_seed()) {
+      reset.rand_seed = message.rand_seed();
+    }
+    request->resets.push_back(reset);
+  }
+  request->request.resets = request->resets;
+}
+
+void ReadSlice(const v1::Slice& slice, Request* request) {
+  request->first = slice.first_environment();
+  request->count = slice.environment_count();
+}
+
+absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
+  request->request.kind = Request::Kind::kStep;
+  ReadSlice(step.slice(), &request->request);
+  request->request.actions =
+      absl::MakeConstSpan(step.actions().data(), static_cast<size_t>(step.actions_size()));
+  request->request.repeat = step.repeat_count() == 0 ? 1 : step.repeat_count();
+  for (const v1::NextLevel& message : step.next_levels()) {
+    request->next_levels.push_back({message.environment(), message.level_seed()});
+  }
+  request->request.next_levels = request->next_levels;
+  ReadResets(step.resets(), request);
+  request->with_final_observations = step.with_final_observations();
+  return ReadObservation(step.observation(), request);
+}
+
+// Memory for `count` numbers of an array.
+template <typename Number>
+absl::Span<Number> Sized(google::protobuf::RepeatedField<Number>* array, int32_t count) {
+  array->Resize(count, Number());
+  return absl::MakeSpan(array->mutable_data(), static_cast<size_t>(count));
+}
+
+absl::Span<uint8_t> Sized(google::protobuf::RepeatedField<bool>* array, int32_t count) {
+  static_assert(sizeof(bool) == 1);
+  array->Resize(count, false);
+  return absl::MakeSpan(reinterpret_cast<uint8_t*>(array->mutable_data()),
+                        static_cast<size_t>(count));
+}
+
+absl::Span<uint8_t> Sized(std::string* bytes, int64_t size) {
+  bytes->resize(static_cast<size_t>(size));
+  return absl::MakeSpan(reinterpret_cast<uint8_t*>(bytes->data()), bytes->size());
+}
+
+}  // namespace
+
+absl::Status ReadStreamRequest(StreamRequest* request) {
+  const v1::StepPoolRequest& message = request->message;
+  request->next_levels.clear();
+  request->resets.clear();
+  request->request = Request();
+  request->request.sequence_number = message.sequence_number();
+  request->with_final_observations = false;
+  switch (message.request_case()) {
+    case v1::StepPoolRequest::kStep:
+      return ReadStep(message.step(), request);
+    case v1::StepPoolRequest::kReset:
+      request->request.kind = Request::Kind::kReset;
+      ReadSlice(message.reset().slice(), &request->request);
+      ReadResets(message.reset().resets(), request);
+      return ReadObservation(message.reset().observation(), request);
+    case v1::StepPoolRequest::kObserve:
+      request->request.kind = Request::Kind::kObserve;
+      ReadSlice(message.observe().slice(), &request->request);
+      return ReadObservation(message.observe().observation(), request);
+    case v1::StepPoolRequest::kAttach:
+      return absl::InvalidArgumentError(
+          "attach was sent again, allowed: once, as the first request of a stream");
+    case v1::StepPoolRequest::kLevelSampler:
+      return absl::UnimplementedError("level_sampler is not offered yet");
+    case v1::StepPoolRequest::REQUEST_NOT_SET:
+      break;
+  }
+  return absl::InvalidArgumentError(
+      "the request asks for nothing, allowed: step, reset, observe or level_sampler");
+}
+
+int32_t ResponseRowsMax(const StreamRequest& request, int64_t response_bytes_max) {
+  const int64_t row_bytes = kRowNumberBytes + (request.with_observations ? kObservationBytes : 0) +
+                            (request.with_final_observations ? kObservationBytes : 0);
+  const int64_t rows = (response_bytes_max - kResponseOverheadBytes) / row_bytes;
+  return static_cast<int32_t>(std::clamp<int64_t>(rows, 1, INT32_MAX));
+}
+
+Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolResponse* response) {
+  const int64_t picture_bytes = static_cast<int64_t>(part.count) * kObservationBytes;
+  const int32_t slice_end = request.request.first + request.request.count;
+  response->set_sequence_number(request.request.sequence_number);
+  v1::Batch* message = response->mutable_batch();
+  message->set_first_environment(part.first);
+  message->set_environment_count(part.count);
+  message->set_last(part.first + part.count == slice_end);
+  Batch batch;
+  batch.rewards = Sized(message->mutable_rewards(), part.count);
+  batch.first = Sized(message->mutable_first(), part.count);
+  batch.terminated = Sized(message->mutable_terminated(), part.count);
+  batch.truncated = Sized(message->mutable_truncated(), part.count);
+  batch.level_seeds = Sized(message->mutable_level_seeds(), part.count);
+  batch.prev_level_seeds = Sized(message->mutable_prev_level_seeds(), part.count);
+  batch.prev_level_complete = Sized(message->mutable_prev_level_complete(), part.count);
+  batch.episode_returns = Sized(message->mutable_episode_returns(), part.count);
+  batch.episode_lengths = Sized(message->mutable_episode_lengths(), part.count);
+  batch.final_observations = Sized(message->mutable_final_observations(),
+                                   request.with_final_observations ? picture_bytes : 0);
+  batch.observations =
+      Sized(message->mutable_observations(), request.with_observations ? picture_bytes : 0);
+  return batch;
+}
+
+void CompleteResponse(v1::StepPoolResponse* response) {
+  v1::Batch* batch = response->mutable_batch();
+  std::string* pictures = batch->mutable_final_observations();
+  if (pictures->empty()) {
+    return;
+  }
+  size_t kept = 0;
+  for (int32_t row = 0; row < batch->environment_count(); ++row) {
+    if (batch->terminated(row) || batch->truncated(row)) {
+      const size_t from = static_cast<size_t>(row) * kObservationBytes;
+      if (from != kept) {
+        std::memcpy(pictures->data() + kept, pictures->data() + from, kObservationBytes);
+      }
+      kept += kObservationBytes;
+    }
+  }
+  pictures->resize(kept);
+}
+
+}  // namespace procgen

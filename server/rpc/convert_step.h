@@ -1,0 +1,40 @@
+#ifndef SERVER_RPC_CONVERT_STEP_H_
+#define SERVER_RPC_CONVERT_STEP_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "envcore/pool/pool.h"
+#include "procgen/v1/step.pb.h"
+#include "server/session/request.h"
+
+namespace procgen {
+
+// A request of a stream with the memory that it refers to. Kept and filled again.
+struct StreamRequest {
+  v1::StepPoolRequest message;
+  std::vector<NextLevel> next_levels;
+  std::vector<Reset> resets;
+  Request request;                       // refers to the above
+  bool with_observations = true;         // pictures are answered
+  bool with_final_observations = false;  // and those of episodes' ends
+};
+
+// Fills in all but `message` from it; what depends on the pool is not checked.
+// Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
+absl::Status ReadStreamRequest(StreamRequest* request);
+
+// How many environments fit one response of at most `response_bytes_max` bytes. At least 1.
+int32_t ResponseRowsMax(const StreamRequest& request, int64_t response_bytes_max);
+
+// Makes `response` the answer for `part` of `request`, and returns where its values are to be
+// written. Its memory is kept from answer to answer.
+Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolResponse* response);
+
+// Once the values are written: leaves only those final observations that there are.
+void CompleteResponse(v1::StepPoolResponse* response);
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_CONVERT_STEP_H_

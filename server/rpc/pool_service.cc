@@ -1,0 +1,123 @@
+#include "server/rpc/pool_service.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "server/rpc/convert_pool.h"
+#include "server/rpc/unary_call.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kPageSizeMax = 1000;
+
+absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& request,
+                      v1::ListPoolsResponse* response) {
+  if (request.page_size() < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("page_size is ", request.page_size(), ", allowed: 0 to ", kPageSizeMax));
+  }
+  // A token is the number of the last pool that was listed.
+  int64_t after = 0;
+  if (!request.page_token().empty() &&
+      (!absl::SimpleAtoi(request.page_token(), &after) || after < 1)) {
+    return absl::InvalidArgumentError("page_token is not one that an earlier answer gave");
+  }
+  const int32_t size = request.page_size() == 0 || request.page_size() > kPageSizeMax
+                           ? kPageSizeMax
+                           : request.page_size();
+  // One more tells whether there is another page.
+  std::vector<Sessions::Numbered> pools = sessions.List(after, static_cast<size_t>(size) + 1);
+  if (pools.size() > static_cast<size_t>(size)) {
+    pools.pop_back();
+    response->set_next_page_token(absl::StrCat(pools.back().number));
+  }
+  for (const Sessions::Numbered& numbered : pools) {
+    *response->add_pools() = PoolMessageOf(*numbered.pool);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* /*context*/,
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
+  return Call::Start(request, response, [this](Call* call) {
+    absl::StatusOr<PoolOptions> options = PoolOptionsOf(call->request().spec());
+    if (!options.ok()) {
+      call->Finish(options.status());
+      return;
+    }
+    sessions_->Create(call->request().pool_id(), *options,
+                      [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
+                        if (!pool.ok()) {
+                          call->Finish(pool.status());
+                          return;
+                        }
+                        *call->response() = PoolMessageOf(**pool);
+                        LogEvent(LogLevel::kInfo, "pool_created",
+                                 {{"pool", (*pool)->name()},
+                                  {"games", absl::StrCat((*pool)->options().games.front())},
+                                  {"environments", absl::StrCat((*pool)->env_count())}});
+                        call->Finish(absl::OkStatus());
+                      });
+  });
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* /*context*/,
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
+  return Call::Start(request, response, [this](Call* call) {
+    const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->request().name());
+    if (pool.ok()) {
+      *call->response() = PoolMessageOf(**pool);
+    }
+    call->Finish(pool.status());
+  });
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* /*context*/,
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
+  return Call::Start(request, response, [this](Call* call) {
+    call->Finish(ListPage(*sessions_, call->request(), call->response()));
+  });
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* /*context*/,
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
+  return Call::Start(request, response, [this](Call* call) {
+    absl::Status status = sessions_->Delete(call->request().name());
+    if (status.ok()) {
+      LogEvent(LogLevel::kInfo, "pool_deleted", {{"pool", call->request().name()}});
+    }
+    call->Finish(std::move(status));
+  });
+}
+
+grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* /*context*/,
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
+  return Call::Start(request, response, [this](Call* call) {
+    const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->request().name());
+    call->Finish(pool.ok() ? absl::UnimplementedError(
+                                 "leases are not offered yet: a pool lives until it is deleted")
+                           : pool.status());
+  });
+}
+
+}  // namespace procgen

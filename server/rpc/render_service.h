@@ -1,0 +1,29 @@
+#ifndef SERVER_RPC_RENDER_SERVICE_H_
+#define SERVER_RPC_RENDER_SERVICE_H_
+
+#include "procgen/v1/render.grpc.pb.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// RenderService: draws environments for people. Raw pixels only; watching is not offered yet.
+class RenderServiceImpl final
+    : public v1::RenderService::WithRawCallbackMethod_RenderEnvironments<
+          v1::RenderService::WithRawCallbackMethod_WatchPool<v1::RenderService::Service>> {
+ public:
+  // `sessions` must outlive this.
+  explicit RenderServiceImpl(Sessions* sessions) : sessions_(sessions) {}
+
+  grpc::ServerUnaryReactor* RenderEnvironments(grpc::CallbackServerContext* context,
+                                               const grpc::ByteBuffer* request,
+                                               grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchPool(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
+
+ private:
+  Sessions* const sessions_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_RENDER_SERVICE_H_

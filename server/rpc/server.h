@@ -1,0 +1,43 @@
+#ifndef SERVER_RPC_SERVER_H_
+#define SERVER_RPC_SERVER_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "server/session/limits.h"
+
+namespace procgen {
+
+struct ServerOptions {
+  // Where to listen: "host:port", port 0 for any that is free, or "unix:path".
+  std::string address = "127.0.0.1:50051";
+  int32_t worker_count = 1;  // threads that step environments, >= 1
+  Limits limits;
+};
+
+// The whole server in one object: services on a port, pools behind them.
+// Threads: any method from any thread.
+class Server {
+ public:
+  // Listens and serves. Errors: UNAVAILABLE the address cannot be listened on.
+  static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options);
+  // Stops at once: what runs is cancelled.
+  virtual ~Server() = default;
+
+  // Where it listens, with the port that was bound, as clients connect to it.
+  virtual const std::string& address() const = 0;
+
+  // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
+  // request that each is carrying out. Returns at once.
+  virtual void BeginDrain() = 0;
+  // BeginDrain; then waits until all streams have ended, `deadline` at most, and stops; what is
+  // left is cancelled. Blocks.
+  virtual void Stop(absl::Duration deadline) = 0;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVER_H_

@@ -1,0 +1,74 @@
+#ifndef SERVER_RPC_UNARY_CALL_H_
+#define SERVER_RPC_UNARY_CALL_H_
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "grpcpp/impl/codegen/proto_utils.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "grpcpp/support/server_callback.h"
+#include "server/rpc/grpc_status.h"
+
+namespace procgen {
+
+// The bytes on the wire as a message. Errors: INVALID_ARGUMENT.
+template <typename Message>
+absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
+  grpc::ByteBuffer consumed(bytes);  // shares the bytes
+  if (!grpc::SerializationTraits<Message>::Deserialize(&consumed, message).ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("the request's ", bytes.Length(),
+                                                   " bytes are no valid ",
+                                                   Message::descriptor()->full_name()));
+  }
+  return absl::OkStatus();
+}
+
+// One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
+// parsing answers garbage with UNIMPLEMENTED and no message.
+//
+// The life of a call: it is made and handed to the service's function, which calls Finish once, on
+// any thread, and not after; it ends itself when gRPC has done with it.
+template <typename Request, typename Response>
+class UnaryCall final : public grpc::ServerUnaryReactor {
+ public:
+  const Request& request() const { return request_; }
+  Response* response() { return &response_; }
+
+  // Answers with the response, or with an error.
+  void Finish(absl::Status status) {
+    if (status.ok()) {
+      bool own_buffer = false;
+      const grpc::Status serialized =
+          grpc::SerializationTraits<Response>::Serialize(response_, bytes_, &own_buffer);
+      grpc::ServerUnaryReactor::Finish(serialized);
+      return;
+    }
+    grpc::ServerUnaryReactor::Finish(ToGrpcStatus(status));
+  }
+
+  // Makes a call and has `serve(call)` serve it.
+  template <typename Serve>
+  static grpc::ServerUnaryReactor* Start(const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response, Serve serve) {
+    auto* call = new UnaryCall(response);
+    if (absl::Status status = ParseMessage(*request, &call->request_); !status.ok()) {
+      call->Finish(std::move(status));
+    } else {
+      serve(call);
+    }
+    return call;
+  }
+
+ private:
+  explicit UnaryCall(grpc::ByteBuffer* bytes) : bytes_(bytes) {}
+  ~UnaryCall() override = default;
+
+  void OnDone() override { delete this; }
+
+  grpc::ByteBuffer* const bytes_;
+  Request request_;
+  Response response_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_UNARY_CALL_H_

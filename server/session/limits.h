@@ -1,0 +1,28 @@
+#ifndef SERVER_SESSION_LIMITS_H_
+#define SERVER_SESSION_LIMITS_H_
+
+#include <cstdint>
+
+namespace procgen {
+
+// What a server takes at most. Each has a flag of the same name, and is told in the catalog.
+// Beyond one of them: RESOURCE_EXHAUSTED, and the message names it.
+struct Limits {
+  int32_t pool_count_max = 256;               // pools at a time
+  int32_t pool_environment_count_max = 4096;  // environments of one pool
+  int32_t environment_count_max = 16384;      // environments of all pools together
+  int64_t request_bytes_max = 4 << 20;        // one request message, in bytes
+  int64_t response_bytes_max = 64 << 20;      // one response message, in bytes
+  int32_t requests_in_flight_max = 16;        // unanswered requests of one stream
+};
+
+// What a stream gets that asks for nothing else: what gRPC clients take by default, in bytes, and
+// one request that is stepped while the next is on its way.
+inline constexpr int64_t kResponseBytesDefault = 4 << 20;
+inline constexpr int32_t kRequestsInFlightDefault = 2;
+// The least that a limit of bytes, or a stream, may ask for, in bytes: a few observations.
+inline constexpr int64_t kMessageBytesMin = 64 << 10;
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_LIMITS_H_

@@ -1,0 +1,270 @@
+#include "server/session/pool_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace procgen {
+namespace {
+
+bool Contains(Part part, int32_t environment) {
+  return environment >= part.first && environment < part.first + part.count;
+}
+
+// Copies the elements of `list` that belong to `part`.
+template <typename Element>
+void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>* selected) {
+  selected->clear();
+  for (const Element& element : list) {
+    if (Contains(part, element.environment)) {
+      selected->push_back(element);
+    }
+  }
+}
+
+}  // namespace
+
+PoolSession::PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Time create_time,
+                         SideCrew* side_crew, std::atomic<int64_t>* step_count)
+    : name_(std::move(name)),
+      pool_(std::move(pool)),
+      create_time_(create_time),
+      side_crew_(side_crew),
+      step_count_(step_count) {
+  if (options().episode_end == EpisodeEnd::kDisabled) {
+    for (std::vector<uint8_t>* flags : {&ended_, &terminated_, &truncated_}) {
+      flags->resize(static_cast<size_t>(env_count()), 0);
+    }
+  }
+}
+
+PoolSession::~PoolSession() = default;
+
+bool PoolSession::attached() const {
+  absl::MutexLock lock(&mutex_);
+  return attached_;
+}
+
+absl::Status PoolSession::Attach(EndStream end_stream) {
+  absl::MutexLock lock(&mutex_);
+  if (!closed_.ok()) {
+    return closed_;
+  }
+  if (attached_) {
+    return absl::FailedPreconditionError(absl::StrCat("another stream is attached to pool ", name_,
+                                                      ", allowed: one at a time; end that one"));
+  }
+  attached_ = true;
+  end_stream_ = std::move(end_stream);
+  return absl::OkStatus();
+}
+
+void PoolSession::Detach() {
+  EndStream last;  // destroyed outside the lock, as it may hold the stream
+  absl::MutexLock lock(&mutex_);
+  attached_ = false;
+  std::swap(last, end_stream_);
+}
+
+void PoolSession::End(const absl::Status& reason) {
+  EndStream end_stream;
+  {
+    absl::MutexLock lock(&mutex_);
+    std::swap(end_stream, end_stream_);
+  }
+  if (end_stream != nullptr) {
+    end_stream(reason);
+  }
+}
+
+void PoolSession::Close(const absl::Status& reason) {
+  std::deque<Done> waiting;
+  {
+    absl::MutexLock lock(&mutex_);
+    closed_ = reason;
+    waiting.swap(waiting_);
+  }
+  End(reason);
+  for (Done& begin : waiting) {
+    begin(reason);
+  }
+}
+
+void PoolSession::TakeTurn(Done begin) {
+  absl::Status status;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (!closed_.ok()) {
+      status = closed_;
+    } else if (!turn_taken_) {
+      turn_taken_ = true;
+    } else if (waiting_.size() < kTurnsWaitingMax) {
+      waiting_.push_back(std::move(begin));
+      return;
+    } else {
+      status = absl::ResourceExhaustedError(absl::StrCat(waiting_.size(), " calls wait for pool ",
+                                                         name_, ", allowed: ", kTurnsWaitingMax));
+    }
+  }
+  begin(status);
+}
+
+void PoolSession::EndTurn() {
+  Done begin;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (waiting_.empty()) {
+      turn_taken_ = false;
+      return;
+    }
+    begin = std::move(waiting_.front());
+    waiting_.pop_front();
+  }
+  begin(absl::OkStatus());
+}
+
+absl::Status PoolSession::Accept(Request* request) {
+  const int64_t expected = next_sequence_number_;
+  if (request->sequence_number >= 1 && request->sequence_number < expected) {
+    return absl::UnimplementedError(
+        absl::StrCat("sequence_number is ", request->sequence_number, ", which pool ", name_,
+                     " has carried out before, and answers are not kept yet; allowed: ", expected));
+  }
+  if (request->sequence_number != expected) {
+    return absl::InvalidArgumentError(absl::StrCat("sequence_number is ", request->sequence_number,
+                                                   ", allowed: ", expected, ", the next of pool ",
+                                                   name_));
+  }
+  if (absl::Status status = CheckRequest(name_, env_count(), request); !status.ok()) {
+    return status;
+  }
+  if (!ended_.empty() && request->kind == Request::Kind::kStep) {
+    for (int32_t row = 0; row < request->count; ++row) {
+      const int32_t environment = request->first + row;
+      if (ended_[static_cast<size_t>(environment)] != 0 &&
+          std::none_of(request->resets.begin(), request->resets.end(),
+                       [&](const Reset& reset) { return reset.environment == environment; })) {
+        return absl::FailedPreconditionError(
+            absl::StrCat("the episode of environment ", environment, " of pool ", name_,
+                         " has ended; reset it before it is stepped"));
+      }
+    }
+  }
+  next_sequence_number_ = expected + 1;
+  return absl::OkStatus();
+}
+
+void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+  switch (request.kind) {
+    case Request::Kind::kStep:
+      StepPart(request, part, batch, std::move(done));
+      return;
+    case Request::Kind::kReset:
+      ResetPart(request, part, batch, std::move(done));
+      return;
+    case Request::Kind::kObserve:
+      ObservePart(part, batch, std::move(done));
+      return;
+  }
+}
+
+void PoolSession::StepPart(const Request& request, Part part, const Batch& batch, Done done) {
+  SelectPart(request.next_levels, part, &part_next_levels_);
+  SelectPart(request.resets, part, &part_resets_);
+  StepInput input;
+  input.first = part.first;
+  input.count = part.count;
+  input.actions = request.actions.subspan(static_cast<size_t>(part.first - request.first),
+                                          static_cast<size_t>(part.count));
+  input.repeat = request.repeat;
+  input.next_levels = part_next_levels_;
+  input.resets = part_resets_;
+  Batch answer = batch;
+  if (!ended_.empty() && answer.terminated.empty()) {
+    const auto length = static_cast<size_t>(part.count);
+    answer.terminated = absl::MakeSpan(terminated_).subspan(0, length);
+    answer.truncated = absl::MakeSpan(truncated_).subspan(0, length);
+  }
+  pool_->StepAsync(input, answer,
+                   [this, part, terminated = answer.terminated, truncated = answer.truncated,
+                    done = std::move(done)](absl::Status status) mutable {
+                     if (status.ok()) {
+                       *step_count_ += part.count;
+                       NoteEnds(part, terminated, truncated);
+                     }
+                     done(std::move(status));
+                   });
+}
+
+void PoolSession::ResetPart(const Request& request, Part part, const Batch& batch, Done done) {
+  SelectPart(request.resets, part, &part_resets_);
+  std::sort(part_resets_.begin(), part_resets_.end(), [](const Reset& left, const Reset& right) {
+    return left.environment < right.environment;
+  });
+  part_actions_.assign(static_cast<size_t>(part.count), kNoAction);
+  ResetNextRun(part, batch, 0, std::move(done));
+}
+
+// The pool resets as part of a step only, so each run of neighbours is stepped alone, without a
+// picture; at last the whole part is looked at.
+void PoolSession::ResetNextRun(Part part, const Batch& batch, size_t reset_index, Done done) {
+  if (reset_index == part_resets_.size()) {
+    ObservePart(part, batch, std::move(done));
+    return;
+  }
+  const absl::Span<const Reset> rest = absl::MakeConstSpan(part_resets_).subspan(reset_index);
+  size_t length = 1;
+  while (length < rest.size() && rest[length].environment == rest[length - 1].environment + 1) {
+    ++length;
+  }
+  StepInput input;
+  input.first = rest[0].environment;
+  input.count = static_cast<int32_t>(length);
+  input.actions = absl::MakeConstSpan(part_actions_).subspan(0, length);
+  input.resets = rest.subspan(0, length);
+  if (!ended_.empty()) {
+    std::fill_n(ended_.begin() + input.first, length, 0);
+  }
+  pool_->StepAsync(input, Batch(),
+                   [this, part, batch, next = reset_index + length,
+                    done = std::move(done)](absl::Status status) mutable {
+                     if (!status.ok()) {
+                       done(std::move(status));
+                       return;
+                     }
+                     ResetNextRun(part, batch, next, std::move(done));
+                   });
+}
+
+void PoolSession::ObservePart(Part part, const Batch& batch, Done done) {
+  side_crew_->Run([this, part, batch, done = std::move(done)]() mutable {
+    done(pool_->Observe(part.first, part.count, batch));
+  });
+}
+
+void PoolSession::NoteEnds(Part part, absl::Span<const uint8_t> terminated,
+                           absl::Span<const uint8_t> truncated) {
+  if (ended_.empty()) {
+    return;
+  }
+  for (int32_t row = 0; row < part.count; ++row) {
+    const auto index = static_cast<size_t>(row);
+    ended_[static_cast<size_t>(part.first + row)] =
+        terminated[index] != 0 || truncated[index] != 0 ? 1 : 0;
+  }
+}
+
+void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
+                         std::vector<absl::Span<uint8_t>> frames, Done done) {
+  side_crew_->Run(
+      [this, environments, side_px, frames = std::move(frames), done = std::move(done)]() mutable {
+        absl::Status status;
+        for (size_t i = 0; i < environments.size() && status.ok(); ++i) {
+          status = pool_->Render(environments[i], side_px, frames[i]);
+        }
+        done(std::move(status));
+      });
+}
+
+}  // namespace procgen

@@ -1,0 +1,46 @@
+#ifndef SERVER_SESSION_REQUEST_H_
+#define SERVER_SESSION_REQUEST_H_
+
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+
+// What a stream asks of its pool, free of the wire. The spans must stay valid until it is answered.
+struct Request {
+  enum class Kind : uint8_t {
+    kStep,     // steps the slice
+    kReset,    // begins new episodes in the environments of `resets`, then tells how the slice is
+    kObserve,  // tells how the slice stands
+  };
+
+  int64_t sequence_number = 0;
+  Kind kind = Kind::kObserve;
+  int32_t first = 0;                        // the slice: environments [first, first + count)
+  int32_t count = 0;                        // 0: all from `first` on
+  absl::Span<const int32_t> actions;        // kStep: [count]
+  int32_t repeat = 1;                       // kStep: times that the actions are taken
+  absl::Span<const NextLevel> next_levels;  // kStep
+  absl::Span<const Reset> resets;           // kStep, kReset
+};
+
+// A contiguous part of a request's slice: environments [first, first + count) of the pool.
+struct Part {
+  int32_t first = 0;
+  int32_t count = 0;
+};
+
+// Times that a step may be repeated in one request.
+inline constexpr int32_t kRepeatMax = 1000;
+
+// Checks `request` against a pool of `env_count` environments named `pool`, and fills in
+// `request->count`. Errors: INVALID_ARGUMENT (the message says what was given and what is allowed).
+absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* request);
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_REQUEST_H_

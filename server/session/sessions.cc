@@ -1,0 +1,255 @@
+#include "server/session/sessions.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "absl/time/clock.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kSideThreadCount = 2;
+constexpr size_t kPoolIdLengthMax = 63;
+constexpr absl::string_view kNamePrefix = "pools/";
+
+bool IsPoolId(absl::string_view id, bool leading_digit_allowed) {
+  if (id.empty() || id.size() > kPoolIdLengthMax || id.back() == '-') {
+    return false;
+  }
+  const bool starts_well =
+      absl::ascii_islower(static_cast<unsigned char>(id.front())) ||
+      (leading_digit_allowed && absl::ascii_isdigit(static_cast<unsigned char>(id.front())));
+  return starts_well && std::all_of(id.begin(), id.end(), [](unsigned char letter) {
+           return absl::ascii_islower(letter) || absl::ascii_isdigit(letter) || letter == '-';
+         });
+}
+
+absl::Status CheckName(absl::string_view name) {
+  absl::string_view id = name;
+  if (!absl::ConsumePrefix(&id, kNamePrefix) || !IsPoolId(id, true)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pool name is '", name.substr(0, 2 * kPoolIdLengthMax),
+                     "', allowed: 'pools/ID', with an ID of 1 to 63 of a-z, 0-9 and '-'"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckEnvCount(int32_t env_count, int32_t environment_count, const Limits& limits) {
+  if (env_count < 1) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.env_count is ", env_count, ", allowed: 1 to ", limits.pool_environment_count_max));
+  }
+  if (env_count > limits.pool_environment_count_max) {
+    return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
+                                                     ", limit pool_environment_count_max is ",
+                                                     limits.pool_environment_count_max));
+  }
+  if (env_count > limits.environment_count_max - environment_count) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "spec.env_count is ", env_count, " and there are ", environment_count,
+        " environments, limit environment_count_max is ", limits.environment_count_max));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Sessions::Sessions(const Limits& limits, int32_t worker_count)
+    : limits_(limits),
+      worker_count_(worker_count),
+      crew_(std::make_shared<Crew>(worker_count)),
+      side_crew_(kSideThreadCount) {}
+
+Sessions::~Sessions() {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  {
+    absl::MutexLock lock(&mutex_);
+    pools = All();
+    entries_.clear();
+  }
+  pools.clear();
+  const auto all_freed = [this]()
+                             ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return unfreed_count_ == 0; };
+  absl::MutexLock lock(&mutex_, absl::Condition(&all_freed));
+}
+
+void Sessions::Create(absl::string_view id, const PoolOptions& options, CreateDone done) {
+  absl::StatusOr<std::string> name = Reserve(id, options);
+  if (!name.ok()) {
+    done(name.status());
+    return;
+  }
+  side_crew_.Run([this, name = *std::move(name), options, done = std::move(done)]() mutable {
+    Finish(name, Pool::Create(options, crew_), std::move(done));
+  });
+}
+
+absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOptions& options) {
+  if (!id.empty() && !IsPoolId(id, false)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pool_id is '", id.substr(0, 2 * kPoolIdLengthMax),
+                     "', allowed: 1 to 63 of a-z, 0-9 and '-', beginning with a letter and not "
+                     "ending in '-'"));
+  }
+  absl::MutexLock lock(&mutex_);
+  if (draining_) {
+    return Draining();
+  }
+  if (absl::Status status = CheckEnvCount(options.env_count, environment_count_, limits_);
+      !status.ok()) {
+    return status;
+  }
+  if (entries_.size() >= static_cast<size_t>(limits_.pool_count_max)) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "there are ", entries_.size(), " pools, limit pool_count_max is ", limits_.pool_count_max));
+  }
+  const int64_t number = next_number_;
+  std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
+  if (!entries_.try_emplace(name, Entry{number, options.env_count, nullptr}).second) {
+    return absl::AlreadyExistsError(absl::StrCat("pool ", name, " exists; choose another pool_id"));
+  }
+  next_number_ = number + 1;
+  environment_count_ += options.env_count;
+  return name;
+}
+
+void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool,
+                      CreateDone done) {
+  if (!pool.ok()) {
+    {
+      absl::MutexLock lock(&mutex_);
+      const auto entry = entries_.find(name);
+      environment_count_ -= entry->second.env_count;
+      entries_.erase(entry);
+    }
+    done(pool.status());
+    return;
+  }
+  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
+  // last to let go may be a worker, which the pool's crew cannot do without.
+  std::shared_ptr<PoolSession> session(
+      new PoolSession(name, *std::move(pool), absl::Now(), &side_crew_, &step_count_),
+      [this](PoolSession* freed) {
+        side_crew_.Run([this, freed] {
+          delete freed;
+          absl::MutexLock lock(&mutex_);
+          --unfreed_count_;
+        });
+      });
+  {
+    absl::MutexLock lock(&mutex_);
+    ++unfreed_count_;
+    entries_.find(name)->second.pool = session;
+  }
+  done(std::move(session));
+}
+
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view name) const {
+  if (absl::Status status = CheckName(name); !status.ok()) {
+    return status;
+  }
+  const auto entry = entries_.find(name);
+  if (entry == entries_.end() || entry->second.pool == nullptr) {
+    return absl::NotFoundError(absl::StrCat("there is no pool ", name));
+  }
+  return entry->second.pool;
+}
+
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::Find(absl::string_view name) const {
+  absl::MutexLock lock(&mutex_);
+  return FindLocked(name);
+}
+
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindForStream(absl::string_view name) const {
+  absl::MutexLock lock(&mutex_);
+  if (draining_) {
+    return Draining();
+  }
+  return FindLocked(name);
+}
+
+std::vector<Sessions::Numbered> Sessions::List(int64_t after, size_t count) const {
+  std::vector<Numbered> listed;
+  {
+    absl::MutexLock lock(&mutex_);
+    for (const auto& [name, entry] : entries_) {
+      if (entry.pool != nullptr && entry.number > after) {
+        listed.push_back({entry.number, entry.pool});
+      }
+    }
+  }
+  std::sort(listed.begin(), listed.end(),
+            [](const Numbered& left, const Numbered& right) { return left.number < right.number; });
+  if (listed.size() > count) {
+    listed.resize(count);
+  }
+  return listed;
+}
+
+absl::Status Sessions::Delete(absl::string_view name) {
+  std::shared_ptr<PoolSession> pool;
+  {
+    absl::MutexLock lock(&mutex_);
+    absl::StatusOr<std::shared_ptr<PoolSession>> found = FindLocked(name);
+    if (!found.ok()) {
+      return found.status();
+    }
+    pool = *std::move(found);
+    environment_count_ -= pool->env_count();
+    entries_.erase(entries_.find(name));
+  }
+  pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
+  return absl::OkStatus();
+}
+
+absl::Status Sessions::Draining() {
+  return absl::UnavailableError("the server drains and will stop; go on elsewhere");
+}
+
+bool Sessions::draining() const {
+  absl::MutexLock lock(&mutex_);
+  return draining_;
+}
+
+void Sessions::Drain() {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  {
+    absl::MutexLock lock(&mutex_);
+    draining_ = true;
+    pools = All();
+  }
+  for (const std::shared_ptr<PoolSession>& pool : pools) {
+    pool->End(Draining());
+  }
+}
+
+std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  pools.reserve(entries_.size());
+  for (const auto& [name, entry] : entries_) {
+    if (entry.pool != nullptr) {
+      pools.push_back(entry.pool);
+    }
+  }
+  return pools;
+}
+
+Load Sessions::load() const {
+  Load load;
+  load.worker_count = worker_count_;
+  load.step_count = step_count_;
+  absl::MutexLock lock(&mutex_);
+  load.draining = draining_;
+  load.environment_count = environment_count_;
+  for (const std::shared_ptr<PoolSession>& pool : All()) {
+    load.pool_count += 1;
+    load.stream_count += pool->attached() ? 1 : 0;
+  }
+  return load;
+}
+
+}  // namespace procgen

@@ -1,0 +1,112 @@
+#ifndef SERVER_SESSION_SESSIONS_H_
+#define SERVER_SESSION_SESSIONS_H_
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/synchronization/mutex.h"
+#include "envcore/pool/pool.h"
+#include "server/session/limits.h"
+#include "server/session/pool_session.h"
+#include "server/session/side_crew.h"
+
+namespace procgen {
+
+// How busy a server is.
+struct Load {
+  int32_t pool_count = 0;
+  int32_t environment_count = 0;
+  int32_t stream_count = 0;
+  int32_t worker_count = 0;
+  int64_t step_count = 0;  // environment steps since the start
+  bool draining = false;
+};
+
+// All pools of a server, by name, within its limits.
+// Threads: any method from any thread; none blocks.
+// Lock order: mutex_ before PoolSession::mutex_; no callback is called under either.
+class Sessions {
+ public:
+  using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
+
+  // `worker_count` >= 1 threads step environments.
+  Sessions(const Limits& limits, int32_t worker_count);
+  // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
+  ~Sessions();
+  Sessions(const Sessions&) = delete;
+  Sessions& operator=(const Sessions&) = delete;
+
+  const Limits& limits() const { return limits_; }
+
+  // Makes the pool `pools/ID` (an empty id: a number is chosen) and calls `done` once, on another
+  // thread or, with an error, on this one. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
+  // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
+  void Create(absl::string_view id, const PoolOptions& options, CreateDone done);
+
+  // Finds a pool by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
+  absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view name) const;
+
+  // As Find, for a stream. Errors: UNAVAILABLE while draining.
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindForStream(absl::string_view name) const;
+
+  // At most `count` pools made after pool number `after` (0: all), oldest first, with their
+  // numbers.
+  struct Numbered {
+    int64_t number = 0;  // >= 1, in order of making
+    std::shared_ptr<PoolSession> pool;
+  };
+  std::vector<Numbered> List(int64_t after, size_t count) const;
+
+  // Ends a pool. Its stream ends with ABORTED. Errors: as Find.
+  absl::Status Delete(absl::string_view name);
+
+  // Lets no pool be made and no stream attach any more, and ends all streams with UNAVAILABLE once
+  // the requests that they are carrying out are answered.
+  void Drain();
+  bool draining() const;
+  // What is answered while draining: UNAVAILABLE.
+  static absl::Status Draining();
+
+  Load load() const;
+
+ private:
+  struct Entry {
+    int64_t number = 0;
+    int32_t env_count = 0;
+    std::shared_ptr<PoolSession> pool;  // null while it is made
+  };
+
+  absl::StatusOr<std::string> Reserve(absl::string_view id, const PoolOptions& options);
+  void Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool, CreateDone done);
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view name) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const Limits limits_;
+  const int32_t worker_count_;
+  std::atomic<int64_t> step_count_ = 0;
+
+  mutable absl::Mutex mutex_;
+  std::map<std::string, Entry, std::less<>> entries_ ABSL_GUARDED_BY(mutex_);  // by name
+  int64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
+  int32_t environment_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist
+  bool draining_ ABSL_GUARDED_BY(mutex_) = false;
+
+  // Last, so that their threads end before what they use.
+  const std::shared_ptr<Crew> crew_;
+  SideCrew side_crew_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_SESSIONS_H_

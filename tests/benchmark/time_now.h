@@ -1,0 +1,17 @@
+#ifndef TESTS_BENCHMARK_TIME_NOW_H_
+#define TESTS_BENCHMARK_TIME_NOW_H_
+
+#include "absl/time/time.h"
+
+namespace procgen {
+
+// Which time counts: what the calling thread spent computing, which others on the machine hardly
+// change, or what went by, for work that several threads share or that waits.
+enum class TimeKind { kThread, kWall };
+
+// The time of `kind` now, since some fixed moment.
+absl::Duration TimeNow(TimeKind kind);
+
+}  // namespace procgen
+
+#endif  // TESTS_BENCHMARK_TIME_NOW_H_

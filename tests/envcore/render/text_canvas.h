@@ -1,0 +1,85 @@
+#ifndef TESTS_ENVCORE_RENDER_TEXT_CANVAS_H_
+#define TESTS_ENVCORE_RENDER_TEXT_CANVAS_H_
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "envcore/render/frame.h"
+#include "envcore/render/image.h"
+
+namespace procgen {
+
+// A canvas that shapes are drawn on, as text: '.' untouched, '#' drawn once, '2' twice and so on.
+class TextCanvas {
+ public:
+  explicit TextCanvas(int side_px)
+      : side_px_(side_px), counts_(static_cast<size_t>(side_px) * static_cast<size_t>(side_px)) {}
+
+  void operator()(int row, int first, int end) const {
+    for (int x = first; x < end; ++x) {
+      ++counts_[static_cast<size_t>(row * side_px_ + x)];
+    }
+  }
+
+  std::string Text() const {
+    std::string text = "\n";
+    for (size_t i = 0; i < counts_.size(); ++i) {
+      text += counts_[i] == 0 ? '.' : counts_[i] == 1 ? '#' : static_cast<char>('0' + counts_[i]);
+      if ((i + 1) % static_cast<size_t>(side_px_) == 0) {
+        text += '\n';
+      }
+    }
+    return text;
+  }
+
+ private:
+  int side_px_;
+  mutable std::vector<int> counts_;  // a run sink is called as const
+};
+
+// An image from text, one row a line, 'a' to 'z' opaque pixels whose red channel is the letter,
+// '.' transparent ones.
+inline Image ImageOf(const std::vector<std::string_view>& rows) {
+  Image image(static_cast<int>(rows[0].size()), static_cast<int>(rows.size()));
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      const char letter = rows[static_cast<size_t>(y)][static_cast<size_t>(x)];
+      if (letter != '.') {
+        image.At(x, y) = {static_cast<uint8_t>(letter), 0, 0, 255};
+      }
+    }
+  }
+  return image;
+}
+
+// A black frame and its memory. As text: the letters of ImageOf, '.' black, '?' any other colour.
+class TextFrame {
+ public:
+  explicit TextFrame(int side_px)
+      : side_px_(side_px), rgb_(3 * static_cast<size_t>(side_px) * static_cast<size_t>(side_px)) {}
+
+  Frame frame() { return {rgb_.data(), side_px_}; }
+  const uint8_t* At(int x, int y) { return frame().At(x, y); }
+
+  std::string Text() const {
+    std::string text = "\n";
+    for (size_t i = 0; i < rgb_.size(); i += 3) {
+      const uint8_t red = rgb_[i];
+      text += red == 0 ? '.' : red >= 'a' && red <= 'z' ? static_cast<char>(red) : '?';
+      if ((i / 3 + 1) % static_cast<size_t>(side_px_) == 0) {
+        text += '\n';
+      }
+    }
+    return text;
+  }
+
+ private:
+  int side_px_;
+  std::vector<uint8_t> rgb_;
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_ENVCORE_RENDER_TEXT_CANVAS_H_

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Tests what tests/run.sh promises about its flags and about its closing line."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+import count_results  # noqa: E402  (after the line above, so that no cache lands in the tree)
+
+_TESTS = pathlib.Path(__file__).resolve().parent
+
+
+def _run(*arguments):
+    return subprocess.run([str(_TESTS / "run.sh"), *arguments], capture_output=True, text=True,
+                          check=False, cwd="/")
+
+
+def _junit(*cases):
+    return "<testsuite>" + "".join(cases) + "</testsuite>"
+
+
+_PASSED = '<testcase name="a" status="run"/>'
+_FAILED = '<testcase name="b" status="fail"><failure message=""/></testcase>'
+_SKIPPED = ('<testcase name="c" status="notrun">'
+            '<skipped message="SKIP_REGULAR_EXPRESSION_MATCHED"/></testcase>')
+_MISSING = '<testcase name="d" status="notrun"><skipped message="Unable to find it"/></testcase>'
+
+
+class FlagsTest(unittest.TestCase):
+    def test_help_names_every_flag(self):
+        result = _run("--help")
+        self.assertEqual(result.returncode, 0)
+        for flag in ("--preset", "--label", "--all"):
+            self.assertIn(flag, result.stdout)
+
+    def test_unknown_flag_is_named(self):
+        result = _run("--fast")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("'--fast'", result.stderr)
+
+    def test_unknown_preset_is_answered_with_the_known_ones(self):
+        result = _run("--preset", "debug")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("'debug'", result.stderr)
+        self.assertIn("dev, release, asan, tsan, lint", result.stderr)
+
+    def test_flag_without_its_value_is_an_error(self):
+        self.assertIn("--label needs a value", _run("--label").stderr)
+
+    def test_label_cannot_smuggle_a_pattern(self):
+        self.assertEqual(_run("--label", "unit|slow").returncode, 2)
+
+
+class CountTest(unittest.TestCase):
+    def test_each_outcome_goes_to_its_list(self):
+        self.assertEqual(count_results.count(_junit(_PASSED, _FAILED, _SKIPPED)),
+                         (["a"], ["c"], ["b"]))
+
+    def test_program_that_is_missing_counts_as_failed(self):
+        self.assertEqual(count_results.count(_junit(_MISSING)), ([], [], ["d"]))
+
+    def test_closing_line_and_status(self):
+        for cases, line, status in (((_PASSED, _PASSED), "2 passed, 0 failed", 0),
+                                    ((_PASSED, _FAILED), "1 passed, 1 failed", 1),
+                                    ((), "0 passed, 0 failed", 1)):
+            with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+                file.write(_junit(*cases))
+                file.flush()
+                result = subprocess.run(
+                    [sys.executable, str(_TESTS / "count_results.py"), file.name],
+                    capture_output=True, text=True, check=False)
+            self.assertEqual(result.stdout.splitlines()[-1], line)
+            self.assertEqual(result.returncode, status)
+
+    def test_failure_of_ctest_itself_is_a_failure(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+            file.write(_junit(_PASSED))
+            file.flush()
+            result = subprocess.run(
+                [sys.executable, str(_TESTS / "count_results.py"), file.name, "--ctest-status=8"],
+                capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""Checks that clang-format would change no C++ file of the repository.
+
+Usage: tests/tidy/format.py [--fix]. With --fix the files are formatted instead.
+Exit status: 0 well formatted, 1 not, 77 clang-format is not installed (CTest: skipped).
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True
+import source_tree  # noqa: E402  (after the line above, so that no cache lands in the tree)
+
+_NOT_INSTALLED = 77
+
+
+def main(arguments):
+    if arguments not in ([], ["--fix"]):
+        print("Usage: tests/tidy/format.py [--fix]", file=sys.stderr)
+        return 2
+    # The version by name first: another one formats differently.
+    program = shutil.which("clang-format-14") or shutil.which("clang-format")
+    if program is None:
+        print("clang-format is not installed; nothing was checked")
+        return _NOT_INSTALLED
+    root = pathlib.Path(__file__).resolve().parents[2]
+    files = [path for path in source_tree.list_files(root) if path.endswith((".h", ".cc"))]
+    mode = ["-i"] if arguments else ["--dry-run", "-Werror"]
+    status = subprocess.run([program, *mode, *files], cwd=root, check=False).returncode
+    print(f"{len(files)} files; to format them all: tests/tidy/format.py --fix")
+    return 1 if status else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
