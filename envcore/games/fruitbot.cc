@@ -31,8 +31,8 @@ constexpr int kFruitCountMin = 10;
 constexpr int kFoodCountMin = 10;
 constexpr int kItemCountRange = 10;  // different numbers of fruit, and of food
 
-constexpr float kTopSpeed = 0.85F;   // cells a step
-constexpr float kUpwardPush = 0.2F;  // in place of the action's vertical part
+constexpr float kTopSpeed = 0.85F;          // cells a step
+constexpr float kUpwardPush = 0.2F;         // in place of the action's vertical part
 constexpr float kAgentRotation = -kHalfPi;  // the art faces right, the robot drives up
 constexpr float kFruitReward = 1;
 constexpr float kFoodReward = -4;
