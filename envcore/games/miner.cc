@@ -90,11 +90,13 @@ class Miner final : public Game {
     const std::vector<int32_t> places =
         random_.Distinct(grid.size(), diamond_count + boulder_count + 1);
     const int agent_cell = places[0];
+    const int agent_column = agent_cell % side;
+    const int agent_row = agent_cell / side;
     Entity& agent = world_.agent();
     agent.rx = kRadius;
     agent.ry = kRadius;
-    agent.x = static_cast<float>(agent_cell % side) + 0.5F;
-    agent.y = static_cast<float>(agent_cell / side) + 0.5F;
+    agent.x = static_cast<float>(agent_column) + 0.5F;
+    agent.y = static_cast<float>(agent_row) + 0.5F;
 
     grid.Fill(0, 0, side, side, kDirtKind);
     for (int32_t i = 1; i < static_cast<int32_t>(places.size()); ++i) {
@@ -107,7 +109,7 @@ class Miner final : public Game {
       }
     }
     grid.Set(agent_cell, kEmptyKind);
-    ClearBouldersAround(agent_cell % side, agent_cell / side);
+    ClearBouldersAround(agent_column, agent_row);
     PlaceExit(dirt_cells);
   }
 

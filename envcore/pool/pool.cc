@@ -136,7 +136,7 @@ class Pool::StepJob final : public CrewJob {
  protected:
   void RunItem(int32_t item, int32_t worker) override {
     const auto row = static_cast<size_t>(item);
-    const auto index = static_cast<size_t>(input_.first + item);
+    const auto index = static_cast<size_t>(input_.first) + row;
     Environment& environment = *pool_->environments_[index];
     Workbench& workbench = *pool_->workbenches_[static_cast<size_t>(worker)];
     if (const Reset* reset = std::exchange(pool_->resets_[index], nullptr)) {

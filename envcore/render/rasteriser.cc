@@ -60,7 +60,7 @@ const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) 
 const Picture& Rasteriser::Painted(const GeneratedArt& art) {
   const uint64_t fingerprint = FingerprintOf(art);
   ++uses_;
-  auto slot = std::find_if(painted_.begin(), painted_.end(), [&](const PaintedBackground& p) {
+  auto* slot = std::find_if(painted_.begin(), painted_.end(), [&](const PaintedBackground& p) {
     return !p.picture.empty() && p.fingerprint == fingerprint;
   });
   if (slot == painted_.end()) {

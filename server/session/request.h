@@ -34,9 +34,6 @@ struct Part {
   int32_t count = 0;
 };
 
-// Times that a step may be repeated in one request.
-inline constexpr int32_t kRepeatMax = 1000;
-
 // Checks `request` against a pool of `env_count` environments named `pool`, and fills in
 // `request->count`. Errors: INVALID_ARGUMENT (the message says what was given and what is allowed).
 absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* request);

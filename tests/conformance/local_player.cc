@@ -57,8 +57,3 @@ absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int3
 }
 
 }  // namespace procgen
-namespace procgen {
-absl::StatusOr<std::unique_ptr<Player>> MakeRemotePlayer(const Trace&, const std::string&, bool) {
-  return absl::UnimplementedError("no");
-}
-}  // namespace procgen

@@ -1,0 +1,41 @@
+"""Client of Procgen Server: batches of the sixteen Procgen games over gRPC.
+
+- :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface.
+- :class:`Client` and :class:`Pool`: the server's own interface, with requests sent ahead, slices
+  and next levels.
+- :class:`ServerProcess`: a server of one's own, started and stopped.
+- :mod:`procgen_client.errors`: what can go wrong.
+"""
+
+try:
+    from procgen_client import _proto  # noqa: F401 - only to see whether it is there
+except ImportError:
+    raise ImportError(
+        "procgen_client is used from a checkout whose protos were not generated yet: build it, or "
+        "run clients/python/generate.sh"
+    ) from None
+
+from procgen_client._gymnasium import AutoresetMode
+from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
+from procgen_client.batch import Batch
+from procgen_client.client import Client, connect
+from procgen_client.errors import ProcgenError
+from procgen_client.pool import Pool
+from procgen_client.server_process import ServerProcess
+from procgen_client.vector_env import ProcgenVectorEnv
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "ACTION_COUNT",
+    "ACTION_MIN",
+    "AutoresetMode",
+    "Batch",
+    "Client",
+    "Pool",
+    "ProcgenError",
+    "ProcgenVectorEnv",
+    "Reset",
+    "ServerProcess",
+    "connect",
+]

@@ -1,0 +1,121 @@
+"""A batch: the values of a slice of a pool after a request, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from procgen_client._wire import Part
+from procgen_client.errors import InternalError
+
+
+@dataclass(slots=True, frozen=True)
+class Batch:
+    """How n environments stand after a request.
+
+    Row i is environment ``first_environment + i`` of the pool.
+
+    ``observations`` and ``final_observations`` are views of the received message: nothing is
+    copied, they stay valid as long as they are referred to, they are never written again, and they
+    are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
+    they are one joined array instead. All other arrays are the caller's own and writable.
+
+    After a request without pictures (``observe=False``) ``observations`` is None;
+    ``final_observations`` is empty unless asked for.
+    """
+
+    sequence_number: int  # Number of the request that this answers.
+    first_environment: int  # Index in the pool of row 0.
+    rewards: np.ndarray  # Of this step, the old episode's where one ended    float32 [n]
+    first: np.ndarray  # A new episode has begun                              bool    [n]
+    terminated: np.ndarray  # The game (or action -1) ended the episode       bool    [n]
+    truncated: np.ndarray  # The time limit ended the episode                 bool    [n]
+    level_seeds: np.ndarray  # Level in the observation                       int32   [n]
+    prev_level_seeds: np.ndarray  # Level that was stepped                    int32   [n]
+    prev_level_complete: np.ndarray  # That level was completed by this step  bool    [n]
+    episode_returns: np.ndarray  # Of the ended or running episode            float32 [n]
+    episode_lengths: np.ndarray  # Of the same, in steps                      int32   [n]
+    fingerprints: np.ndarray  # Of episodes that ended, in order; or empty    int64   [m]
+    final_observations: np.ndarray  # Last pictures of those; or empty        uint8   [m, 64, 64, 3]
+    observations: np.ndarray | None  # What the agents see                    uint8   [n, 64, 64, 3]
+
+    @property
+    def environment_count(self) -> int:
+        """Number of rows, n."""
+        return len(self.rewards)
+
+    @property
+    def ended(self) -> np.ndarray:
+        """Whether an episode ended in this step, one way or the other; bool [n]."""
+        return self.terminated | self.truncated
+
+
+_ROW_ARRAYS = (
+    "rewards",
+    "first",
+    "terminated",
+    "truncated",
+    "level_seeds",
+    "prev_level_seeds",
+    "prev_level_complete",
+    "episode_returns",
+    "episode_lengths",
+)
+
+
+def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
+    """Joins the responses to one request, which cover successive ranges of environments.
+
+    Raises:
+        InternalError: They do not, or an array is not as long as the number of environments says.
+    """
+    for part in parts:
+        _check(part, observation_shape)
+    for part, successor in pairwise(parts):
+        expected = part.first_environment + part.environment_count
+        if successor.first_environment != expected:
+            raise InternalError(
+                f"the answer to request {part.sequence_number} goes on with environment "
+                f"{successor.first_environment}, where {expected} is next"
+            )
+    first_part = parts[0]
+    if len(parts) == 1:
+        arrays = first_part.arrays
+    else:
+        names = first_part.arrays
+        arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
+
+    observations = arrays.pop("observations").reshape(-1, *observation_shape)
+    final_observations = arrays.pop("final_observations").reshape(-1, *observation_shape)
+    return Batch(
+        sequence_number=first_part.sequence_number,
+        first_environment=first_part.first_environment,
+        observations=observations if len(observations) else None,
+        final_observations=final_observations,
+        **arrays,
+    )
+
+
+def _check(part: Part, observation_shape: tuple[int, ...]) -> None:
+    count = part.environment_count
+    for name in _ROW_ARRAYS:
+        if len(part.arrays[name]) != count:
+            raise InternalError(
+                f"the answer to request {part.sequence_number} has {len(part.arrays[name])} "
+                f"{name} for {count} environments"
+            )
+    observation_bytes = int(np.prod(observation_shape))
+    if len(part.arrays["observations"]) not in (0, count * observation_bytes):
+        raise InternalError(
+            f"the answer to request {part.sequence_number} has "
+            f"{len(part.arrays['observations'])} bytes of observations for {count} environments "
+            f"of {observation_bytes} each"
+        )
+    if len(part.arrays["final_observations"]) % observation_bytes:
+        raise InternalError(
+            f"the answer to request {part.sequence_number} has "
+            f"{len(part.arrays['final_observations'])} bytes of final observations, which is no "
+            f"multiple of {observation_bytes}"
+        )

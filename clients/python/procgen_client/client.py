@@ -1,0 +1,295 @@
+"""A connection to a server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import grpc
+from google.protobuf import message as protobuf_message
+
+from procgen_client import options as _options
+from procgen_client._proto import (
+    catalog_pb2,
+    catalog_pb2_grpc,
+    pools_pb2,
+    pools_pb2_grpc,
+    render_pb2,
+    render_pb2_grpc,
+    step_pb2,
+)
+from procgen_client._wire import read_response
+from procgen_client.errors import (
+    CancelledError,
+    DeadlineExceededError,
+    InternalError,
+    UnavailableError,
+    from_rpc_error,
+)
+from procgen_client.pool import Pool
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+_STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
+
+
+class Client:
+    """A connection to a server, over which pools are made and stepped.
+
+    A context manager: leaving it closes the connection. Pools stay on the server until they are
+    deleted, so close them first (each is a context manager, too).
+
+    Threads: any method from any thread; a :class:`Pool` belongs to one thread at a time.
+
+    Attributes:
+        address: What it is connected to.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        timeout: float = 10.0,
+        call_timeout: float = 60.0,
+        credentials: grpc.ChannelCredentials | None = None,
+        channel_options: Sequence[tuple[str, Any]] = (),
+    ) -> None:
+        """Connects.
+
+        Args:
+            address: Where the server listens: ``"localhost:50051"``, ``"unix:/run/procgen.sock"``,
+                or another target that gRPC knows.
+            timeout: How long to wait for the server, in seconds; one that is just starting is
+                waited for.
+            call_timeout: How long each call besides stepping may take, in seconds.
+            credentials: For a server that speaks TLS. None: plain text.
+            channel_options: More of gRPC's channel arguments.
+
+        Raises:
+            UnavailableError: No server answered in time. The message says where and why.
+            UnimplementedError: What answers there is no Procgen Server.
+        """
+        self.address = address
+        self._call_timeout = call_timeout
+        self._closed = False
+        arguments = [*_channel_arguments(address), *channel_options]
+        if credentials is None:
+            self._channel = grpc.insecure_channel(address, arguments)
+        else:
+            self._channel = grpc.secure_channel(address, credentials, arguments)
+        self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
+        self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
+        self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
+        # In place of the generated stub, which would copy each picture on the way; see _wire.py.
+        self._step_pool = self._channel.stream_stream(
+            _STEP_POOL_METHOD,
+            request_serializer=step_pb2.StepPoolRequest.SerializeToString,
+            response_deserializer=read_response,
+        )
+        try:
+            self._catalog = self._first_catalog(timeout)
+        except BaseException:
+            self.close()
+            raise
+
+    def __repr__(self) -> str:
+        """Gives e.g. ``<Client of localhost:50051>``."""
+        return f"<Client of {self.address}{' (closed)' if self._closed else ''}>"
+
+    def __enter__(self) -> Client:
+        """Gives the client itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Closes the connection."""
+        self.close()
+
+    @property
+    def closed(self) -> bool:
+        """Whether close was called."""
+        return self._closed
+
+    def close(self) -> None:
+        """Closes the connection. Calls under way end with CancelledError; again: does nothing."""
+        self._closed = True
+        self._channel.close()
+
+    def catalog(self) -> catalog_pb2.Catalog:
+        """Tells what the server offers: games, modes, options, actions, limits.
+
+        It does not change while the server runs, so it was asked for once, on connecting. The
+        fields are described in proto/procgen/v1/catalog.proto.
+        """
+        return self._catalog
+
+    def load(self) -> catalog_pb2.Load:
+        """Tells how busy the server is at this moment."""
+        return self._unary(self._catalog_stub.GetLoad, catalog_pb2.GetLoadRequest())
+
+    def create_pool(
+        self,
+        games: str | Sequence[str],
+        env_count: int = 64,
+        *,
+        episode_end: str = "same_step",
+        first_environment: int = 0,
+        total_environments: int = 0,
+        pool_id: str = "",
+        requests_in_flight_max: int = 2,
+        **options: Unpack[_options.EnvironmentOptions],
+    ) -> Pool:
+        """Makes a pool; every environment stands at the first step of its first level.
+
+        Args:
+            games: A game's name, or several; several are dealt to the environments in turn.
+            env_count: Number of environments, N.
+            episode_end: What follows the step that ends an episode. "same_step": the observation is
+                the next episode's first at once. "next_step": it is the last one; the next step
+                ignores its action and begins the next episode. "disabled": it is the last one; the
+                environment must be reset.
+            first_environment: For a part of a larger pool: the index of its first environment in
+                the whole.
+            total_environments: For the same: number of environments of the whole. 0: up to this
+                pool's last.
+            pool_id: Last part of the pool's name. Empty: the server chooses.
+            requests_in_flight_max: How many requests may be sent ahead of the answers.
+            **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
+                use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
+
+        Raises:
+            InvalidArgumentError: A value is out of range, or a game lacks that mode.
+            NotFoundError: There is no such game.
+            AlreadyExistsError: `pool_id` is taken.
+            ResourceExhaustedError: A limit of the server (``catalog().limits``).
+            UnimplementedError: The server does not offer this game or option yet.
+        """
+        spec = _options.pool_spec(
+            games,
+            env_count,
+            options=_options.environment_options(**options),
+            episode_end=episode_end,
+            first_environment=first_environment,
+            total_environments=total_environments,
+        )
+        return self.create_pool_from_spec(
+            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
+        )
+
+    def create_pool_from_spec(
+        self, spec: pools_pb2.PoolSpec, *, pool_id: str = "", requests_in_flight_max: int = 2
+    ) -> Pool:
+        """Makes a pool from a spec.
+
+        From that of another pool (``Pool.spec``), or one with what create_pool has no name for.
+
+        Errors as :meth:`create_pool`.
+        """
+        request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
+        return Pool(
+            self,
+            self._unary(self._pool_stub.CreatePool, request),
+            deletes_on_close=True,
+            requests_in_flight_max=requests_in_flight_max,
+        )
+
+    def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> Pool:
+        """Gives a pool that is there already; closing it leaves it there.
+
+        Raises:
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
+            NotFoundError: There is no such pool.
+        """
+        return Pool(
+            self,
+            self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name)),
+            deletes_on_close=False,
+            requests_in_flight_max=requests_in_flight_max,
+        )
+
+    def list_pools(self) -> list[pools_pb2.Pool]:
+        """Tells what pools there are, oldest first, as messages (proto/procgen/v1/pools.proto)."""
+        pools: list[pools_pb2.Pool] = []
+        request = pools_pb2.ListPoolsRequest()
+        while True:
+            response = self._unary(self._pool_stub.ListPools, request)
+            pools += response.pools
+            request.page_token = response.next_page_token
+            if not request.page_token:
+                return pools
+
+    def delete_pool(self, name: str) -> None:
+        """Ends a pool and frees its environments.
+
+        A stream that is attached to it ends with AbortedError.
+
+        Raises:
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
+            NotFoundError: There is no such pool.
+        """
+        self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+
+    def _render_environments(
+        self, request: render_pb2.RenderEnvironmentsRequest
+    ) -> render_pb2.RenderEnvironmentsResponse:
+        return self._unary(self._render_stub.RenderEnvironments, request)
+
+    def _unary(
+        self, method: Callable[..., Any], request: protobuf_message.Message, **arguments: Any
+    ) -> Any:  # noqa: ANN401
+        if self._closed:
+            raise CancelledError(f"the connection to {self.address} was closed by this client")
+        try:
+            return method(request, **({"timeout": self._call_timeout} | arguments))
+        except grpc.RpcError as error:
+            raise from_rpc_error(error) from None
+
+    def _first_catalog(self, timeout: float) -> catalog_pb2.Catalog:
+        try:
+            # Not by channel_ready_future, which takes 0.2 s also where the server is there.
+            catalog = self._unary(
+                self._catalog_stub.GetCatalog,
+                catalog_pb2.GetCatalogRequest(),
+                timeout=timeout,
+                wait_for_ready=True,
+            )
+        except DeadlineExceededError:
+            raise UnavailableError(
+                f"no server answers at {self.address} ({self._reason()}); waited {timeout:g} s"
+            ) from None
+        if not catalog.games:
+            raise InternalError(f"the server at {self.address} tells of no games")
+        return catalog
+
+    def _reason(self) -> str:
+        """Tells why the connection fails, in gRPC's words."""
+        try:
+            self._catalog_stub.GetCatalog(catalog_pb2.GetCatalogRequest(), timeout=1)
+        except grpc.RpcError as error:
+            return error.details() or error.code().name
+        return "it has just begun to"
+
+
+def connect(address: str, *, timeout: float = 10.0) -> Client:
+    """Connects to a server; the same as ``Client(address, timeout=timeout)``."""
+    return Client(address, timeout=timeout)
+
+
+def _channel_arguments(address: str) -> list[tuple[str, Any]]:
+    arguments: list[tuple[str, Any]] = [
+        # Attach tells the server how large responses may be; the channel need not limit them as
+        # well.
+        ("grpc.max_receive_message_length", -1),
+        ("grpc.max_send_message_length", -1),
+        # A connection of its own for each client, so that several in one process do not share one.
+        ("grpc.use_local_subchannel_pool", 1),
+        # A server that is just starting is found soon.
+        ("grpc.initial_reconnect_backoff_ms", 100),
+        ("grpc.min_reconnect_backoff_ms", 100),
+        ("grpc.max_reconnect_backoff_ms", 1000),
+    ]
+    host = address.rsplit("/", 1)[-1]
+    if address.startswith("unix:") or host.startswith(("localhost:", "127.", "[::1]:")):
+        # This very machine is never behind a proxy, whatever http_proxy says.
+        arguments.append(("grpc.enable_http_proxy", 0))
+    return arguments

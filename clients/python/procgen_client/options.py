@@ -1,0 +1,120 @@
+"""What a pool is made with: the released benchmark's options by their released names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypedDict
+
+from procgen_client._proto import pools_pb2
+from procgen_client.errors import InvalidArgumentError
+
+DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
+EPISODE_ENDS = ("same_step", "next_step", "disabled")
+
+
+class EnvironmentOptions(TypedDict, total=False):
+    """The released options, with the defaults of the released Python package.
+
+    More on each: ``EnvironmentOptions`` in proto/procgen/v1/pools.proto.
+    """
+
+    distribution_mode: str  # One of DISTRIBUTION_MODES; each game has some. "hard"
+    num_levels: int  # Number of different levels; 0: unlimited. 0
+    start_level: int  # First level seed; not used while num_levels is 0. 0
+    rand_seed: int | None  # Seeds the choice of levels. None: the server draws one. None
+    use_sequential_levels: bool  # A completed level is followed by another, no episode's end. False
+    center_agent: bool  # The camera follows the agent; some games overwrite it. True
+    use_backgrounds: bool  # False: black behind everything. True
+    use_generated_assets: bool  # Pictures are made from random numbers. False
+    use_monochrome_assets: bool  # Flat rectangles in place of art. False
+    restrict_themes: bool  # One theme for each kind of thing. False
+    paint_vel_info: bool  # Two grey squares in the picture show the agent's velocity. False
+    debug_mode: int  # Bits that only coinrun reads. 0
+
+
+def environment_options(
+    *,
+    distribution_mode: str = "hard",
+    num_levels: int = 0,
+    start_level: int = 0,
+    rand_seed: int | None = None,
+    use_sequential_levels: bool = False,
+    center_agent: bool = True,
+    use_backgrounds: bool = True,
+    use_generated_assets: bool = False,
+    use_monochrome_assets: bool = False,
+    restrict_themes: bool = False,
+    paint_vel_info: bool = False,
+    debug_mode: int = 0,
+) -> pools_pb2.EnvironmentOptions:
+    """Gives EnvironmentOptions as a message.
+
+    Raises:
+        InvalidArgumentError: `distribution_mode` is none of DISTRIBUTION_MODES, or a number does
+            not fit its field. Everything else the server checks.
+    """
+    mode = _enum_value(
+        "distribution_mode", distribution_mode, DISTRIBUTION_MODES, pools_pb2.DistributionMode
+    )
+    try:
+        return pools_pb2.EnvironmentOptions(
+            distribution_mode=mode,
+            num_levels=num_levels,
+            start_level=start_level,
+            rand_seed=rand_seed,
+            use_sequential_levels=use_sequential_levels,
+            center_agent=center_agent,
+            use_backgrounds=use_backgrounds,
+            use_generated_assets=use_generated_assets,
+            use_monochrome_assets=use_monochrome_assets,
+            restrict_themes=restrict_themes,
+            paint_vel_info=paint_vel_info,
+            debug_mode=debug_mode,
+        )
+    except (TypeError, ValueError) as error:
+        raise InvalidArgumentError(f"an option has a wrong value: {error}") from error
+
+
+def pool_spec(
+    games: str | Sequence[str],
+    env_count: int,
+    *,
+    options: pools_pb2.EnvironmentOptions,
+    episode_end: str = "same_step",
+    first_environment: int = 0,
+    total_environments: int = 0,
+) -> pools_pb2.PoolSpec:
+    """Gives the spec of a pool as a message.
+
+    Args:
+        games: A game's name, or several; several are dealt to the environments in turn.
+        env_count: Number of environments.
+        options: From environment_options.
+        episode_end: What follows the step that ends an episode, one of EPISODE_ENDS.
+        first_environment: For a part of a larger pool: the index of its first environment in the
+            whole.
+        total_environments: For the same: number of environments of the whole.
+
+    Raises:
+        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
+            field.
+    """
+    end = _enum_value("episode_end", episode_end, EPISODE_ENDS, pools_pb2.EpisodeEnd)
+    try:
+        return pools_pb2.PoolSpec(
+            games=[games] if isinstance(games, str) else games,
+            env_count=env_count,
+            options=options,
+            episode_end=end,
+            first_environment=first_environment,
+            total_environments=total_environments,
+        )
+    except (TypeError, ValueError) as error:
+        raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error
+
+
+def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401
+    """Gives the number of e.g. "hard", in enum DistributionMode with prefix DISTRIBUTION_MODE_."""
+    if given not in allowed:
+        raise InvalidArgumentError(f"{name} is {given!r}; it is one of {', '.join(allowed)}")
+    return enum.Value(f"{name}_{given}".upper())

@@ -1,0 +1,473 @@
+"""A pool of environments on a server, and the stream that steps it."""
+
+from __future__ import annotations
+
+import queue
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import grpc
+import numpy as np
+import numpy.typing as npt
+
+from procgen_client._proto import pools_pb2, render_pb2, step_pb2
+from procgen_client._requests import (
+    Reset,
+    action_numbers,
+    in_range,
+    message_of,
+    observation,
+    reset_messages,
+)
+from procgen_client._wire import Part
+from procgen_client.batch import Batch, assemble
+from procgen_client.errors import (
+    FailedPreconditionError,
+    InternalError,
+    InvalidArgumentError,
+    NotFoundError,
+    ProcgenError,
+    UnavailableError,
+    from_rpc_error,
+)
+
+if TYPE_CHECKING:
+    from procgen_client.client import Client
+
+# Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
+_RENDER_BYTES = 4 * 1024 * 1024
+_RENDER_OVERHEAD_BYTES = 4096
+
+
+class Pool:
+    """A number of environments that are stepped as one batch.
+
+    Made by :meth:`Client.create_pool` or :meth:`Client.get_pool`. As a context manager it is closed
+    on leaving, which deletes a pool that create_pool made; a pool from get_pool is only let go.
+
+    The simple way is :meth:`step`. To keep both sides busy, send ahead: :meth:`send_step` and
+    :meth:`receive` are the two halves of step, and up to :attr:`requests_in_flight_max` requests
+    may be unanswered. Answers come in the order of the requests.
+
+    The first request attaches to the pool: no other client can step it until :meth:`detach` or
+    :meth:`close`. After an error of the server the stream is over, answers that were still owed are
+    lost, and the next request attaches anew; the environments stand as they did before the request
+    at fault.
+
+    Threads: one at a time.
+
+    Attributes:
+        name: Resource name, e.g. ``"pools/7"``.
+        spec: What the pool was made with, every default filled in (also a rand_seed that the server
+            drew).
+        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default.
+        requests_in_flight_max: How many requests may be unanswered.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        message: pools_pb2.Pool,
+        *,
+        deletes_on_close: bool,
+        requests_in_flight_max: int = 2,
+    ) -> None:
+        """For :class:`Client`; use its create_pool or get_pool."""
+        self.name = message.name
+        self.spec = message.spec
+        self.observation_shape = tuple(message.observation_shape)
+        self.requests_in_flight_max = requests_in_flight_max
+        self._client = client
+        self._deletes_on_close = deletes_on_close
+        self._closed = False
+        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
+        self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
+        self._next_sequence_number = 0
+        self._in_flight: deque[int] = deque()
+
+    def __repr__(self) -> str:
+        """Gives e.g. ``<Pool pools/7: 64 x coinrun>``."""
+        return f"<Pool {self.name}: {self.env_count} x {','.join(self.spec.games)}>"
+
+    def __del__(self) -> None:
+        """Ends the thread that sends requests, where a pool was never closed."""
+        if hasattr(self, "_requests"):
+            self._requests.put(None)
+
+    def __enter__(self) -> Pool:
+        """Gives the pool itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Closes the pool."""
+        self.close()
+
+    @property
+    def env_count(self) -> int:
+        """Number of environments, N."""
+        return self.spec.env_count
+
+    @property
+    def attached(self) -> bool:
+        """Whether this object holds the pool's stream."""
+        return self._call is not None
+
+    @property
+    def in_flight(self) -> int:
+        """Number of requests whose answers were not received yet."""
+        return len(self._in_flight)
+
+    # Stepping: the simple way. One request, one answer.
+
+    def step(
+        self,
+        actions: npt.ArrayLike,
+        *,
+        first_environment: int = 0,
+        observe: bool = True,
+        repeat_count: int = 1,
+        final_observations: bool = False,
+        next_levels: Mapping[int, int] | None = None,
+        resets: Iterable[int | Reset] = (),
+    ) -> Batch:
+        """Steps each environment of a slice, and waits for the answer.
+
+        Args:
+            actions: int [n], each in [-1, 15): what the environments first_environment ...
+                first_environment + n - 1 do; -1 does nothing and ends the episode. n is env_count,
+                unless a part of the pool is stepped.
+            first_environment: Index of the slice's first environment.
+            observe: False: no pictures are drawn or sent, which is many times faster.
+            repeat_count: The same action is taken so many times, in [1, 1000]; rewards are summed,
+                and an environment stops when its episode ends.
+            final_observations: Where an episode ends, its last picture is answered, too. Only of
+                use with episode_end "same_step".
+            next_levels: Level seeds by environment (index in the pool), to be played after the
+                present levels.
+            resets: Environments (indices in the pool, or Resets) that begin a new episode in place
+                of being stepped; their actions are ignored.
+
+        Raises:
+            InvalidArgumentError: An argument has a wrong length or is out of range. Nothing has
+                moved.
+            FailedPreconditionError: Answers of requests sent before were not received; another
+                client is attached; or an ended episode is stepped (episode_end "disabled").
+            ProcgenError: Whatever else the server says.
+        """
+        self._require_nothing_in_flight()
+        self.send_step(
+            actions,
+            first_environment=first_environment,
+            observe=observe,
+            repeat_count=repeat_count,
+            final_observations=final_observations,
+            next_levels=next_levels,
+            resets=resets,
+        )
+        return self.receive()
+
+    def observe(
+        self,
+        *,
+        first_environment: int = 0,
+        environment_count: int | None = None,
+        observe: bool = True,
+    ) -> Batch:
+        """Tells how a slice stands (the whole pool by default) and changes nothing.
+
+        This is how a learner gets the first observations. Errors as :meth:`step`.
+        """
+        self._require_nothing_in_flight()
+        self.send_observe(
+            first_environment=first_environment,
+            environment_count=environment_count,
+            observe=observe,
+        )
+        return self.receive()
+
+    def reset(
+        self,
+        resets: Iterable[int | Reset] | None = None,
+        *,
+        first_environment: int = 0,
+        environment_count: int | None = None,
+        observe: bool = True,
+    ) -> Batch:
+        """Begins new episodes in some environments of a slice, and tells how the slice stands.
+
+        Args:
+            resets: Environments (indices in the pool, or Resets), at least one, each at most once.
+                None: all of the slice. The others are left as they are.
+            first_environment: Index of the slice's first environment.
+            environment_count: Number of environments of the slice. None: all from the first to the
+                pool's last.
+            observe: False: no pictures.
+
+        Errors as :meth:`step`.
+        """
+        self._require_nothing_in_flight()
+        self.send_reset(
+            resets,
+            first_environment=first_environment,
+            environment_count=environment_count,
+            observe=observe,
+        )
+        return self.receive()
+
+    # Stepping with requests sent ahead.
+
+    def send_step(
+        self,
+        actions: npt.ArrayLike,
+        *,
+        first_environment: int = 0,
+        observe: bool = True,
+        repeat_count: int = 1,
+        final_observations: bool = False,
+        next_levels: Mapping[int, int] | None = None,
+        resets: Iterable[int | Reset] = (),
+    ) -> int:
+        """Sends the request of :meth:`step`, and gives its sequence number.
+
+        :meth:`receive` gives the answer.
+
+        Raises:
+            InvalidArgumentError: As step.
+            FailedPreconditionError: requests_in_flight_max requests are unanswered: receive first.
+        """
+        numbers = action_numbers(actions)
+        self._check_slice(first_environment, len(numbers), "actions")
+        request = step_pb2.Step(
+            slice=step_pb2.Slice(
+                first_environment=first_environment, environment_count=len(numbers)
+            ),
+            actions=numbers,
+            repeat_count=in_range("repeat_count", repeat_count, 1, 1000),
+            observation=observation(observe),
+            with_final_observations=final_observations,
+            resets=reset_messages(resets),
+        )
+        for environment, level_seed in (next_levels or {}).items():
+            request.next_levels.append(
+                message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
+            )
+        return self._send(step_pb2.StepPoolRequest(step=request))
+
+    def send_observe(
+        self,
+        *,
+        first_environment: int = 0,
+        environment_count: int | None = None,
+        observe: bool = True,
+    ) -> int:
+        """Sends the request of :meth:`observe`; errors as :meth:`send_step`."""
+        request = step_pb2.Observe(
+            slice=self._slice(first_environment, environment_count),
+            observation=observation(observe),
+        )
+        return self._send(step_pb2.StepPoolRequest(observe=request))
+
+    def send_reset(
+        self,
+        resets: Iterable[int | Reset] | None = None,
+        *,
+        first_environment: int = 0,
+        environment_count: int | None = None,
+        observe: bool = True,
+    ) -> int:
+        """Sends the request of :meth:`reset`; errors as :meth:`send_step`."""
+        which = self._slice(first_environment, environment_count)
+        if resets is None:
+            resets = range(first_environment, first_environment + which.environment_count)
+        request = step_pb2.ResetSlice(
+            slice=which, resets=reset_messages(resets), observation=observation(observe)
+        )
+        return self._send(step_pb2.StepPoolRequest(reset=request))
+
+    def receive(self) -> Batch:
+        """Waits for the answer to the oldest unanswered request.
+
+        Raises:
+            FailedPreconditionError: No request is unanswered.
+            ProcgenError: The server refused that request, or is gone. The stream is over, and
+                answers to later requests are lost with it.
+        """
+        if not self._in_flight:
+            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
+        sequence_number = self._in_flight[0]
+        parts: list[Part] = []
+        while True:
+            response = self._next_response()
+            if not isinstance(response, Part):
+                continue  # Of a kind that this client does not know: clients ignore those.
+            if response.sequence_number != sequence_number:
+                self._drop_stream()
+                raise InternalError(
+                    f"{self.name} answered request {response.sequence_number}, where "
+                    f"{sequence_number} is next"
+                )
+            parts.append(response)
+            if response.last:
+                break
+        self._in_flight.popleft()
+        return assemble(parts, self.observation_shape)
+
+    # The stream's beginning and end.
+
+    def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
+        """Takes the pool for this object. Never necessary: the first request does so.
+
+        Args:
+            take_over: End another client's stream, if there is one.
+            response_bytes_max: Largest response that the server may send, in bytes; larger answers
+                come in several, which receive joins, and part of which are stepped while others are
+                on their way. 0: 4 MiB.
+
+        Raises:
+            FailedPreconditionError: Another stream is attached.
+            NotFoundError: The pool is gone.
+        """
+        if self._closed:
+            raise FailedPreconditionError(f"{self.name} was closed by this client")
+        if self._call is not None:
+            return
+        self._requests = queue.SimpleQueue()
+        self._call = self._client._step_pool(iter(self._requests.get, None))
+        attach = step_pb2.Attach(
+            pool=self.name,
+            requests_in_flight_max=self.requests_in_flight_max,
+            take_over=take_over,
+            response_bytes_max=response_bytes_max,
+        )
+        self._requests.put(step_pb2.StepPoolRequest(attach=attach))
+        response = self._next_response()
+        if isinstance(response, Part) or response.WhichOneof("response") != "attached":
+            self._drop_stream()
+            raise InternalError(f"{self.name} answered something else than that it is attached")
+        self._next_sequence_number = response.attached.next_sequence_number
+        self.requests_in_flight_max = response.attached.requests_in_flight_max
+
+    def detach(self) -> None:
+        """Lets the pool go, so that another client can attach.
+
+        Requests in flight are carried out; their answers are lost.
+        """
+        if self._call is None:
+            return
+        call, self._call = self._call, None
+        self._requests.put(None)
+        self._in_flight.clear()
+        try:
+            for _ in call:  # Until the server says that the stream has ended.
+                pass
+        except grpc.RpcError:
+            pass  # It has ended, too.
+
+    def close(self) -> None:
+        """Detaches, and deletes the pool if create_pool made it. Closing again does nothing."""
+        if self._closed:
+            return
+        self.detach()
+        self._closed = True
+        if self._deletes_on_close and not self._client.closed:
+            try:
+                self._client.delete_pool(self.name)
+            except (NotFoundError, UnavailableError):
+                pass  # It is gone, or the server is.
+
+    # Looking.
+
+    def render(
+        self, environments: Sequence[int] | None = None, *, side_px: int = 512
+    ) -> list[np.ndarray]:
+        """Draws environments for people and changes nothing.
+
+        Args:
+            environments: Indices in the pool, in the order wanted. None: all.
+            side_px: Side of the square pictures in pixels, in [16, 2048].
+
+        Returns:
+            uint8 arrays [side_px, side_px, 3] (red, green, blue; top row first), read-only.
+
+        Raises:
+            InvalidArgumentError: An environment or the size is out of range.
+            UnimplementedError: The server does not draw for people (catalog().features.render).
+        """
+        wanted = list(range(self.env_count)) if environments is None else list(environments)
+        frame_bytes = 3 * in_range("side_px", side_px, 16, 2048) ** 2 + 64
+        at_a_time = max(1, (_RENDER_BYTES - _RENDER_OVERHEAD_BYTES) // frame_bytes)
+        limit = max(_RENDER_BYTES, frame_bytes + _RENDER_OVERHEAD_BYTES)
+        frames: list[np.ndarray] = []
+        for begin in range(0, len(wanted), at_a_time):
+            request = message_of(
+                render_pb2.RenderEnvironmentsRequest,
+                pool=self.name,
+                environments=wanted[begin : begin + at_a_time],
+                side_px=side_px,
+                format=render_pb2.FRAME_FORMAT_RGB,
+                response_bytes_max=limit,
+            )
+            for frame in self._client._render_environments(request).frames:
+                pixels = np.frombuffer(frame.image, np.uint8)
+                frames.append(pixels.reshape(frame.height_px, frame.width_px, 3))
+        return frames
+
+    # Internals.
+
+    def _send(self, request: step_pb2.StepPoolRequest) -> int:
+        if len(self._in_flight) >= self.requests_in_flight_max:
+            raise FailedPreconditionError(
+                f"{len(self._in_flight)} requests to {self.name} are unanswered, of at most "
+                f"{self.requests_in_flight_max}: receive first"
+            )
+        self.attach()
+        request.sequence_number = self._next_sequence_number
+        self._next_sequence_number += 1
+        self._in_flight.append(request.sequence_number)
+        self._requests.put(request)
+        return request.sequence_number
+
+    def _next_response(self) -> Part | step_pb2.StepPoolResponse:
+        assert self._call is not None
+        try:
+            return next(self._call)
+        except StopIteration:
+            self._drop_stream()
+            raise UnavailableError(f"the server ended the stream of {self.name}") from None
+        except grpc.RpcError as error:
+            self._drop_stream()
+            raise from_rpc_error(error) from None
+
+    def _drop_stream(self) -> None:
+        call, self._call = self._call, None
+        self._requests.put(None)
+        self._in_flight.clear()
+        if call is not None:
+            call.cancel()
+
+    def _require_nothing_in_flight(self) -> None:
+        if self._in_flight:
+            raise FailedPreconditionError(
+                f"{len(self._in_flight)} requests to {self.name} are unanswered: receive them first"
+            )
+
+    def _slice(self, first_environment: int, environment_count: int | None) -> step_pb2.Slice:
+        if environment_count is None:
+            environment_count = self.env_count - first_environment
+        self._check_slice(first_environment, environment_count, "environments")
+        return step_pb2.Slice(
+            first_environment=first_environment, environment_count=environment_count
+        )
+
+    def _check_slice(self, first_environment: int, count: int, what: str) -> None:
+        if first_environment < 0 or first_environment >= self.env_count:
+            raise InvalidArgumentError(
+                f"first_environment is {first_environment}; {self.name} has environments 0 ... "
+                f"{self.env_count - 1}"
+            )
+        if count < 1 or first_environment + count > self.env_count:
+            raise InvalidArgumentError(
+                f"{count} {what} from environment {first_environment}; {self.name} has "
+                f"{self.env_count} environments"
+            )

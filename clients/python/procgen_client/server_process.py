@@ -1,0 +1,134 @@
+"""A server of one's own, on this machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import selectors
+import shutil
+import subprocess
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+from procgen_client.errors import UnavailableError
+
+# Where to look for the program if nobody says: this variable, then PATH.
+BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
+
+# The server writes the address that it is bound to on its standard output, and nothing else.
+_ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
+
+
+class ServerProcess:
+    """A procgen-server that is started, and stopped on leaving.
+
+    It listens on loopback, on a port that the system chooses. A session of its own keeps Ctrl-C
+    from it: it runs until stop is called, also when this program ends without doing so.
+
+    Attributes:
+        address: Where it listens, for Client.
+        process_id: Its process id.
+    """
+
+    def __init__(
+        self,
+        binary: str | os.PathLike[str] | None = None,
+        flags: Sequence[str] = (),
+        *,
+        log_path: str | os.PathLike[str] | None = None,
+        start_timeout: float = 30.0,
+    ) -> None:
+        """Starts it and waits until it listens.
+
+        Args:
+            binary: The program. None: what the variable PROCGEN_SERVER_BINARY says, else
+                procgen-server in PATH.
+            flags: More flags, e.g. ["--workers=2"]; ``procgen-server --help`` tells them all.
+            log_path: File that its log lines are written to. None: they are thrown away.
+            start_timeout: How long to wait for it, in seconds.
+
+        Raises:
+            FileNotFoundError: There is no such program.
+            UnavailableError: It ended, or did not listen in time; the message bears its last words.
+        """
+        program = _find(binary)
+        self._log_path = None if log_path is None else Path(log_path)
+        with open(log_path or os.devnull, "wb") as log:
+            self._process = subprocess.Popen(
+                [program, "--address=127.0.0.1:0", *flags],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                start_new_session=True,
+            )
+        self.process_id = self._process.pid
+        try:
+            assert self._process.stdout is not None
+            self.address = self._wait_for_address(self._process.stdout, start_timeout)
+        except BaseException:
+            self.stop()
+            raise
+
+    def __enter__(self) -> ServerProcess:
+        """Gives the process itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Stops it."""
+        self.stop()
+
+    def stop(self, *, timeout: float = 15.0) -> int:
+        """Asks it to drain and end, and waits; kills it after `timeout` seconds.
+
+        Returns:
+            Its exit status. Stopping again gives that again.
+        """
+        self._process.terminate()
+        try:
+            return self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            return self._process.wait()
+        finally:
+            if self._process.stdout is not None:
+                self._process.stdout.close()
+
+    def _wait_for_address(self, output: IO[bytes], timeout: float) -> str:
+        deadline = time.monotonic() + timeout
+        text = b""
+        with selectors.DefaultSelector() as selector:
+            selector.register(output, selectors.EVENT_READ)
+            while selector.select(max(0.0, deadline - time.monotonic())):
+                piece = os.read(output.fileno(), 4096)
+                if not piece:
+                    status = self._process.wait()
+                    raise UnavailableError(
+                        f"procgen-server ended with status {status}{self._last_words()}"
+                    )
+                text += piece
+                for line in text.decode(errors="replace").splitlines(keepends=True):
+                    match = _ADDRESS.search(line)
+                    if match and line.endswith("\n"):
+                        return match.group(1)
+        raise UnavailableError(
+            f"procgen-server did not listen within {timeout:g} s{self._last_words()}"
+        )
+
+    def _last_words(self) -> str:
+        if self._log_path is None or not self._log_path.is_file():
+            return ""
+        lines = self._log_path.read_text(errors="replace").splitlines()[-5:]
+        return "; it said:\n" + "\n".join(lines) if lines else ""
+
+
+def _find(binary: str | os.PathLike[str] | None) -> str:
+    wanted = binary or os.environ.get(BINARY_VARIABLE) or "procgen-server"
+    found = shutil.which(wanted)
+    if found is None:
+        raise FileNotFoundError(
+            f"there is no program {os.fspath(wanted)}; say where procgen-server is, or set "
+            f"{BINARY_VARIABLE}"
+        )
+    return os.fspath(found)

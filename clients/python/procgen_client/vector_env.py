@@ -1,0 +1,316 @@
+"""A pool as a Gymnasium vector environment."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from procgen_client._gymnasium import AutoresetMode, VectorEnv, spaces
+from procgen_client._requests import ACTION_COUNT, Reset
+from procgen_client.batch import Batch
+from procgen_client.client import Client
+from procgen_client.errors import (
+    FailedPreconditionError,
+    InvalidArgumentError,
+    UnimplementedError,
+)
+from procgen_client.pool import Pool
+
+_EPISODE_ENDS = {
+    AutoresetMode.NEXT_STEP: "next_step",
+    AutoresetMode.SAME_STEP: "same_step",
+    AutoresetMode.DISABLED: "disabled",
+}
+
+
+class ProcgenVectorEnv(VectorEnv):
+    """N environments on a server, with the contract of Gymnasium's VectorEnv (1.1 and later).
+
+    It subclasses gymnasium.vector.VectorEnv where Gymnasium is installed, and works without it:
+    then the spaces are None, and ``metadata["autoreset_mode"]`` is a member of an enumeration with
+    the same names and values.
+
+    Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], red, green, blue, top row first;
+    actions int [N], each in [0, 15) (-1, which is outside of the action space, does nothing and
+    ends the episode); rewards float64 [N]; terminations and truncations bool [N]. A time limit
+    truncates, everything else terminates.
+
+    Infos, each with a mask ``_key`` of the environments it holds for:
+
+    - ``level_seed`` int32 [N]: level in the observation;
+    - ``prev_level_seed`` int32 [N]: level that was stepped; ``prev_level_complete`` bool [N]: this
+      step completed it;
+    - ``episode_return`` float32 [N], ``episode_length`` int32 [N]: of episodes that ended in this
+      step (not called ``episode``, a key that Gymnasium's RecordEpisodeStatistics writes);
+    - with SAME_STEP, where an episode ended: ``final_obs`` (array of objects: its last observation,
+      or None) and ``final_info`` (dict: its last ``level_seed``, ``prev_level_seed``,
+      ``prev_level_complete``, with masks).
+
+    Threads: one at a time.
+
+    Attributes:
+        num_envs: Number of environments, N.
+        pool: The pool on the server, for what the vector environment has no name for.
+    """
+
+    metadata: dict[str, Any] = {
+        "render_modes": ["rgb_array"],
+        "render_fps": 15,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        games: str | Sequence[str],
+        num_envs: int = 64,
+        *,
+        server: str | Client,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        render_side_px: int = 512,
+        copy: bool = True,
+        **options: Any,
+    ) -> None:
+        """Makes the pool.
+
+        Args:
+            games: A game's name, or several; several are dealt to the environments in turn.
+            num_envs: Number of environments, N.
+            server: Address of a server, or a Client (which stays open on close).
+            autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
+                its value.
+            render_mode: "rgb_array" for render(), or None.
+            render_side_px: Side of render's square pictures, in pixels.
+            copy: True: observations are copies of your own. False: they are read-only views of what
+                was received; they are not written again, so they may be kept. It saves 12 kB of
+                copying for each environment.
+            **options: The released options, as Client.create_pool takes them: distribution_mode,
+                num_levels, start_level, rand_seed, use_sequential_levels, ...
+
+        Raises:
+            InvalidArgumentError: An argument is out of range.
+            UnimplementedError: The server does not draw for people, with render_mode "rgb_array".
+            ProcgenError: As Client and Client.create_pool.
+        """
+        mode = _autoreset_mode(autoreset_mode)
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
+        client = server if isinstance(server, Client) else Client(server)
+        try:
+            if render_mode is not None and not client.catalog().features.render:
+                raise UnimplementedError(
+                    f"the server at {client.address} does not draw for people; use render_mode None"
+                )
+            self.pool = client.create_pool(
+                games, num_envs, episode_end=_EPISODE_ENDS[mode], **options
+            )
+        except BaseException:
+            if client is not server:
+                client.close()
+            raise
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.metadata = self.metadata | {"autoreset_mode": mode}
+        for name, space in spaces(self.pool.observation_shape, ACTION_COUNT, num_envs).items():
+            setattr(self, name, space)
+        self._mode = mode
+        self._copy = copy
+        self._render_side_px = render_side_px
+        self._untouched = True  # Neither reset nor stepped: all stand at their first step.
+        self._ended = np.zeros(num_envs, np.bool_)  # Whose episode is over, to be reset (DISABLED).
+        self._close_once = weakref.finalize(
+            self, _close, self.pool, None if client is server else client
+        )
+
+    def __enter__(self) -> ProcgenVectorEnv:
+        """Gives the environment itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Closes the environment."""
+        self.close()
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begins new episodes and gives the first observations.
+
+        Args:
+            seed: Seeds the environments' choice of levels anew: environment i with seed + i, or
+                with seed[i] (None: it goes on as it is). None: all go on; so the very first reset
+                gives the episodes that rand_seed began, as in the released package.
+            options: ``reset_mask``, bool [N] with at least one True: only these begin anew, and the
+                others stay as they are; it is taken out of the dict, as Gymnasium does.
+                ``level_seeds``, int [N]: the levels to play.
+
+        Returns:
+            Observations and infos; with a reset_mask, the masks of the infos are that mask.
+
+        Raises:
+            InvalidArgumentError: `seed` has a wrong length, or an option is malformed.
+        """
+        options = {} if options is None else options
+        mask = _reset_mask(options.pop("reset_mask", None), self.num_envs)
+        seeds = _seeds(seed, self.num_envs)
+        levels = _level_seeds(options.get("level_seeds"), self.num_envs)
+        if self._untouched and mask.all() and seed is None and options.get("level_seeds") is None:
+            batch = self.pool.observe()
+        else:
+            batch = self.pool.reset(
+                [Reset(int(i), levels[i], seeds[i]) for i in np.flatnonzero(mask)]
+            )
+        self._untouched = False
+        self._ended[mask] = False
+        infos: dict[str, Any] = {}
+        _add_info(infos, "level_seed", batch.level_seeds, mask)
+        _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
+        _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
+        return self._observations(batch), infos
+
+    def step(
+        self, actions: npt.ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Steps all environments.
+
+        Args:
+            actions: int [N], each in [0, 15), or -1.
+
+        Returns:
+            Observations, rewards, terminations, truncations, infos.
+
+        Raises:
+            InvalidArgumentError: `actions` has a wrong length or a value out of range. Nothing has
+                moved.
+            FailedPreconditionError: With DISABLED, an environment's episode is over: reset it.
+                Nothing has moved.
+        """
+        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+            raise FailedPreconditionError(
+                f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
+                'reset them with options={"reset_mask": ...}'
+            )
+        same_step = self._mode is AutoresetMode.SAME_STEP
+        actions = np.asarray(actions)
+        if actions.shape != (self.num_envs,):
+            raise InvalidArgumentError(
+                f"actions has shape {list(actions.shape)}; it is [{self.num_envs}]"
+            )
+        batch = self.pool.step(actions, final_observations=same_step)
+        self._untouched = False
+        self._ended = batch.ended
+        return (
+            self._observations(batch),
+            batch.rewards.astype(np.float64),
+            batch.terminated,
+            batch.truncated,
+            _step_infos(batch, same_step),
+        )
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Draws all environments for people: N pictures, uint8 [side, side, 3].
+
+        None if render_mode is None.
+        """
+        if self.render_mode is None:
+            return None
+        return tuple(self.pool.render(side_px=self._render_side_px))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Deletes the pool, and closes the connection if it was made here; called by close()."""
+        if hasattr(self, "_close_once"):  # It is not where __init__ failed.
+            self._close_once()
+
+    def _observations(self, batch: Batch) -> np.ndarray:
+        assert batch.observations is not None
+        # What was joined from several responses is an array of its own already.
+        view_only = not batch.observations.flags.writeable
+        return batch.observations.copy() if self._copy and view_only else batch.observations
+
+
+def _close(pool: Pool, client: Client | None) -> None:
+    pool.close()
+    if client is not None:
+        client.close()
+
+
+def _step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
+    everywhere = np.ones(batch.environment_count, np.bool_)
+    ended = batch.ended
+    infos: dict[str, Any] = {}
+    _add_info(infos, "level_seed", batch.level_seeds, everywhere)
+    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, everywhere)
+    _add_info(infos, "prev_level_complete", batch.prev_level_complete, everywhere)
+    if not ended.any():
+        return infos
+    _add_info(infos, "episode_return", np.where(ended, batch.episode_returns, 0), ended)
+    _add_info(infos, "episode_length", np.where(ended, batch.episode_lengths, 0), ended)
+    if not same_step:
+        return infos
+
+    final_obs = np.full(batch.environment_count, None, dtype=object)
+    for row, observation in zip(np.flatnonzero(ended), batch.final_observations, strict=True):
+        final_obs[row] = observation.copy()
+    final_info: dict[str, Any] = {}
+    for name, values in (
+        ("level_seed", batch.prev_level_seeds),  # The level that the last observation shows.
+        ("prev_level_seed", batch.prev_level_seeds),
+        ("prev_level_complete", batch.prev_level_complete),
+    ):
+        _add_info(final_info, name, np.where(ended, values, 0).astype(values.dtype), ended)
+    _add_info(infos, "final_obs", final_obs, ended)
+    _add_info(infos, "final_info", final_info, ended)
+    return infos
+
+
+def _add_info(infos: dict[str, Any], name: str, values: object, mask: np.ndarray) -> None:
+    infos[name] = values
+    infos[f"_{name}"] = mask.copy()
+
+
+def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(given)
+    except ValueError:
+        values = ", ".join(repr(mode.value) for mode in AutoresetMode)
+        raise InvalidArgumentError(
+            f"autoreset_mode is {given!r}; it is a member of AutoresetMode or one of {values}"
+        ) from None
+
+
+def _reset_mask(given: object, num_envs: int) -> np.ndarray:
+    if given is None:
+        return np.ones(num_envs, np.bool_)
+    if not isinstance(given, np.ndarray) or given.dtype != np.bool_ or given.shape != (num_envs,):
+        raise InvalidArgumentError(f"reset_mask is a bool array of shape [{num_envs}]")
+    if not given.any():
+        raise InvalidArgumentError("reset_mask has no True: it must name at least one environment")
+    return given
+
+
+def _seeds(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
+    if seed is None:
+        return [None] * num_envs
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + i for i in range(num_envs)]
+    if len(seed) != num_envs:
+        raise InvalidArgumentError(
+            f"seed has {len(seed)} entries; there are {num_envs} environments"
+        )
+    return [None if value is None else int(value) for value in seed]
+
+
+def _level_seeds(given: Sequence[int] | None, num_envs: int) -> list[int | None]:
+    if given is None:
+        return [None] * num_envs
+    if len(given) != num_envs:
+        raise InvalidArgumentError(
+            f"level_seeds has {len(given)} entries; there are {num_envs} environments"
+        )
+    return [int(value) for value in given]

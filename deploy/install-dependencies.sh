@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that building, testing and running need, where they are missing. See --help.
+set -euo pipefail
+
+# What is needed, and what for. Debian 12 has them all.
+packages=(
+  g++                     # the compiler
+  cmake                   # the build
+  ninja-build             # what CMake drives
+  pkg-config              # finds libraries that have no CMake package
+  git                     # lists the files that the tidy test looks at
+  libgrpc++-dev           # the server's and the C++ client's transport
+  libprotobuf-dev         # messages
+  protobuf-compiler       # generates messages
+  protobuf-compiler-grpc  # generates service stubs, C++ and Python
+  libabsl-dev             # status, strings, containers, synchronisation
+  libspdlog-dev           # log lines
+  libpng-dev              # art and pictures
+  librsvg2-bin            # rasterises the art while building
+  nlohmann-json3-dev      # replayed recordings are JSON
+  zlib1g-dev              # and compressed
+  libgtest-dev            # tests
+  libgmock-dev            # matchers of the tests
+  libbenchmark-dev        # benchmarks
+  python3                 # the Python client, the quickstart, some tests
+  python3-grpcio          # the Python client's transport
+  python3-protobuf        # its messages
+  python3-numpy           # its arrays
+  python3-pil             # the picture that the quickstart draws
+  python3-pytest          # the Python client's tests
+  fonts-dejavu-core       # the names in that picture
+)
+
+usage() {
+  cat <<TEXT
+Usage: deploy/install-dependencies.sh [--list] [--help]
+
+Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
+for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
+
+  --list   print the names of the packages and stop
+  --help   print this and stop
+TEXT
+}
+
+case "${1-}" in
+  "") ;;
+  --list) printf '%s\n' "${packages[@]}"; exit 0 ;;
+  -h | --help) usage; exit 0 ;;
+  *)
+    echo "deploy/install-dependencies.sh: unknown argument '$1'" >&2
+    echo "Try: deploy/install-dependencies.sh --help" >&2
+    exit 2
+    ;;
+esac
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "deploy/install-dependencies.sh: this is not Debian; install what corresponds to:" >&2
+  printf '  %s\n' "${packages[@]}" >&2
+  echo "Going on as if all were there." >&2
+  exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  state=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [[ $state == installed ]] || missing+=("$package")
+done
+if [[ ${#missing[@]} -eq 0 ]]; then
+  exit 0
+fi
+
+echo "== Installing ${missing[*]}"
+as_root=()
+if [[ $(id -u) -ne 0 ]]; then
+  if ! command -v sudo >/dev/null; then
+    echo "deploy/install-dependencies.sh: run it as root, or install sudo" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+# The lists of packages may be old, or missing altogether on a fresh machine.
+"${as_root[@]}" apt-get -o DPkg::Lock::Timeout=120 update --quiet
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get -o DPkg::Lock::Timeout=120 install --yes --quiet --no-install-recommends "${missing[@]}"

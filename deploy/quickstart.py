@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Shows what a server does: steps each game, tells how fast, draws a picture. See quickstart.sh."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import mosaic
+import numpy as np
+
+from procgen_client import ACTION_COUNT, Client, ProcgenError, ServerProcess
+from procgen_client.server_process import BINARY_VARIABLE
+
+_PICTURES_OF_A_GAME = 6
+_PICTURE_MODES = ("easy", "hard")
+_PICTURE_SIDE_PX = 256
+# Before a picture is taken: so many actions, each held for so many steps, so that agents get about;
+# RIGHT and RIGHT+UP more often than others, since that is where platform games lie.
+_PICTURE_ACTIONS = 30
+_PICTURE_ACTION_STEPS = 5
+_PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
+_SECONDS_BETWEEN_REPORTS = 0.1
+
+
+@dataclass
+class Result:
+    """What came of stepping one game."""
+
+    name: str
+    description: str
+    step_count: int  # Environment steps.
+    seconds: float
+    frames: list[np.ndarray]  # uint8 [side, side, 3] each
+
+    @property
+    def steps_per_second(self) -> float:
+        """Environment steps per second."""
+        return self.step_count / self.seconds
+
+
+class Progress:
+    """One line that is written anew on a terminal; one line a game elsewhere."""
+
+    def __init__(self, game_count: int) -> None:
+        """Counts games up to game_count."""
+        self._game_count = game_count
+        self._games_done = 0
+        self._terminal = sys.stdout.isatty()
+
+    def show(self, name: str, fraction: float, steps_per_second: float) -> None:
+        """Tells how a game stands; `fraction` of its time is over."""
+        if self._terminal:
+            filled = round(24 * min(1.0, fraction))
+            bar = "█" * filled + "░" * (24 - filled)
+            self._write(f"\r\033[K{self._line(name, steps_per_second)}  {bar}")
+
+    def done(self, name: str, steps_per_second: float) -> None:
+        """Tells how a game went."""
+        start = "\r\033[K" if self._terminal else ""
+        self._write(f"{start}{self._line(name, steps_per_second)}\n")
+        self._games_done += 1
+
+    def _line(self, name: str, steps_per_second: float) -> str:
+        count = f"[{self._games_done + 1:2}/{self._game_count}]"
+        return f"{count} {name:<12} {steps_per_second:>12,.0f} steps/s"
+
+    def _write(self, text: str) -> None:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+
+
+def run_game(
+    client: Client, name: str, description: str, arguments: argparse.Namespace, progress: Progress
+) -> Result:
+    """Steps one game with random actions, one half of the pool after the other."""
+    rng = np.random.default_rng(0)
+    with client.create_pool(name, arguments.environments, rand_seed=0) as pool:
+        middle = pool.env_count // 2
+        halves = ((0, middle), (middle, pool.env_count - middle))
+        # While the answer of one half is on its way, the server steps the other.
+        for first, count in halves:
+            pool.send_observe(first_environment=first, environment_count=count)
+        begin = reported = time.perf_counter()
+        step_count = 0
+        while (now := time.perf_counter()) < begin + arguments.seconds:
+            for first, count in halves:
+                pool.receive()
+                actions = rng.integers(0, ACTION_COUNT, count)
+                pool.send_step(actions, first_environment=first)
+                step_count += count
+            if now >= reported + _SECONDS_BETWEEN_REPORTS:
+                reported = now
+                elapsed = now - begin
+                progress.show(name, elapsed / arguments.seconds, step_count / elapsed)
+        for _ in halves:
+            pool.receive()
+        seconds = time.perf_counter() - begin
+        result = Result(name, description, step_count, seconds, take_pictures(client, name))
+    progress.done(name, result.steps_per_second)
+    return result
+
+
+def take_pictures(client: Client, name: str) -> list[np.ndarray]:
+    """Plays a few environments for a while, some easy, some hard, and gives their pictures.
+
+    For people (large and smooth) if the server draws such, otherwise what the agents see.
+    """
+    rng = np.random.default_rng(1)
+    pictures: list[np.ndarray] = []
+    for seed, mode in enumerate(_PICTURE_MODES):
+        count = _PICTURES_OF_A_GAME // len(_PICTURE_MODES)
+        with client.create_pool(name, count, distribution_mode=mode, rand_seed=seed) as pool:
+            for _ in range(_PICTURE_ACTIONS):
+                actions = rng.choice(ACTION_COUNT, count, p=_PICTURE_ACTION_ODDS)
+                pool.step(actions, repeat_count=_PICTURE_ACTION_STEPS, observe=False)
+            if client.catalog().features.render:
+                pictures += pool.render(side_px=_PICTURE_SIDE_PX)
+            else:
+                pictures += list(pool.observe().observations)
+    return pictures
+
+
+def print_table(results: list[Result], environment_count: int) -> None:
+    """Prints steps per second of each game."""
+    width = max(len("game"), *(len(result.name) for result in results))
+    rule = f"{'─' * width}  {'─' * 12}  {'─' * 15}"
+    print(f"\n{'game':<{width}}  {'steps/s':>12}  {'per environment':>15}\n{rule}")
+    for result in results:
+        rate = result.steps_per_second
+        print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / environment_count:>15,.0f}")
+    print(
+        f"{rule}\n{environment_count} environments of each game in hard mode, with pictures, from "
+        "Python, over gRPC on this machine\n"
+    )
+
+
+def how_to_connect(server: ServerProcess, log_path: Path) -> str:
+    """Tells what can be done with a server that runs on."""
+    package = shlex.quote(str(Path(__file__).resolve().parents[1] / "clients/python"))
+    return f"""The server runs on at {server.address} (its log: {log_path}).
+
+Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
+            'import procgen_client; client = procgen_client.connect("{server.address}")'
+Stop:     kill {server.process_id}
+"""
+
+
+def demonstrate(address: str, arguments: argparse.Namespace) -> None:
+    """Steps all games, and writes the table and the picture."""
+    with Client(address) as client:
+        games = [game for game in client.catalog().games if game.available]
+        print(
+            f"== Stepping {arguments.environments} environments of each of {len(games)} games, "
+            f"{arguments.seconds} s each"
+        )
+        progress = Progress(len(games))
+        results = [
+            run_game(client, game.name, game.description, arguments, progress) for game in games
+        ]
+    print_table(results, arguments.environments)
+    rows = [(result.name, result.description, result.frames) for result in results]
+    mosaic.draw(rows, side_px=_PICTURE_SIDE_PX).save(arguments.output)
+    print(f"The games: {arguments.output.resolve()}")
+
+
+def main() -> int:
+    """Runs it all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--binary", help=f"the server (default: {BINARY_VARIABLE}, else PATH)")
+    parser.add_argument("--seconds", type=int, default=4, help="how long to step each game")
+    parser.add_argument("--environments", type=int, default=64, help="environments of each game")
+    parser.add_argument("--output", type=Path, default="quickstart.png", help="the picture")
+    parser.add_argument("--log", type=Path, default="server.log", help="the server's log lines")
+    parser.add_argument("--keep", action="store_true", help="leave the server running")
+    arguments = parser.parse_args()
+
+    # An end from outside is an exception like any other, so that everything is undone.
+    for end in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(end, lambda number, _: sys.exit(128 + number))
+
+    log_path = arguments.log.resolve()
+    log_path.unlink(missing_ok=True)  # A server that was kept goes on writing its own.
+    try:
+        server = ServerProcess(arguments.binary, log_path=log_path)
+    except (OSError, ProcgenError) as error:
+        print(f"quickstart: {error}", file=sys.stderr)
+        return 1
+    keep = False
+    try:
+        demonstrate(server.address, arguments)
+        keep = arguments.keep
+    except KeyboardInterrupt:
+        print("\nStopped.", file=sys.stderr)
+        return 130
+    except ProcgenError as error:
+        print(f"\nquickstart: {error}\nThe server's log: {log_path}", file=sys.stderr)
+        return 1
+    finally:
+        if not keep:
+            server.stop()
+    if keep:
+        print(how_to_connect(server, log_path))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

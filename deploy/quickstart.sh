@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# From a fresh clone to sixty-four environments of each game in one command. See --help.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+usage() {
+  cat <<TEXT
+Usage: deploy/quickstart.sh [--keep] [--seconds S] [--environments N] [--output FILE] [--help]
+
+Installs what is missing, builds the server, starts it on a free port of this machine, steps
+environments of each game for some seconds with the Python client, prints steps per second, draws a
+picture of the games and stops the server again. May be run from any directory and as often as you
+like; needs root or sudo only if packages are missing.
+
+  --keep             leave the server running, and say how to connect to it and how to stop it
+  --seconds S        how long to step each game, 1 to 600 (default: 4)
+  --environments N   environments of each game, 2 to 4096 (default: 64)
+  --output FILE      where to write the picture, a .png (default: quickstart.png, here)
+  --help             print this and stop
+TEXT
+}
+
+fail() {
+  echo "deploy/quickstart.sh: $1" >&2
+  echo "Try: deploy/quickstart.sh --help" >&2
+  exit 2
+}
+
+# require_integer FLAG GIVEN LEAST MOST
+require_integer() {
+  if [[ ! $2 =~ ^[0-9]{1,6}$ ]] || ((10#$2 < $3 || 10#$2 > $4)); then
+    fail "$1 is '$2'; it is a number from $3 to $4"
+  fi
+}
+
+keep=()
+seconds=4
+environments=64
+output=quickstart.png
+while [[ $# -gt 0 ]]; do
+  if [[ $1 == --*=* ]]; then
+    set -- "${1%%=*}" "${1#*=}" "${@:2}"
+  fi
+  case "$1" in
+    --keep) keep=(--keep); shift; continue ;;
+    -h | --help) usage; exit 0 ;;
+    --seconds | --environments | --output) [[ $# -ge 2 ]] || fail "$1 needs a value" ;;
+    *) fail "unknown argument '$1'" ;;
+  esac
+  case "$1" in
+    --seconds) seconds=$2 ;;
+    --environments) environments=$2 ;;
+    --output) output=$2 ;;
+  esac
+  shift 2
+done
+require_integer --seconds "$seconds" 1 600
+require_integer --environments "$environments" 2 4096
+[[ $output == *.png ]] || fail "--output is '$output'; it ends in .png"
+[[ -d $(dirname "$output") ]] || fail "--output is '$output'; there is no folder $(dirname "$output")"
+
+"$root/deploy/install-dependencies.sh"
+
+# The system's Python has the packages; another one that comes first in PATH may not.
+python=
+for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
+  if [[ -n $candidate ]] && "$candidate" -c "import grpc, google.protobuf, numpy, PIL" 2>/dev/null; then
+    python=$candidate
+    break
+  fi
+done
+[[ -n $python ]] || fail "no Python here has grpc, protobuf, numpy and PIL; name one with PYTHON=..."
+
+echo "== Building the server (some minutes the first time)"
+(
+  cd "$root"
+  cmake --preset release --log-level=WARNING >/dev/null
+  cmake --build --preset release --target procgen-server procgen-python-client
+)
+
+# From here on the Python program owns the server, and stops it however it ends itself.
+export PYTHONPATH="$root/clients/python${PYTHONPATH:+:$PYTHONPATH}"
+exec "$python" "$root/deploy/quickstart.py" --binary "$root/build/release/bin/procgen-server" \
+  --log "$root/build/quickstart-server.log" --output "$output" \
+  --seconds "$seconds" --environments "$environments" "${keep[@]}"

@@ -1,0 +1,162 @@
+"""Connecting, the catalog, and the life of pools."""
+
+from __future__ import annotations
+
+import pickle
+import socket
+
+import grpc
+import pytest
+
+from procgen_client import Client, ServerProcess, connect, errors
+
+
+def test_catalog_names_the_sixteen_games(client: Client) -> None:
+    games = {game.name: game for game in client.catalog().games}
+    assert len(games) == 16
+    assert list(games) == sorted(games)
+    assert all(games[name].available for name in ("bigfish", "coinrun", "maze", "miner"))
+    assert [action.number for action in client.catalog().actions] == list(range(15))
+
+
+def test_load_counts_pools_and_environments(client: Client) -> None:
+    before = client.load()
+    with client.create_pool("maze", 3):
+        during = client.load()
+    after = client.load()
+    assert during.pool_count - before.pool_count == 1
+    assert during.environment_count - before.environment_count == 3
+    assert (after.pool_count, after.environment_count) == (
+        before.pool_count,
+        before.environment_count,
+    )
+
+
+def test_where_nobody_listens_is_unavailable() -> None:
+    # Bound but not listening: nobody else can have that port, and nobody answers.
+    with socket.socket() as bound:
+        bound.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{bound.getsockname()[1]}"
+        with pytest.raises(errors.UnavailableError, match=f"no server answers at {address}.*0.3 s"):
+            connect(address, timeout=0.3)
+
+
+def test_an_address_without_meaning_is_unavailable() -> None:
+    with pytest.raises(errors.UnavailableError, match="no server answers at nowhere.invalid:1"):
+        connect("nowhere.invalid:1", timeout=0.3)
+
+
+def test_a_closed_client_says_so(server: ServerProcess) -> None:
+    client = connect(server.address)
+    client.close()
+    client.close()
+    assert client.closed
+    with pytest.raises(errors.CancelledError, match="closed by this client"):
+        client.load()
+
+
+def test_pool_tells_what_it_was_made_with(client: Client) -> None:
+    with client.create_pool(["maze", "coinrun"], 4, distribution_mode="easy", num_levels=7) as pool:
+        assert pool.name.startswith("pools/")
+        assert pool.env_count == 4
+        assert list(pool.spec.games) == ["maze", "coinrun"]
+        assert pool.spec.options.num_levels == 7
+        assert pool.spec.options.center_agent
+        assert pool.spec.options.HasField("rand_seed")
+        assert pool.observation_shape == (64, 64, 3)
+
+
+def test_leaving_a_created_pool_deletes_it(client: Client) -> None:
+    with client.create_pool("maze", 1) as pool:
+        assert pool.name in [message.name for message in client.list_pools()]
+    assert pool.name not in [message.name for message in client.list_pools()]
+    pool.close()
+    with pytest.raises(errors.NotFoundError):
+        client.get_pool(pool.name)
+    with pytest.raises(errors.FailedPreconditionError, match="was closed by this client"):
+        pool.observe()
+
+
+def test_leaving_a_found_pool_lets_it_live(client: Client) -> None:
+    with client.create_pool("maze", 2, pool_id="found") as pool:
+        with client.get_pool("pools/found") as same:
+            assert same.env_count == 2
+            same.observe()
+        pool.observe()  # So the other has let it go.
+
+
+def test_the_same_spec_makes_the_same_pool(client: Client) -> None:
+    with (
+        client.create_pool("coinrun", 4) as pool,
+        client.create_pool_from_spec(pool.spec) as twin,
+    ):
+        first, second = pool.observe(), twin.observe()
+        assert first.level_seeds.tolist() == second.level_seeds.tolist()
+        assert first.observations.tobytes() == second.observations.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "error", "message"),
+    [
+        (("pong", 1), {}, errors.NotFoundError, "pong"),
+        (("maze", 0), {}, errors.InvalidArgumentError, "env_count"),
+        (("maze", 2**40), {}, errors.InvalidArgumentError, "spec has a wrong value"),
+        (("bigfish", 1), {"distribution_mode": "memory"}, errors.InvalidArgumentError, "bigfish"),
+        (("maze", 1), {"distribution_mode": "hrad"}, errors.InvalidArgumentError, "'hrad'.*hard"),
+        (("maze", 1), {"num_levels": -1}, errors.InvalidArgumentError, "num_levels"),
+        (("maze", 1), {"num_levels": 2**31}, errors.InvalidArgumentError, "wrong value"),
+        (("maze", 1), {"episode_end": "never"}, errors.InvalidArgumentError, "'never'.*next_step"),
+        (("maze", 1), {"pool_id": "No Good"}, errors.InvalidArgumentError, "pool_id"),
+        (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_environment_count_max"),
+    ],
+)
+def test_a_pool_that_cannot_be_made_is_refused_with_a_reason(
+    client: Client,
+    arguments: tuple[str, int],
+    options: dict[str, object],
+    error: type[errors.ProcgenError],
+    message: str,
+) -> None:
+    with pytest.raises(error, match=message):
+        client.create_pool(*arguments, **options)
+
+
+def test_a_misspelt_option_is_a_type_error(client: Client) -> None:
+    with pytest.raises(TypeError, match="num_level"):
+        client.create_pool("maze", 1, num_level=3)
+
+
+def test_a_taken_name_is_refused(client: Client) -> None:
+    with client.create_pool("maze", 1, pool_id="taken"):
+        with pytest.raises(errors.AlreadyExistsError, match="taken"):
+            client.create_pool("maze", 1, pool_id="taken")
+
+
+def test_a_game_that_is_not_there_yet_is_unimplemented(client: Client) -> None:
+    missing = [game.name for game in client.catalog().games if not game.available]
+    if not missing:
+        pytest.skip("all sixteen games are there")
+    with pytest.raises(errors.UnimplementedError, match=missing[0]):
+        client.create_pool(missing[0], 1)
+
+
+def test_errors_bear_code_and_message_and_travel() -> None:
+    error = errors.NotFoundError("no such pool")
+    copy = pickle.loads(pickle.dumps(error))
+    assert (type(copy), copy.code, copy.message) == (
+        errors.NotFoundError,
+        grpc.StatusCode.NOT_FOUND,
+        "no such pool",
+    )
+    assert str(copy) == "NOT_FOUND: no such pool"
+    assert issubclass(errors.InvalidArgumentError, ValueError)
+
+
+def test_a_server_that_cannot_start_says_why() -> None:
+    with pytest.raises(errors.UnavailableError, match="ended with status"):
+        ServerProcess(None, ["--no-such-flag"])
+
+
+def test_a_server_that_is_not_there_is_not_found() -> None:
+    with pytest.raises(FileNotFoundError, match="no-such-server"):
+        ServerProcess("no-such-server")

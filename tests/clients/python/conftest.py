@@ -1,0 +1,40 @@
+"""Fixtures: one real server for all tests of a run, on a port that the system chose."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from procgen_client import Client, ServerProcess
+from procgen_client.server_process import BINARY_VARIABLE
+
+_ROOT = Path(__file__).resolve().parents[3]
+
+
+def server_binary() -> Path:
+    """What CTest says, else what was built last in this checkout."""
+    if BINARY_VARIABLE in os.environ:
+        return Path(os.environ[BINARY_VARIABLE])
+    built = list(_ROOT.glob("build/*/bin/procgen-server"))
+    if not built:
+        pytest.exit(f"no server was built; build it, or set {BINARY_VARIABLE}", returncode=2)
+    return max(built, key=lambda path: path.stat().st_mtime)
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    """A server that is stopped after the last test, and must then have ended well."""
+    log_path = tmp_path_factory.mktemp("server") / "server.log"
+    with ServerProcess(server_binary(), ["--workers=2"], log_path=log_path) as process:
+        yield process
+        assert process.stop() == 0, log_path.read_text()
+
+
+@pytest.fixture
+def client(server: ServerProcess) -> Iterator[Client]:
+    """A connection of the test's own."""
+    with Client(server.address) as connected:
+        yield connected

@@ -1,0 +1,298 @@
+"""Stepping: batches, requests sent ahead, slices, resets, errors on the stream."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from procgen_client import Batch, Client, Pool, Reset, ServerProcess, errors
+
+_ROWS = (
+    "rewards",
+    "first",
+    "terminated",
+    "truncated",
+    "level_seeds",
+    "prev_level_seeds",
+    "prev_level_complete",
+    "episode_returns",
+    "episode_lengths",
+    "observations",
+)
+_NOTHING = 4
+_END = -1
+
+
+def assert_same(one: Batch, other: Batch) -> None:
+    for name in _ROWS:
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
+def random_actions(step_count: int, env_count: int) -> np.ndarray:
+    return np.random.default_rng(5).integers(0, 15, (step_count, env_count))
+
+
+@pytest.fixture
+def pool(client: Client) -> Iterator[Pool]:
+    with client.create_pool("coinrun", 6, distribution_mode="easy", rand_seed=3) as made:
+        yield made
+
+
+def test_first_observation_is_the_beginning_of_episodes(pool: Pool) -> None:
+    batch = pool.observe()
+    assert batch.first_environment == 0
+    assert batch.environment_count == 6
+    assert batch.first.all()
+    assert not batch.ended.any()
+    assert not batch.rewards.any()
+    assert batch.observations.any()
+
+
+def test_observe_changes_nothing(pool: Pool) -> None:
+    first = pool.observe()
+    assert_same(first, pool.observe())
+
+
+def test_arrays_have_the_shapes_and_types_that_are_told(pool: Pool) -> None:
+    batch = pool.step([_NOTHING] * 6)
+    types = {name: (getattr(batch, name).dtype.name, getattr(batch, name).shape) for name in _ROWS}
+    assert types == {
+        "rewards": ("float32", (6,)),
+        "first": ("bool", (6,)),
+        "terminated": ("bool", (6,)),
+        "truncated": ("bool", (6,)),
+        "level_seeds": ("int32", (6,)),
+        "prev_level_seeds": ("int32", (6,)),
+        "prev_level_complete": ("bool", (6,)),
+        "episode_returns": ("float32", (6,)),
+        "episode_lengths": ("int32", (6,)),
+        "observations": ("uint8", (6, 64, 64, 3)),
+    }
+    assert batch.final_observations.shape == (0, 64, 64, 3)
+
+
+def test_pictures_are_views_that_stay_and_numbers_are_ones_own(pool: Pool) -> None:
+    batch = pool.observe()
+    before = batch.observations.copy()
+    assert not batch.observations.flags.writeable
+    assert all(getattr(batch, name).flags.writeable for name in _ROWS if name != "observations")
+    for actions in random_actions(20, 6):
+        pool.step(actions)
+    np.testing.assert_array_equal(batch.observations, before)
+
+
+def test_equal_seeds_give_equal_steps(client: Client, pool: Pool) -> None:
+    with client.create_pool_from_spec(pool.spec) as twin:
+        for actions in random_actions(40, 6):
+            assert_same(pool.step(actions), twin.step(actions))
+
+
+def test_requests_sent_ahead_give_the_same_answers(client: Client, pool: Pool) -> None:
+    steps = random_actions(30, 6)
+    expected = [pool.step(actions) for actions in steps]
+    with client.create_pool_from_spec(pool.spec) as ahead:
+        answers = []
+        for actions in steps:
+            if ahead.in_flight == ahead.requests_in_flight_max:
+                answers.append(ahead.receive())
+            ahead.send_step(actions)
+        answers += [ahead.receive() for _ in range(ahead.in_flight)]
+    for one, other in zip(expected, answers, strict=True):
+        assert_same(one, other)
+
+
+def test_two_halves_sent_in_turn_equal_the_whole(client: Client, pool: Pool) -> None:
+    with client.create_pool_from_spec(pool.spec) as halves:
+        for actions in random_actions(20, 6):
+            whole = pool.step(actions)
+            halves.send_step(actions[:2])
+            halves.send_step(actions[2:], first_environment=2)
+            parts = [halves.receive(), halves.receive()]
+            assert [part.first_environment for part in parts] == [0, 2]
+            for name in _ROWS:
+                joined = np.concatenate([getattr(part, name) for part in parts])
+                np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
+
+
+def test_an_answer_in_several_responses_equals_one_in_one(client: Client) -> None:
+    # The smallest response that may be asked for holds five observations: seven responses.
+    with (
+        client.create_pool("maze", 33, rand_seed=1) as whole,
+        client.create_pool("maze", 33, rand_seed=1) as pieces,
+    ):
+        pieces.attach(response_bytes_max=65536)
+        assert_same(whole.observe(), pieces.observe())
+        actions = np.full(33, _NOTHING)
+        actions[::4] = _END
+        one = whole.step(actions, final_observations=True)
+        other = pieces.step(actions, final_observations=True)
+        assert_same(one, other)
+        assert len(one.final_observations) == 9
+        np.testing.assert_array_equal(one.final_observations, other.final_observations)
+
+
+def test_a_pool_larger_than_a_response_works_without_asking(client: Client) -> None:
+    with client.create_pool("maze", 700) as pool:
+        batch = pool.step(np.full(700, _NOTHING))
+    assert batch.observations.shape == (700, 64, 64, 3)
+    assert batch.observations.reshape(700, -1).any(axis=1).all()
+
+
+def test_without_pictures_everything_else_is_the_same(client: Client, pool: Pool) -> None:
+    with client.create_pool_from_spec(pool.spec) as unseen:
+        for actions in random_actions(30, 6):
+            seen, other = pool.step(actions), unseen.step(actions, observe=False)
+            assert other.observations is None
+            np.testing.assert_array_equal(seen.rewards, other.rewards)
+            np.testing.assert_array_equal(seen.level_seeds, other.level_seeds)
+        assert_same(pool.observe(), unseen.observe())
+
+
+def test_a_repeated_action_equals_many_steps(client: Client, pool: Pool) -> None:
+    with client.create_pool_from_spec(pool.spec) as repeated:
+        singles = [pool.step([7] * 6) for _ in range(5)]
+        batch = repeated.step([7] * 6, repeat_count=5)
+        # Where an episode ends early, the repetition stops.
+        whole = ~np.any([single.ended for single in singles], axis=0)
+        assert whole.any()
+        rewards = np.sum([single.rewards for single in singles], axis=0)
+        np.testing.assert_array_equal(batch.rewards[whole], rewards[whole])
+        np.testing.assert_array_equal(
+            batch.observations[whole], singles[-1].observations[whole]
+        )
+
+
+def test_action_minus_one_ends_the_episode(pool: Pool) -> None:
+    before = pool.observe()
+    batch = pool.step([_END, *[_NOTHING] * 5], final_observations=True)
+    assert batch.ended.tolist() == [True] + [False] * 5
+    assert batch.first.tolist() == [True] + [False] * 5
+    assert batch.terminated[0]
+    assert batch.prev_level_seeds[0] == before.level_seeds[0]
+    assert batch.episode_lengths[0] == 1
+    assert batch.final_observations.shape == (1, 64, 64, 3)
+
+
+def test_a_time_limit_truncates(client: Client) -> None:
+    with client.create_pool("maze", 2) as pool:
+        batch = pool.step([_NOTHING] * 2, repeat_count=1000, observe=False)
+    assert batch.truncated.all()
+    assert not batch.terminated.any()
+    assert batch.episode_lengths.tolist() == [500, 500]
+
+
+def test_next_levels_are_played_next(pool: Pool) -> None:
+    batch = pool.step([_END] * 6, next_levels={2: 1234, 5: -7})
+    assert batch.level_seeds[[2, 5]].tolist() == [1234, -7]
+
+
+def test_reset_begins_the_levels_asked_for_and_leaves_the_others(pool: Pool) -> None:
+    before = pool.step([7] * 6)
+    batch = pool.reset([1, Reset(3, level_seed=77)])
+    assert batch.first.tolist() == [False, True, False, True, False, False]
+    assert batch.level_seeds[3] == 77
+    others = [0, 2, 4, 5]
+    np.testing.assert_array_equal(batch.observations[others], before.observations[others])
+    assert pool.reset().first.all()
+
+
+def test_reset_with_a_seed_begins_the_choice_of_levels_anew(pool: Pool) -> None:
+    first = pool.reset([Reset(i, rand_seed=9 + i) for i in range(6)])
+    pool.step([_END] * 6)
+    again = pool.reset([Reset(i, rand_seed=9 + i) for i in range(6)])
+    np.testing.assert_array_equal(first.level_seeds, again.level_seeds)
+    np.testing.assert_array_equal(first.observations, again.observations)
+
+
+def test_resets_within_a_step_take_the_place_of_stepping(pool: Pool) -> None:
+    batch = pool.step([7] * 6, resets=[Reset(4, level_seed=5)])
+    assert batch.first.tolist() == [False] * 4 + [True, False]
+    assert batch.level_seeds[4] == 5
+    assert batch.episode_lengths.tolist() == [1, 1, 1, 1, 0, 1]
+
+
+def test_more_requests_than_allowed_are_refused_before_they_are_sent(pool: Pool) -> None:
+    for _ in range(pool.requests_in_flight_max):
+        pool.send_observe()
+    with pytest.raises(errors.FailedPreconditionError, match="receive first"):
+        pool.send_observe()
+    with pytest.raises(errors.FailedPreconditionError, match="receive them first"):
+        pool.step([_NOTHING] * 6)
+    for _ in range(pool.requests_in_flight_max):
+        pool.receive()
+    with pytest.raises(errors.FailedPreconditionError, match="send first"):
+        pool.receive()
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ([_NOTHING] * 7, "7 actions from environment 0; pools/.* has 6"),
+        ([], "shape \\[0\\]|0 actions"),
+        ([[_NOTHING] * 6], "shape \\[1, 6\\]"),
+        ([0.5] * 6, "float64"),
+        ([0, 0, 15, 0, 0, 0], "actions\\[2\\] is 15; actions are -1 ... 14"),
+        ([0, -2, 0, 0, 0, 0], "actions\\[1\\] is -2"),
+    ],
+)
+def test_wrong_actions_are_refused_and_cost_nothing(
+    pool: Pool, actions: list[object], message: str
+) -> None:
+    before = pool.observe()
+    with pytest.raises(errors.InvalidArgumentError, match=message):
+        pool.step(actions)
+    assert pool.attached
+    assert_same(before, pool.observe())
+
+
+def test_after_a_refused_request_the_pool_goes_on(pool: Pool) -> None:
+    before = pool.step([7] * 6)
+    with pytest.raises(errors.InvalidArgumentError):
+        pool.reset([2, 2])  # Twice the same: only the server looks at that.
+    assert not pool.attached
+    assert_same(before, pool.observe())
+
+
+def test_what_was_sent_before_a_refused_request_is_answered(pool: Pool) -> None:
+    pool.send_step([7] * 6)
+    pool.send_reset([2, 2])
+    answered = pool.receive()
+    with pytest.raises(errors.InvalidArgumentError):
+        pool.receive()
+    assert_same(answered, pool.observe())
+
+
+def test_a_pool_has_one_stream_at_a_time(server: ServerProcess, pool: Pool) -> None:
+    pool.observe()
+    with Client(server.address) as other_client, other_client.get_pool(pool.name) as other:
+        with pytest.raises(errors.FailedPreconditionError):
+            other.observe()
+        pool.detach()
+        other.observe()
+        with pytest.raises(errors.FailedPreconditionError):
+            pool.observe()
+
+
+def test_a_pool_that_is_deleted_aborts_its_stream(client: Client, pool: Pool) -> None:
+    pool.observe()
+    client.delete_pool(pool.name)
+    with pytest.raises((errors.AbortedError, errors.NotFoundError)):
+        pool.observe()
+    with pytest.raises(errors.NotFoundError):
+        pool.observe()
+
+
+def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool) -> None:
+    if not client.catalog().features.render:
+        pytest.skip("this server does not draw for people yet")
+    before = pool.observe()
+    frames = pool.render(side_px=512)  # Six of them take more than one message.
+    assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6
+    assert [frame.shape for frame in pool.render([5, 0], side_px=100)] == [(100, 100, 3)] * 2
+    assert_same(before, pool.observe())
+    with pytest.raises(errors.InvalidArgumentError, match="side_px is 4; it is in \\[16, 2048\\]"):
+        pool.render(side_px=4)
+    with pytest.raises(errors.InvalidArgumentError):
+        pool.render([6])

@@ -1,0 +1,24 @@
+"""The examples of clients/python/README.md run as they stand, save for the server's address."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from procgen_client import ServerProcess
+
+_README = Path(__file__).resolve().parents[3] / "clients/python/README.md"
+_EXAMPLES = re.findall(r"^```python\n(.*?)^```$", _README.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def test_there_are_examples() -> None:
+    assert len(_EXAMPLES) >= 5
+
+
+@pytest.mark.parametrize("example", _EXAMPLES, ids=range(len(_EXAMPLES)))
+def test_example_runs(server: ServerProcess, example: str) -> None:
+    assert '"localhost:50051"' in example
+    source = example.replace('"localhost:50051"', repr(server.address))
+    exec(compile(source, str(_README), "exec"), {"__name__": "example"})

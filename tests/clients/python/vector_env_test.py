@@ -1,0 +1,350 @@
+"""The rules of Gymnasium's vector environments, each with its source.
+
+Sources are modules of Gymnasium 1.4.0, which is not needed here: ProcgenVectorEnv keeps to its
+contract without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from procgen_client import AutoresetMode, Client, ProcgenVectorEnv, ServerProcess, errors
+
+_N = 4
+_NOTHING = np.full(_N, 4)
+_END_OF_FIRST = np.array([-1, 4, 4, 4])
+
+MakeEnv = Callable[..., ProcgenVectorEnv]
+
+
+@pytest.fixture
+def make_env(client: Client) -> Iterator[MakeEnv]:
+    """Makes environments that are closed after the test."""
+    made: list[ProcgenVectorEnv] = []
+
+    def make(games: str = "coinrun", num_envs: int = _N, **arguments: object) -> ProcgenVectorEnv:
+        options = {"distribution_mode": "easy", "rand_seed": 1} | arguments
+        made.append(ProcgenVectorEnv(games, num_envs, server=client, **options))
+        return made[-1]
+
+    yield make
+    for env in made:
+        env.close()
+
+
+def test_metadata_holds_a_member_of_autoreset_mode(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv: "metadata[autoreset_mode]" tells wrappers the mode.
+    # Ours is NEXT_STEP by default: normalising wrappers accept nothing else
+    # (wrappers/vector/stateful_observation.py).
+    assert make_env().metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    for mode in AutoresetMode:
+        assert make_env(autoreset_mode=mode).metadata["autoreset_mode"] is mode
+        assert make_env(autoreset_mode=mode.value).metadata["autoreset_mode"] is mode
+    # The class's own is not written to by its objects.
+    assert ProcgenVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+
+
+def test_autoreset_modes_have_gymnasiums_values() -> None:
+    # vector/vector_env.py, AutoresetMode.
+    assert {mode.name: mode.value for mode in AutoresetMode} == {
+        "NEXT_STEP": "NextStep",
+        "SAME_STEP": "SameStep",
+        "DISABLED": "Disabled",
+    }
+
+
+def test_attributes_that_wrappers_read_are_there(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv: num_envs, spaces, spec, render_mode, closed, unwrapped.
+    env = make_env()
+    assert env.num_envs == _N
+    assert env.unwrapped is env
+    assert env.spec is None
+    assert env.render_mode is None
+    assert env.closed is False
+    for name in ("single_observation_space", "observation_space"):
+        assert hasattr(env, name)
+    for name in ("single_action_space", "action_space"):
+        assert hasattr(env, name)
+
+
+def test_reset_gives_observations_and_infos(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv.reset: "-> (observations, infos)"; seed and options are
+    # keyword-only.
+    observations, infos = make_env().reset()
+    assert observations.shape == (_N, 64, 64, 3)
+    assert observations.dtype == np.uint8
+    assert observations.flags.writeable
+    assert infos["_level_seed"].all()
+    with pytest.raises(TypeError):
+        make_env().reset(0)
+
+
+def test_step_gives_five_values_with_double_rewards(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, __init__: rewards are np.float64, terminations and truncations
+    # np.bool_.
+    env = make_env()
+    env.reset()
+    observations, rewards, terminations, truncations, infos = env.step(_NOTHING)
+    assert observations.shape == (_N, 64, 64, 3)
+    assert (rewards.dtype, rewards.shape) == (np.float64, (_N,))
+    assert (terminations.dtype, terminations.shape) == (np.bool_, (_N,))
+    assert (truncations.dtype, truncations.shape) == (np.bool_, (_N,))
+    assert isinstance(infos, dict)
+
+
+def test_an_int_seed_is_expanded_over_environments(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, reset: "if isinstance(seed, int): seed = [seed + i ...]".
+    env = make_env()
+    one, infos = env.reset(seed=10)
+    other, _ = env.reset(seed=[10, 11, 12, 13])
+    np.testing.assert_array_equal(one, other)
+    shifted, shifted_infos = env.reset(seed=11)
+    assert shifted_infos["level_seed"][0] == infos["level_seed"][1]
+
+
+def test_a_seed_gives_the_same_episodes_again(make_env: MakeEnv) -> None:
+    # core.py, Env.reset: a seed makes what follows reproducible.
+    env = make_env()
+    runs = []
+    for _ in range(2):
+        env.reset(seed=3)
+        rng = np.random.default_rng(0)
+        steps = [env.step(rng.integers(0, 15, _N)) for _ in range(30)]
+        runs.append(np.stack([step[0] for step in steps]))
+    np.testing.assert_array_equal(*runs)
+
+
+def test_a_list_of_seeds_has_one_for_each_environment(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, reset: "assert len(seed) == self.num_envs"; entries may be None.
+    env = make_env()
+    with pytest.raises(errors.InvalidArgumentError, match="seed has 3 entries"):
+        env.reset(seed=[1, 2, 3])
+    env.reset(seed=[1, None, 2, None])
+
+
+def test_reset_without_a_seed_begins_other_episodes(make_env: MakeEnv) -> None:
+    # core.py, Env.reset: without a seed the random stream goes on. The very first reset shows the
+    # levels that the pool was made with, as the released package does.
+    env = make_env()
+    _, first = env.reset()
+    _, second = env.reset()
+    _, twin = make_env().reset()
+    assert first["level_seed"].tolist() == twin["level_seed"].tolist()
+    assert first["level_seed"].tolist() != second["level_seed"].tolist()
+
+
+def test_reset_mask_resets_some_and_is_popped(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, reset: options["reset_mask"] is popped; environments outside keep
+    # their observations, and infos are of those inside only.
+    env = make_env(autoreset_mode=AutoresetMode.DISABLED)
+    before, _ = env.reset()
+    options = {"reset_mask": np.array([False, True, False, False])}
+    after, infos = env.reset(options=options)
+    assert "reset_mask" not in options
+    assert infos["_level_seed"].tolist() == [False, True, False, False]
+    np.testing.assert_array_equal(before[[0, 2, 3]], after[[0, 2, 3]])
+
+
+@pytest.mark.parametrize(
+    "mask",
+    [np.zeros(_N, np.bool_), np.ones(_N + 1, np.bool_), np.ones(_N, np.int64), [True] * _N],
+)
+def test_a_malformed_reset_mask_is_refused(make_env: MakeEnv, mask: object) -> None:
+    # vector/sync_vector_env.py, reset: asserts an ndarray, its shape, its dtype, at least one True.
+    with pytest.raises(errors.InvalidArgumentError, match="reset_mask"):
+        make_env().reset(options={"reset_mask": mask})
+
+
+def test_reset_plays_the_levels_asked_for(make_env: MakeEnv) -> None:
+    # Ours: no source in Gymnasium.
+    _, infos = make_env().reset(options={"level_seeds": [5, 6, 7, 8]})
+    assert infos["level_seed"].tolist() == [5, 6, 7, 8]
+
+
+def test_next_step_begins_the_episode_one_step_later(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, step, AutoresetMode.NEXT_STEP: after the end, one step with the
+    # reset's observation, reward 0 and no flags, whose action is ignored.
+    env = make_env()
+    env.reset()
+    last, _, terminations, truncations, infos = env.step(_END_OF_FIRST)
+    assert (terminations | truncations).tolist() == [True, False, False, False]
+    assert infos["level_seed"][0] == infos["prev_level_seed"][0]
+    assert "final_obs" not in infos
+    first, rewards, terminations, truncations, infos = env.step(_END_OF_FIRST)
+    assert rewards[0] == 0
+    assert not (terminations | truncations).any()
+    assert (first[0] != last[0]).any()
+    _, _, _, _, infos_after = env.step(_NOTHING)
+    assert infos_after["level_seed"][0] == infos["level_seed"][0]
+
+
+def test_same_step_begins_the_episode_at_once(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, step, AutoresetMode.SAME_STEP: observations are the next episode's;
+    # the old one's last is in infos["final_obs"] (an array of objects, None elsewhere), its infos
+    # in infos["final_info"] with masks of their own.
+    env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
+    _, before = env.reset()
+    quiet = env.step(_NOTHING)
+    assert "final_obs" not in quiet[4]
+    first, _, terminations, _, infos = env.step(_END_OF_FIRST)
+    assert terminations.tolist() == [True, False, False, False]
+    assert infos["final_obs"].dtype == object
+    assert infos["_final_obs"].tolist() == [True, False, False, False]
+    assert infos["final_obs"][1:].tolist() == [None] * 3
+    assert infos["final_obs"][0].shape == (64, 64, 3)
+    assert (infos["final_obs"][0] != first[0]).any()
+    final_info = infos["final_info"]
+    assert infos["_final_info"].tolist() == [True, False, False, False]
+    assert final_info["_level_seed"].tolist() == [True, False, False, False]
+    assert final_info["level_seed"][0] == before["level_seed"][0]
+    assert infos["level_seed"][0] != before["level_seed"][0]
+    assert infos["level_seed"][1] == before["level_seed"][1]
+
+
+def test_all_modes_tell_of_the_same_episodes(make_env: MakeEnv) -> None:
+    # Ours: the modes differ in when the next episode begins, never in what it is.
+    same = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
+    next_ = make_env(autoreset_mode=AutoresetMode.NEXT_STEP)
+    disabled = make_env(autoreset_mode=AutoresetMode.DISABLED)
+    for env in (same, next_, disabled):
+        env.reset()
+    end = np.full(_N, -1)
+    at_once, _, _, _, infos = same.step(end)
+    last, *_ = next_.step(end)
+    first, *_ = next_.step(_NOTHING)
+    last_too, *_ = disabled.step(end)
+    first_too, _ = disabled.reset()
+    np.testing.assert_array_equal(np.stack(list(infos["final_obs"])), last)
+    np.testing.assert_array_equal(last, last_too)
+    np.testing.assert_array_equal(at_once, first)
+    np.testing.assert_array_equal(at_once, first_too)
+
+
+def test_disabled_wants_ended_environments_reset(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, step, AutoresetMode.DISABLED: asserts that no environment is over.
+    env = make_env(autoreset_mode=AutoresetMode.DISABLED)
+    env.reset()
+    _, _, terminations, truncations, _ = env.step(_END_OF_FIRST)
+    with pytest.raises(errors.FailedPreconditionError, match="environments \\[0\\] are over"):
+        env.step(_NOTHING)
+    env.reset(options={"reset_mask": terminations | truncations})
+    env.step(_NOTHING)
+
+
+def test_infos_bear_masks(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv._add_info: for each key an array and a mask "_key".
+    env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
+    env.reset()
+    _, _, _, _, infos = env.step(_END_OF_FIRST)
+    keys = {key for key in infos if not key.startswith("_")}
+    assert keys == {
+        "level_seed",
+        "prev_level_seed",
+        "prev_level_complete",
+        "episode_return",
+        "episode_length",
+        "final_obs",
+        "final_info",
+    }
+    for key in keys:
+        assert infos[f"_{key}"].dtype == np.bool_
+        assert infos[f"_{key}"].shape == (_N,)
+    assert infos["episode_length"].tolist() == [1, 0, 0, 0]
+
+
+def test_the_key_of_record_episode_statistics_stays_free(make_env: MakeEnv) -> None:
+    # wrappers/vector/common.py, RecordEpisodeStatistics: refuses infos that have "episode" already.
+    env = make_env()
+    env.reset()
+    _, _, _, _, infos = env.step(np.full(_N, -1))
+    assert "episode" not in infos
+    assert "_episode" not in infos
+
+
+def test_observations_are_copies_unless_asked_otherwise(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py: "copy: If True, then the reset and step methods return a copy".
+    env, zero_copy = make_env(), make_env(copy=False)
+    for each in (env, zero_copy):
+        each.reset()
+    kept = zero_copy.step(_NOTHING)[0]
+    before = kept.copy()
+    assert env.step(_NOTHING)[0].flags.writeable
+    assert not kept.flags.writeable
+    zero_copy.step(_NOTHING)
+    np.testing.assert_array_equal(kept, before)
+
+
+def test_wrong_actions_are_refused(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv.step: actions are a batch, one for each environment.
+    env = make_env()
+    env.reset()
+    with pytest.raises(errors.InvalidArgumentError, match="shape \\[3\\]; it is \\[4\\]"):
+        env.step([0, 0, 0])
+    with pytest.raises(errors.InvalidArgumentError, match="actions\\[3\\] is 15"):
+        env.step([0, 0, 0, 15])
+    env.step(_NOTHING)
+
+
+def test_render_gives_a_frame_for_each_environment(client: Client, make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv.render: "Returns the rendered frames" as a tuple; None without
+    # a render mode.
+    assert make_env().render() is None
+    with pytest.raises(errors.InvalidArgumentError, match="render_mode is 'human'"):
+        make_env(render_mode="human")
+    if not client.catalog().features.render:
+        with pytest.raises(errors.UnimplementedError, match="does not draw for people"):
+            make_env(render_mode="rgb_array")
+        return
+    env = make_env(render_mode="rgb_array", render_side_px=128)
+    env.reset()
+    frames = env.render()
+    assert isinstance(frames, tuple)
+    assert [frame.shape for frame in frames] == [(128, 128, 3)] * _N
+
+
+def test_close_may_be_called_again(server: ServerProcess, client: Client) -> None:
+    # vector/vector_env.py, VectorEnv.close: "if self.closed: return".
+    before = len(client.list_pools())
+    env = ProcgenVectorEnv("maze", 2, server=server.address)
+    assert len(client.list_pools()) == before + 1
+    env.close()
+    env.close()
+    assert env.closed
+    assert len(client.list_pools()) == before
+
+
+def test_an_environment_that_is_forgotten_leaves_no_pool(
+    server: ServerProcess, client: Client
+) -> None:
+    # vector/vector_env.py, VectorEnv.__del__: closes.
+    before = len(client.list_pools())
+    env = ProcgenVectorEnv("maze", 2, server=server.address)
+    env.reset()
+    del env
+    assert len(client.list_pools()) == before
+
+
+def test_a_client_of_ones_own_stays_open(client: Client) -> None:
+    with ProcgenVectorEnv("maze", 1, server=client) as env:
+        env.reset()
+    assert env.closed
+    assert not client.closed
+
+
+def test_a_mistake_leaves_nothing_behind(server: ServerProcess, client: Client) -> None:
+    before = len(client.list_pools())
+    with pytest.raises(errors.InvalidArgumentError, match="'Never'.*'NextStep'"):
+        ProcgenVectorEnv("maze", 1, server=server.address, autoreset_mode="Never")
+    with pytest.raises(errors.NotFoundError, match="pong"):
+        ProcgenVectorEnv("pong", 1, server=server.address)
+    assert len(client.list_pools()) == before
+
+
+def test_several_games_are_dealt_in_turn(make_env: MakeEnv) -> None:
+    env = make_env(["bigfish", "maze"], 4)
+    assert list(env.pool.spec.games) == ["bigfish", "maze"]
+    observations, _ = env.reset()
+    assert observations.shape == (4, 64, 64, 3)

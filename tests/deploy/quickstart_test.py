@@ -1,0 +1,121 @@
+"""What deploy/quickstart.sh promises: its flags, and that nothing stays behind.
+
+The demonstration is run with the server of this build; quickstart.sh itself would build another.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from procgen_client import Client, errors
+from procgen_client.server_process import BINARY_VARIABLE
+
+_DEPLOY = Path(__file__).resolve().parents[2] / "deploy"
+_BINARY = os.environ[BINARY_VARIABLE]
+
+
+def quickstart(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [_DEPLOY / "quickstart.sh", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd="/")
+
+
+def demonstration(*arguments: str, directory: Path) -> subprocess.Popen[str]:
+    flags = ["--binary", _BINARY, "--environments", "4", "--log", directory / "server.log"]
+    return subprocess.Popen(
+        [sys.executable, _DEPLOY / "quickstart.py", *flags, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=directory,
+    )
+
+
+def server_log(directory: Path) -> str:
+    return (directory / "server.log").read_text()
+
+
+def test_help_names_every_flag() -> None:
+    result = quickstart("--help")
+    assert result.returncode == 0
+    for flag in ("--keep", "--seconds", "--environments", "--output"):
+        assert flag in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--fast"], "unknown argument '--fast'"),
+        (["--seconds"], "--seconds needs a value"),
+        (["--seconds=soon"], "--seconds is 'soon'; it is a number from 1 to 600"),
+        (["--environments", "1"], "--environments is '1'; it is a number from 2 to 4096"),
+        (["--output", "games.jpg"], "it ends in .png"),
+        (["--output=/no/such/folder/games.png"], "there is no folder /no/such/folder"),
+    ],
+)
+def test_a_wrong_flag_is_refused_before_anything_is_done(
+    arguments: list[str], message: str
+) -> None:
+    result = quickstart(*arguments)
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert result.stdout == ""
+
+
+def test_it_tells_how_fast_draws_the_games_and_stops(tmp_path: Path) -> None:
+    process = demonstration("--seconds", "1", directory=tmp_path)
+    output, complaints = process.communicate()
+    assert (process.returncode, complaints) == (0, "")
+    assert "\r" not in output  # Not a terminal: a line a game, nothing overwritten.
+    table = re.findall(r"^(\w+) +[\d,]+ +[\d,]+$", output, re.MULTILINE)
+    assert {"bigfish", "coinrun", "maze", "miner"} <= set(table)
+    with Image.open(tmp_path / "quickstart.png") as picture:
+        assert picture.height > 256 * len(table)
+    assert "event=stopped" in server_log(tmp_path)
+
+
+def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
+    process = demonstration("--seconds", "1", "--keep", directory=tmp_path)
+    output, complaints = process.communicate()
+    assert (process.returncode, complaints) == (0, "")
+    server_id = int(re.search(r"kill (\d+)", output).group(1))
+    try:
+        address = re.search(r"runs on at (\S+)", output).group(1)
+        with Client(address) as client:
+            assert client.load().pool_count == 0
+    finally:
+        os.kill(server_id, signal.SIGTERM)
+    with pytest.raises(errors.UnavailableError), Client(address, timeout=0.3) as client:
+        while True:  # It drains first; then a call fails.
+            client.load()
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_end_from_outside_stops_the_server(tmp_path: Path, end: signal.Signals) -> None:
+    process = demonstration("--seconds", "100", directory=tmp_path)
+    assert process.stdout is not None
+    process.stdout.readline()  # It says that it begins: the server is there.
+    process.send_signal(end)
+    process.communicate()
+    assert process.returncode == 128 + end
+    assert "event=stopped" in server_log(tmp_path)
+
+
+def test_a_server_that_does_not_start_is_told(tmp_path: Path) -> None:
+    process = subprocess.run(
+        [sys.executable, _DEPLOY / "quickstart.py", "--binary", "/no/such/server"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert process.returncode == 1
+    assert "there is no program /no/such/server" in process.stderr
+    assert "Traceback" not in process.stderr

@@ -1,0 +1,59 @@
+#include "server/rpc/convert_catalog.h"
+
+#include <set>
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen/v1/pools.pb.h"
+
+namespace procgen {
+namespace {
+
+TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
+  const v1::Catalog catalog = CatalogMessageOf("1.2.3", Limits());
+  EXPECT_EQ(catalog.server_version(), "1.2.3");
+  ASSERT_EQ(catalog.games_size(), 16);
+  for (int i = 1; i < catalog.games_size(); ++i) {
+    EXPECT_LT(catalog.games(i - 1).name(), catalog.games(i).name());
+  }
+}
+
+TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
+  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  for (const v1::Game& game : catalog.games()) {
+    if (game.name() != "maze") {
+      continue;
+    }
+    EXPECT_TRUE(game.available());
+    EXPECT_EQ(game.action_count(), 15);
+    ASSERT_EQ(game.modes_size(), 4);
+    EXPECT_EQ(game.modes(0).distribution_mode(), v1::DISTRIBUTION_MODE_EASY);
+    EXPECT_EQ(game.modes(0).time_limit_steps(), 500);
+    EXPECT_EQ(game.modes(0).return_range().min(), 5);
+    EXPECT_EQ(game.modes(0).return_range().max(), 10);
+    EXPECT_EQ(game.modes(3).distribution_mode(), v1::DISTRIBUTION_MODE_EXPLORATION);
+    EXPECT_EQ(game.modes(3).level_seed(), 158988835);
+  }
+}
+
+TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
+  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  const auto* fields = v1::EnvironmentOptions::descriptor();
+  ASSERT_EQ(catalog.options_size(), fields->field_count());
+  for (int i = 0; i < fields->field_count(); ++i) {
+    EXPECT_EQ(catalog.options(i).name(), fields->field(i)->name());
+  }
+}
+
+TEST(ConvertCatalogTest, ActionsNameTheirKeys) {
+  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  ASSERT_EQ(catalog.actions_size(), 15);
+  EXPECT_THAT(catalog.actions(0).keys(), testing::ElementsAre("LEFT", "DOWN"));
+  EXPECT_TRUE(catalog.actions(4).keys().empty());
+  EXPECT_EQ(catalog.actions(4).name(), "NONE");
+  EXPECT_EQ(catalog.actions(14).name(), "E");
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,118 @@
+#include "server/rpc/convert_pool.h"
+
+#include <string>
+
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+v1::PoolSpec MazeSpec() {
+  v1::PoolSpec spec;
+  spec.add_games("maze");
+  spec.set_env_count(4);
+  return spec;
+}
+
+TEST(ConvertPoolTest, AbsentOptionsAreThoseOfThePythonPackage) {
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(MazeSpec());
+  ASSERT_THAT(options, IsOk());
+  EXPECT_EQ(options->environment.distribution_mode, DistributionMode::kHard);
+  EXPECT_TRUE(options->environment.center_agent);
+  EXPECT_TRUE(options->environment.use_backgrounds);
+  EXPECT_EQ(options->episode_end, EpisodeEnd::kSameStep);
+  EXPECT_GE(options->environment.rand_seed, 0);
+  EXPECT_LT(options->environment.rand_seed, 2147483647);
+}
+
+TEST(ConvertPoolTest, FalseIsToldFromAbsent) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_center_agent(false);
+  spec.mutable_options()->set_rand_seed(0);
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  EXPECT_FALSE(options->environment.center_agent);
+  EXPECT_EQ(options->environment.rand_seed, 0);
+}
+
+TEST(ConvertPoolTest, NoGamesAreRefused) {
+  EXPECT_THAT(
+      PoolOptionsOf(v1::PoolSpec()),
+      StatusIs(absl::StatusCode::kInvalidArgument, "spec.games has 0 entries, allowed: 1 to 64"));
+}
+
+TEST(ConvertPoolTest, UnknownModeNumberIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_distribution_mode(static_cast<v1::DistributionMode>(99));
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("distribution_mode is number 99, allowed: "
+                                 "DISTRIBUTION_MODE_EASY, DISTRIBUTION_MODE_HARD")));
+}
+
+TEST(ConvertPoolTest, NegativeLevelCountIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_num_levels(-1);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.options.num_levels is -1, allowed: 0 to 2147483647"));
+}
+
+TEST(ConvertPoolTest, ExplorationTakesNoLevels) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXPLORATION);
+  EXPECT_THAT(PoolOptionsOf(spec), IsOk());
+  spec.mutable_options()->set_num_levels(3);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("num_levels is 3")));
+}
+
+TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.set_first_environment(10);
+  spec.set_total_environments(13);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("spec.total_environments is 13, allowed: 0, or "
+                                 "first_environment + env_count = 14")));
+  spec.set_total_environments(14);
+  EXPECT_THAT(PoolOptionsOf(spec), IsOk());
+  spec.set_first_environment(INT32_MAX);
+  spec.set_total_environments(0);
+  EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+}
+
+TEST(ConvertPoolTest, WhatIsNotOfferedYetSaysWhatIs) {
+  v1::PoolSpec grayscale = MazeSpec();
+  grayscale.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
+  EXPECT_THAT(PoolOptionsOf(grayscale),
+              StatusIs(absl::StatusCode::kUnimplemented,
+                       "spec.observation_format.color is COLOR_GRAYSCALE, which is not offered "
+                       "yet; offered: COLOR_RGB"));
+  v1::PoolSpec larger = MazeSpec();
+  larger.mutable_observation_format()->set_width_px(84);
+  EXPECT_THAT(PoolOptionsOf(larger),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: 64")));
+  v1::PoolSpec shared = MazeSpec();
+  shared.set_transport(v1::TRANSPORT_SHARED_MEMORY);
+  EXPECT_THAT(PoolOptionsOf(shared),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("TRANSPORT_SHARED_MEMORY")));
+  v1::PoolSpec encoded = MazeSpec();
+  encoded.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
+  EXPECT_THAT(PoolOptionsOf(encoded),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: ENCODING_RAW")));
+  v1::PoolSpec sampled = MazeSpec();
+  sampled.mutable_level_sampler();
+  EXPECT_THAT(PoolOptionsOf(sampled),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("level_sampler")));
+  v1::PoolSpec leased = MazeSpec();
+  leased.mutable_lease_duration();
+  EXPECT_THAT(PoolOptionsOf(leased),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("lease_duration")));
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,87 @@
+#include "server/rpc/convert_step.h"
+
+#include <algorithm>
+#include <string>
+
+#include "gtest/gtest.h"
+#include "server/session/limits.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+StreamRequest WholeStep(int32_t env_count) {
+  StreamRequest request;
+  request.message.set_sequence_number(7);
+  request.message.mutable_step()->mutable_actions()->Resize(env_count, 4);
+  EXPECT_THAT(ReadStreamRequest(&request), IsOk());
+  request.request.count = env_count;
+  return request;
+}
+
+TEST(ConvertStepTest, RequestThatAsksForNothingIsRefused) {
+  StreamRequest request;
+  EXPECT_THAT(ReadStreamRequest(&request),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("asks for nothing")));
+}
+
+TEST(ConvertStepTest, SecondAttachIsRefused) {
+  StreamRequest request;
+  request.message.mutable_attach();
+  EXPECT_THAT(ReadStreamRequest(&request),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("attach was sent again")));
+}
+
+TEST(ConvertStepTest, UnknownObservationIsRefused) {
+  StreamRequest request;
+  request.message.mutable_observe()->set_observation(static_cast<v1::Observation>(9));
+  EXPECT_THAT(ReadStreamRequest(&request),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observation is number 9")));
+}
+
+TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
+  const int64_t limit = kResponseBytesDefault;
+  StreamRequest request = WholeStep(1000);
+  for (const bool with_final : {false, true}) {
+    request.with_final_observations = with_final;
+    const int32_t rows = ResponseRowsMax(request, limit);
+    v1::StepPoolResponse response;
+    const Batch batch = PrepareResponse(request, {600, rows}, &response);
+    std::fill(batch.first.begin(), batch.first.end(), 1);
+    EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(limit));
+    PrepareResponse(request, {600, rows + 1}, &response);
+    EXPECT_GT(response.ByteSizeLong() + 256, static_cast<size_t>(limit));
+    EXPECT_EQ(rows, with_final ? 170 : 340);
+  }
+}
+
+TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
+  StreamRequest request = WholeStep(4);
+  request.with_final_observations = true;
+  v1::StepPoolResponse response;
+  const Batch batch = PrepareResponse(request, {0, 4}, &response);
+  for (size_t row = 0; row < 4; ++row) {
+    std::fill_n(batch.final_observations.begin() + static_cast<ptrdiff_t>(row * kObservationBytes),
+                kObservationBytes, static_cast<uint8_t>(row));
+  }
+  batch.terminated[1] = 1;
+  batch.truncated[3] = 1;
+  CompleteResponse(&response);
+  const std::string& kept = response.batch().final_observations();
+  ASSERT_EQ(kept.size(), 2U * kObservationBytes);
+  EXPECT_EQ(kept.front(), 1);
+  EXPECT_EQ(kept.back(), 3);
+}
+
+TEST(ConvertStepTest, ResponseMemoryIsReused) {
+  const StreamRequest request = WholeStep(8);
+  v1::StepPoolResponse response;
+  const uint8_t* const before = PrepareResponse(request, {0, 8}, &response).observations.data();
+  EXPECT_EQ(PrepareResponse(request, {0, 8}, &response).observations.data(), before);
+  EXPECT_EQ(PrepareResponse(request, {0, 3}, &response).observations.data(), before);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,190 @@
+#include "server/session/pool_session.h"
+
+#include <atomic>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr int32_t kEnvCount = 4;
+
+class PoolSessionTest : public testing::Test {
+ protected:
+  std::unique_ptr<PoolSession> Make(EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+    PoolOptions options;
+    options.games = {"maze"};
+    options.env_count = kEnvCount;
+    options.episode_end = episode_end;
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, crew_);
+    EXPECT_THAT(pool, IsOk());
+    return std::make_unique<PoolSession>("pools/7", *std::move(pool), absl::Now(), &side_crew_,
+                                         &step_count_);
+  }
+
+  // Accepts a request and carries it out as one part.
+  static absl::Status Run(PoolSession* session, Request request, const Batch& batch = {}) {
+    absl::Status result;
+    absl::Notification done;
+    session->TakeTurn([&](const absl::Status& turn) {
+      result = turn.ok() ? session->Accept(&request) : turn;
+      if (!result.ok()) {
+        done.Notify();
+        return;
+      }
+      session->RunPart(request, {request.first, request.count}, batch, [&](absl::Status status) {
+        result = std::move(status);
+        done.Notify();
+      });
+    });
+    done.WaitForNotification();
+    session->EndTurn();
+    return result;
+  }
+
+  static Request StepOf(int64_t sequence_number, const std::vector<int32_t>& actions) {
+    Request request;
+    request.sequence_number = sequence_number;
+    request.kind = Request::Kind::kStep;
+    request.actions = actions;
+    return request;
+  }
+
+  std::atomic<int64_t> step_count_ = 0;
+  std::shared_ptr<Crew> crew_ = std::make_shared<Crew>(1);
+  SideCrew side_crew_{1};
+};
+
+TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
+  const std::unique_ptr<PoolSession> session = Make();
+  ASSERT_THAT(session->Attach([](const absl::Status&) {}), IsOk());
+  EXPECT_THAT(session->Attach([](const absl::Status&) {}),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       "another stream is attached to pool pools/7, allowed: one at a time; end "
+                       "that one"));
+  session->Detach();
+  EXPECT_THAT(session->Attach([](const absl::Status&) {}), IsOk());
+}
+
+TEST_F(PoolSessionTest, TurnsAreTakenInOrderOneAtATime) {
+  const std::unique_ptr<PoolSession> session = Make();
+  std::vector<int> order;
+  session->TakeTurn([&](const absl::Status&) { order.push_back(1); });
+  session->TakeTurn([&](const absl::Status&) { order.push_back(2); });
+  session->TakeTurn([&](const absl::Status&) { order.push_back(3); });
+  EXPECT_THAT(order, ElementsAre(1));
+  session->EndTurn();
+  EXPECT_THAT(order, ElementsAre(1, 2));
+  session->EndTurn();
+  session->EndTurn();
+  EXPECT_THAT(order, ElementsAre(1, 2, 3));
+}
+
+TEST_F(PoolSessionTest, TooManyWaitingAreRefused) {
+  const std::unique_ptr<PoolSession> session = Make();
+  size_t begun = 0;
+  const auto count = [&](const absl::Status& status) { begun += status.ok() ? 1 : 0; };
+  for (size_t i = 0; i < kTurnsWaitingMax + 1; ++i) {
+    session->TakeTurn(count);
+  }
+  absl::Status refused;
+  session->TakeTurn([&](const absl::Status& status) { refused = status; });
+  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("allowed: 64")));
+  for (size_t i = 0; i < kTurnsWaitingMax + 1; ++i) {
+    session->EndTurn();
+  }
+  EXPECT_EQ(begun, kTurnsWaitingMax + 1);
+}
+
+TEST_F(PoolSessionTest, ClosingTellsTheStreamAndThoseWhoWait) {
+  const std::unique_ptr<PoolSession> session = Make();
+  absl::Status ended;
+  absl::Status waited;
+  ASSERT_THAT(session->Attach([&](const absl::Status& reason) { ended = reason; }), IsOk());
+  session->TakeTurn([](const absl::Status&) {});
+  session->TakeTurn([&](const absl::Status& status) { waited = status; });
+  session->Close(absl::AbortedError("deleted"));
+  EXPECT_THAT(ended, StatusIs(absl::StatusCode::kAborted, "deleted"));
+  EXPECT_THAT(waited, StatusIs(absl::StatusCode::kAborted, "deleted"));
+  session->Detach();
+  EXPECT_THAT(session->Attach([](const absl::Status&) {}),
+              StatusIs(absl::StatusCode::kAborted, "deleted"));
+  session->EndTurn();
+}
+
+TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
+  const std::unique_ptr<PoolSession> session = Make();
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  const std::vector<int32_t> wrong_actions(kEnvCount, 15);
+  EXPECT_THAT(Run(session.get(), StepOf(1, wrong_actions)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("actions[0] is 15")));
+  EXPECT_EQ(session->next_sequence_number(), 1);
+  EXPECT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  EXPECT_EQ(session->next_sequence_number(), 2);
+  EXPECT_EQ(step_count_, kEnvCount);
+}
+
+TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
+  const std::unique_ptr<PoolSession> session = Make();
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  for (const int64_t number : {int64_t{-1}, int64_t{0}, int64_t{2}, INT64_MAX}) {
+    EXPECT_THAT(Run(session.get(), StepOf(number, actions)),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         "sequence_number is " + std::to_string(number) +
+                             ", allowed: 1, the next of pool pools/7"));
+  }
+  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  EXPECT_THAT(Run(session.get(), StepOf(1, actions)),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("answers are not kept yet")));
+}
+
+TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
+  const std::unique_ptr<PoolSession> session = Make(EpisodeEnd::kDisabled);
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  const std::vector<int32_t> ending = {4, -1, 4, 4};
+  ASSERT_THAT(Run(session.get(), StepOf(1, ending)), IsOk());
+  EXPECT_THAT(Run(session.get(), StepOf(2, actions)),
+              StatusIs(absl::StatusCode::kFailedPrecondition,
+                       "the episode of environment 1 of pool pools/7 has ended; reset it before it "
+                       "is stepped"));
+  Request step = StepOf(2, actions);
+  const std::vector<Reset> resets = {{1, {}, {}}};
+  step.resets = resets;
+  EXPECT_THAT(Run(session.get(), step), IsOk());
+  EXPECT_THAT(Run(session.get(), StepOf(3, actions)), IsOk());
+}
+
+TEST_F(PoolSessionTest, ResetLeavesOthersAlone) {
+  const std::unique_ptr<PoolSession> session = Make();
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  std::vector<int32_t> lengths(kEnvCount);
+  std::vector<int32_t> level_seeds(kEnvCount);
+  std::vector<uint8_t> first(kEnvCount);
+  Batch batch;
+  batch.episode_lengths = absl::MakeSpan(lengths);
+  batch.level_seeds = absl::MakeSpan(level_seeds);
+  batch.first = absl::MakeSpan(first);
+  const std::vector<Reset> resets = {{3, 77, {}}, {0, {}, {}}, {2, 55, {}}};
+  Request reset;
+  reset.sequence_number = 2;
+  reset.kind = Request::Kind::kReset;
+  reset.resets = resets;
+  ASSERT_THAT(Run(session.get(), reset, batch), IsOk());
+  EXPECT_THAT(lengths, ElementsAre(0, 1, 0, 0));
+  EXPECT_THAT(first, ElementsAre(1, 0, 1, 1));
+  EXPECT_EQ(level_seeds[2], 55);
+  EXPECT_EQ(level_seeds[3], 77);
+}
+
+}  // namespace
+}  // namespace procgen

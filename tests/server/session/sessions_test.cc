@@ -1,0 +1,149 @@
+#include "server/session/sessions.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/synchronization/notification.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+using CreateResult = absl::StatusOr<std::shared_ptr<PoolSession>>;
+
+Limits SmallLimits() {
+  Limits limits;
+  limits.pool_count_max = 2;
+  limits.pool_environment_count_max = 8;
+  limits.environment_count_max = 10;
+  return limits;
+}
+
+PoolOptions MazeOptions(int32_t env_count) {
+  PoolOptions options;
+  options.games = {"maze"};
+  options.env_count = env_count;
+  return options;
+}
+
+class SessionsTest : public testing::Test {
+ protected:
+  CreateResult Create(absl::string_view id, const PoolOptions& options) {
+    CreateResult result = absl::UnknownError("not yet");
+    absl::Notification done;
+    sessions_.Create(id, options, [&](CreateResult created) {
+      result = std::move(created);
+      done.Notify();
+    });
+    done.WaitForNotification();
+    return result;
+  }
+
+  Sessions sessions_{SmallLimits(), 1};
+};
+
+TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
+  const CreateResult pool = Create("maze-7", MazeOptions(1));
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ((*pool)->name(), "pools/maze-7");
+  EXPECT_THAT(sessions_.Find("pools/maze-7"), IsOk());
+}
+
+TEST_F(SessionsTest, PoolWithoutIdGetsANumber) {
+  const CreateResult pool = Create("", MazeOptions(1));
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ((*pool)->name(), "pools/1");
+}
+
+TEST_F(SessionsTest, MalformedIdsAreRefused) {
+  for (const std::string& id :
+       {std::string("7"), std::string("Maze"), std::string("a/b"), std::string("a-"),
+        std::string("-a"), std::string(64, 'a'), std::string("a\0b", 3)}) {
+    EXPECT_THAT(Create(id, MazeOptions(1)),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: 1 to 63 of a-z")));
+  }
+}
+
+TEST_F(SessionsTest, TakenIdIsRefused) {
+  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
+  EXPECT_THAT(Create("a", MazeOptions(1)),
+              StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("pools/a exists")));
+}
+
+TEST_F(SessionsTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
+  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
+  ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
+  EXPECT_THAT(Create("c", MazeOptions(1)),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "there are 2 pools, limit pool_count_max is 2"));
+  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
+}
+
+TEST_F(SessionsTest, TooLargePoolIsRefused) {
+  EXPECT_THAT(Create("", MazeOptions(9)),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "spec.env_count is 9, limit pool_environment_count_max is 8"));
+}
+
+TEST_F(SessionsTest, PoolWithoutEnvironmentsIsRefused) {
+  EXPECT_THAT(Create("", MazeOptions(0)),
+              StatusIs(absl::StatusCode::kInvalidArgument, "spec.env_count is 0, allowed: 1 to 8"));
+}
+
+TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
+  ASSERT_THAT(Create("", MazeOptions(8)), IsOk());
+  EXPECT_THAT(Create("", MazeOptions(3)),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "spec.env_count is 3 and there are 8 environments, limit "
+                       "environment_count_max is 10"));
+  EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
+}
+
+TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
+  PoolOptions options = MazeOptions(8);
+  options.games = {"chess"};
+  EXPECT_THAT(Create("a", options), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
+  EXPECT_EQ(sessions_.load().environment_count, 0);
+  EXPECT_THAT(Create("a", MazeOptions(8)), IsOk());
+}
+
+TEST_F(SessionsTest, UnknownAndMalformedNamesAreToldApart) {
+  EXPECT_THAT(sessions_.Find("pools/nothing"),
+              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
+  EXPECT_THAT(sessions_.Find("nothing"),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'nothing'")));
+  EXPECT_THAT(sessions_.Delete(""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+}
+
+TEST_F(SessionsTest, ListIsOldestFirstAndContinues) {
+  ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
+  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
+  const std::vector<Sessions::Numbered> page = sessions_.List(0, 1);
+  ASSERT_EQ(page.size(), 1U);
+  EXPECT_EQ(page[0].pool->name(), "pools/b");
+  const std::vector<Sessions::Numbered> rest = sessions_.List(page[0].number, 5);
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest[0].pool->name(), "pools/a");
+}
+
+TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
+  const CreateResult pool = Create("a", MazeOptions(1));
+  ASSERT_THAT(pool, IsOk());
+  absl::Status ended;
+  ASSERT_THAT((*pool)->Attach([&](const absl::Status& reason) { ended = reason; }), IsOk());
+  sessions_.Drain();
+  EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  EXPECT_THAT(Create("b", MazeOptions(1)),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  EXPECT_THAT(sessions_.FindForStream("pools/a"),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  (*pool)->Detach();
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,166 @@
+// Making, finding and ending pools over the wire.
+
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class PoolsTest : public ServiceTest {};
+
+TEST_F(PoolsTest, CreatedPoolTellsItsSpecWithAllDefaults) {
+  v1::PoolSpec spec;
+  spec.add_games("coinrun");
+  spec.set_env_count(3);
+  const absl::StatusOr<v1::Pool> pool = client_->CreatePool(spec, "mine");
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ(pool->name(), "pools/mine");
+  EXPECT_EQ(pool->spec().options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
+  EXPECT_TRUE(pool->spec().options().has_rand_seed());
+  EXPECT_TRUE(pool->spec().options().center_agent());
+  EXPECT_EQ(pool->spec().total_environments(), 3);
+  EXPECT_EQ(pool->spec().episode_end(), v1::EPISODE_END_SAME_STEP);
+  EXPECT_THAT(pool->observation_shape(), ElementsAre(64, 64, 3));
+  EXPECT_EQ(pool->observation_bytes(), 12288);
+  EXPECT_EQ(pool->next_sequence_number(), 1);
+  EXPECT_FALSE(pool->attached());
+  EXPECT_GT(pool->create_time().seconds(), 0);
+}
+
+TEST_F(PoolsTest, PoolOfATellingSpecIsTheSamePool) {
+  v1::PoolSpec spec;
+  spec.add_games("maze");
+  spec.set_env_count(4);
+  const absl::StatusOr<v1::Pool> first = client_->CreatePool(spec);
+  ASSERT_THAT(first, IsOk());
+  const absl::StatusOr<v1::Pool> second = client_->CreatePool(first->spec());
+  ASSERT_THAT(second, IsOk());
+  EXPECT_EQ(first->spec().SerializeAsString(), second->spec().SerializeAsString());
+  procgen_client::Batch first_batch;
+  procgen_client::Batch second_batch;
+  EXPECT_THAT((*client_->Attach(first->name()))->Observe(&first_batch), IsOk());
+  EXPECT_THAT((*client_->Attach(second->name()))->Observe(&second_batch), IsOk());
+  EXPECT_EQ(first_batch.level_seeds(), second_batch.level_seeds());
+}
+
+TEST_F(PoolsTest, PoolIsListedUntilItIsDeleted) {
+  const std::string name = CreatePool(MazeSpec(1));
+  absl::StatusOr<std::vector<v1::Pool>> pools = client_->ListPools();
+  ASSERT_THAT(pools, IsOk());
+  ASSERT_EQ(pools->size(), 2U);  // the first is the witness'
+  EXPECT_TRUE(pools->front().attached());
+  EXPECT_EQ(pools->back().name(), name);
+  EXPECT_THAT(client_->DeletePool(name), IsOk());
+  EXPECT_THAT(client_->GetPool(name),
+              StatusIs(absl::StatusCode::kNotFound, "there is no pool " + name));
+  EXPECT_THAT(client_->DeletePool(name), StatusIs(absl::StatusCode::kNotFound, HasSubstr(name)));
+}
+
+TEST_F(PoolsTest, ListIsGivenInPages) {
+  CreatePool(MazeSpec(1));
+  CreatePool(MazeSpec(1));
+  const auto stub = v1::PoolService::NewStub(channel_);
+  v1::ListPoolsRequest request;
+  request.set_page_size(2);
+  v1::ListPoolsResponse page;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(stub->ListPools(&context, request, &page).ok());
+  }
+  EXPECT_EQ(page.pools_size(), 2);
+  request.set_page_token(page.next_page_token());
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(stub->ListPools(&context, request, &page).ok());
+  }
+  EXPECT_EQ(page.pools_size(), 1);
+  EXPECT_EQ(page.next_page_token(), "");
+  request.set_page_token("nonsense");
+  grpc::ClientContext context;
+  EXPECT_EQ(stub->ListPools(&context, request, &page).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(PoolsTest, UnknownGameIsNotFound) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.set_games(0, "chess");
+  EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
+}
+
+TEST_F(PoolsTest, GameThatIsNotThereYetIsUnimplemented) {
+  const absl::StatusOr<v1::Catalog> catalog = client_->GetCatalog();
+  ASSERT_THAT(catalog, IsOk());
+  for (const v1::Game& game : catalog->games()) {
+    if (!game.available()) {
+      v1::PoolSpec spec = MazeSpec(1);
+      spec.set_games(0, game.name());
+      EXPECT_THAT(client_->CreatePool(spec),
+                  StatusIs(absl::StatusCode::kUnimplemented, HasSubstr(game.name())));
+    }
+  }
+}
+
+TEST_F(PoolsTest, ModeThatAGameLacksIsRefused) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXTREME);
+  EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                  AllOf(HasSubstr("maze"), HasSubstr("extreme"))));
+}
+
+TEST_F(PoolsTest, CountsOutOfRangeAreRefused) {
+  EXPECT_THAT(client_->CreatePool(MazeSpec(0)), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                         "spec.env_count is 0, allowed: 1 to 500"));
+  EXPECT_THAT(
+      client_->CreatePool(MazeSpec(-1)),
+      StatusIs(absl::StatusCode::kInvalidArgument, "spec.env_count is -1, allowed: 1 to 500"));
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_options()->set_start_level(-5);
+  EXPECT_THAT(client_->CreatePool(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("start_level is -5")));
+}
+
+TEST_F(PoolsTest, MalformedNameIsRefused) {
+  EXPECT_THAT(client_->GetPool("maze"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "pool name is 'maze', allowed: 'pools/ID', with an ID of 1 to 63 of a-z, "
+                       "0-9 and '-'"));
+}
+
+TEST_F(PoolsTest, LeasesAreNotOfferedYet) {
+  const auto stub = v1::PoolService::NewStub(channel_);
+  v1::RenewPoolRequest request;
+  request.set_name(CreatePool(MazeSpec(1)));
+  v1::Pool pool;
+  grpc::ClientContext context;
+  const grpc::Status status = stub->RenewPool(&context, request, &pool);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("leases are not offered yet"));
+}
+
+TEST_F(PoolsTest, LoadCountsWhatThereIs) {
+  CreatePool(MazeSpec(5));
+  const absl::StatusOr<v1::Load> load = client_->GetLoad();
+  ASSERT_THAT(load, IsOk());
+  EXPECT_EQ(load->pool_count(), 2);
+  EXPECT_EQ(load->environment_count(), 7);
+  EXPECT_EQ(load->stream_count(), 1);
+  EXPECT_EQ(load->worker_count(), 2);
+  EXPECT_FALSE(load->draining());
+}
+
+TEST_F(PoolsTest, CatalogTellsTheLimitsInForce) {
+  const absl::StatusOr<v1::Catalog> catalog = client_->GetCatalog();
+  ASSERT_THAT(catalog, IsOk());
+  EXPECT_EQ(catalog->limits().pool_count_max(), 4);
+  EXPECT_EQ(catalog->limits().requests_in_flight_max(), 8);
+}
+
+}  // namespace
+}  // namespace procgen

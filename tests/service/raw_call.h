@@ -1,0 +1,25 @@
+#ifndef TESTS_SERVICE_RAW_CALL_H_
+#define TESTS_SERVICE_RAW_CALL_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "grpcpp/channel.h"
+
+namespace procgen {
+
+struct RawResult {
+  absl::Status status;
+  std::vector<std::string> responses;
+};
+
+// Calls any method ("/package.Service/Method") with these bytes as its requests, and reads until
+// the call ends. For what no generated stub would send.
+RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                  const std::vector<std::string>& requests);
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVICE_RAW_CALL_H_

@@ -1,0 +1,97 @@
+#include "tests/service/service_fixture.h"
+
+#include <utility>
+
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
+
+namespace procgen {
+
+v1::PoolSpec MazeSpec(int32_t env_count) {
+  v1::PoolSpec spec;
+  spec.add_games("maze");
+  spec.set_env_count(env_count);
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  spec.mutable_options()->set_rand_seed(7);
+  return spec;
+}
+
+v1::StepPoolRequest StepRequest(const std::vector<int32_t>& actions) {
+  v1::StepPoolRequest request;
+  request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
+  return request;
+}
+
+v1::StepPoolRequest SliceStepRequest(int32_t first, int32_t count, int32_t action) {
+  v1::StepPoolRequest request =
+      StepRequest(std::vector<int32_t>(static_cast<size_t>(count), action));
+  request.mutable_step()->mutable_slice()->set_first_environment(first);
+  request.mutable_step()->mutable_slice()->set_environment_count(count);
+  return request;
+}
+
+Limits ServiceTest::TestLimits() {
+  Limits limits;
+  limits.pool_count_max = 4;
+  limits.pool_environment_count_max = 500;
+  limits.environment_count_max = 600;
+  limits.request_bytes_max = 65536;
+  limits.response_bytes_max = 16 << 20;
+  limits.requests_in_flight_max = 8;
+  return limits;
+}
+
+void ServiceTest::SetUp() {
+  ServerOptions options;
+  options.address = "127.0.0.1:0";
+  options.worker_count = 2;
+  options.limits = TestLimits();
+  absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
+  ASSERT_THAT(server, IsOk());
+  server_ = *std::move(server);
+  channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
+  client_ = Connect();
+  ASSERT_NE(client_, nullptr);
+  witness_ = CreateAndAttach(MazeSpec(2));
+  ASSERT_NE(witness_, nullptr);
+}
+
+void ServiceTest::TearDown() {
+  if (server_goes_on_ && witness_ != nullptr) {
+    procgen_client::Batch batch;
+    EXPECT_THAT(witness_->Step({4, 4}, &batch), IsOk());
+    EXPECT_THAT(client_->GetCatalog(), IsOk());
+    EXPECT_THAT(witness_->Close(), IsOk());
+  }
+}
+
+std::unique_ptr<procgen_client::Client> ServiceTest::Connect(int32_t response_bytes_max) {
+  procgen_client::ConnectOptions options;
+  options.response_bytes_max = response_bytes_max;
+  absl::StatusOr<std::unique_ptr<procgen_client::Client>> client =
+      procgen_client::Client::Connect(server_->address(), options);
+  EXPECT_THAT(client, IsOk());
+  return client.ok() ? *std::move(client) : nullptr;
+}
+
+std::string ServiceTest::CreatePool(const v1::PoolSpec& spec) {
+  const absl::StatusOr<v1::Pool> pool = client_->CreatePool(spec);
+  EXPECT_THAT(pool, IsOk());
+  return pool.ok() ? pool->name() : "";
+}
+
+std::unique_ptr<procgen_client::StepStream> ServiceTest::CreateAndAttach(
+    const v1::PoolSpec& spec, const procgen_client::StreamOptions& options) {
+  absl::StatusOr<std::unique_ptr<procgen_client::StepStream>> stream =
+      client_->Attach(CreatePool(spec), options);
+  EXPECT_THAT(stream, IsOk());
+  return stream.ok() ? *std::move(stream) : nullptr;
+}
+
+absl::Status ServiceTest::CallStatus(procgen_client::StepStream* stream,
+                                     v1::StepPoolRequest request) {
+  procgen_client::Batch batch;
+  return stream->Call(std::move(request), &batch);
+}
+
+}  // namespace procgen

@@ -1,0 +1,115 @@
+// A learner over the stream sees bit for bit what one in the process sees.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "envcore/pool/pool.h"
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kEnvCount = 12;
+constexpr int kSteps = 300;
+
+// All that a step answers, in memory of its own.
+struct Values {
+  std::vector<uint8_t> observations = std::vector<uint8_t>(size_t{kEnvCount} * kObservationBytes);
+  std::vector<float> rewards = std::vector<float>(kEnvCount);
+  std::vector<uint8_t> first = std::vector<uint8_t>(kEnvCount);
+  std::vector<uint8_t> terminated = std::vector<uint8_t>(kEnvCount);
+  std::vector<uint8_t> truncated = std::vector<uint8_t>(kEnvCount);
+  std::vector<int32_t> level_seeds = std::vector<int32_t>(kEnvCount);
+  std::vector<int32_t> prev_level_seeds = std::vector<int32_t>(kEnvCount);
+  std::vector<uint8_t> prev_level_complete = std::vector<uint8_t>(kEnvCount);
+  std::vector<float> episode_returns = std::vector<float>(kEnvCount);
+  std::vector<int32_t> episode_lengths = std::vector<int32_t>(kEnvCount);
+
+  Batch Spans() {
+    Batch batch;
+    batch.observations = absl::MakeSpan(observations);
+    batch.rewards = absl::MakeSpan(rewards);
+    batch.first = absl::MakeSpan(first);
+    batch.terminated = absl::MakeSpan(terminated);
+    batch.truncated = absl::MakeSpan(truncated);
+    batch.level_seeds = absl::MakeSpan(level_seeds);
+    batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds);
+    batch.prev_level_complete = absl::MakeSpan(prev_level_complete);
+    batch.episode_returns = absl::MakeSpan(episode_returns);
+    batch.episode_lengths = absl::MakeSpan(episode_lengths);
+    return batch;
+  }
+};
+
+template <typename Left, typename Right>
+bool Same(const Left& left, const Right& right) {
+  return std::equal(left.begin(), left.end(), right.begin(), right.end());
+}
+
+bool Same(const Values& local, const procgen_client::Batch& remote) {
+  return Same(local.observations, remote.observations()) && Same(local.rewards, remote.rewards()) &&
+         Same(local.first, remote.first()) && Same(local.terminated, remote.terminated()) &&
+         Same(local.truncated, remote.truncated()) &&
+         Same(local.level_seeds, remote.level_seeds()) &&
+         Same(local.prev_level_seeds, remote.prev_level_seeds()) &&
+         Same(local.prev_level_complete, remote.prev_level_complete()) &&
+         Same(local.episode_returns, remote.episode_returns()) &&
+         Same(local.episode_lengths, remote.episode_lengths());
+}
+
+// Any fixed sequence will do: sticky moves with an end of the episode now and then.
+std::vector<int32_t> ActionsAt(int step) {
+  std::vector<int32_t> actions(kEnvCount);
+  for (int32_t i = 0; i < kEnvCount; ++i) {
+    const uint32_t mixed = static_cast<uint32_t>(step / 5 * 31 + i * 17) * 2654435761U;
+    actions[static_cast<size_t>(i)] = static_cast<int32_t>((mixed >> 16) % 16) - 1;
+  }
+  return actions;
+}
+
+class TraceTest : public ServiceTest,
+                  public testing::WithParamInterface<std::vector<std::string>> {};
+
+TEST_P(TraceTest, StreamEqualsInProcess) {
+  PoolOptions options;
+  options.games = GetParam();
+  options.env_count = kEnvCount;
+  options.environment.rand_seed = 11;
+  const absl::StatusOr<std::unique_ptr<Pool>> pool =
+      Pool::Create(options, std::make_shared<Crew>(0));
+  ASSERT_THAT(pool, IsOk());
+  v1::PoolSpec spec;
+  spec.mutable_games()->Assign(options.games.begin(), options.games.end());
+  spec.set_env_count(kEnvCount);
+  spec.mutable_options()->set_rand_seed(11);
+  const auto stream = CreateAndAttach(spec);
+  ASSERT_NE(stream, nullptr);
+
+  Values local;
+  procgen_client::Batch remote;
+  ASSERT_THAT((*pool)->Observe(0, kEnvCount, local.Spans()), IsOk());
+  ASSERT_THAT(stream->Observe(&remote), IsOk());
+  ASSERT_TRUE(Same(local, remote)) << "at the beginning";
+  for (int step = 0; step < kSteps; ++step) {
+    const std::vector<int32_t> actions = ActionsAt(step);
+    StepInput input;
+    input.count = kEnvCount;
+    input.actions = actions;
+    ASSERT_THAT((*pool)->Step(input, local.Spans()), IsOk());
+    ASSERT_THAT(stream->Step(actions, &remote), IsOk());
+    ASSERT_TRUE(Same(local, remote)) << "in step " << step;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Games, TraceTest,
+                         testing::Values(std::vector<std::string>{"bigfish"},
+                                         std::vector<std::string>{"coinrun"},
+                                         std::vector<std::string>{"maze"},
+                                         std::vector<std::string>{"miner"},
+                                         std::vector<std::string>{"maze", "coinrun", "bigfish"}));
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,35 @@
+#ifndef TESTS_STATUS_MATCHERS_H_
+#define TESTS_STATUS_MATCHERS_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "gmock/gmock.h"
+
+namespace procgen {
+
+inline const absl::Status& StatusOf(const absl::Status& status) { return status; }
+template <typename Value>
+const absl::Status& StatusOf(const absl::StatusOr<Value>& result) {
+  return result.status();
+}
+
+// A status, or the status of a result, that is OK.
+MATCHER(IsOk, "is OK") {
+  *result_listener << StatusOf(arg).ToString();
+  return StatusOf(arg).ok();
+}
+
+// One with this code, whose message matches `message`.
+MATCHER_P2(StatusIs, code, message,
+           "is " + absl::StatusCodeToString(code) + " with a message that " +
+               testing::DescribeMatcher<std::string>(message)) {
+  *result_listener << StatusOf(arg).ToString();
+  return StatusOf(arg).code() == code &&
+         testing::Value(std::string(StatusOf(arg).message()), message);
+}
+
+}  // namespace procgen
+
+#endif  // TESTS_STATUS_MATCHERS_H_
