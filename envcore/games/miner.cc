@@ -1,8 +1,7 @@
 // Miner: a robot digs through dirt with boulders and diamonds. It collects every diamond (+1) and
-// then steps onto the exit
-// (+10, level complete). Boulders and diamonds fall when their support is dug away and roll off one
-// another; one that is already falling kills the robot when it comes down on it. One grid move and
-// one pass of gravity a step.
+// then steps onto the exit (+10, level complete). Boulders and diamonds fall when their support is
+// dug away and roll off one another; one that is already falling kills the robot when it comes down
+// on it. One grid move and one pass of gravity a step.
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
