@@ -173,7 +173,9 @@ class Drawing {
       for (int y = cells.first_row; y <= cells.last_row; ++y) {
         const int kind =
             cells.grid->Contains(x, y) ? cells.grid->At(x, y) : cells.out_of_bounds_kind;
-        if (kind >= 0 && kind < kKindCount) {
+        if (kind == cells.dots.kind && kind != kOutsideKind) {
+          DrawDot(x, y, cells.dots);
+        } else if (kind >= 0 && kind < kKindCount) {
           DrawCell(x, y, cells.looks[static_cast<size_t>(kind)]);
         }
       }
@@ -190,6 +192,15 @@ class Drawing {
     } else {
       DrawPicture(ArtOf(look.image_kind, look.theme, false), rect, 0, 1);
     }
+  }
+
+  void DrawDot(int x, int y, const CellDots& dots) const {
+    const ScreenRect cell = viewport_.OfCell(x, y);
+    const auto share = static_cast<double>(dots.share);
+    const auto rest = static_cast<double>(1 - dots.share);
+    DrawFlat({cell.x + cell.width * rest / 2, cell.y + cell.height * rest / 2, cell.width * share,
+              cell.height * share},
+             {dots.color[0], dots.color[1], dots.color[2], 255});
   }
 
   void DrawVelocity() const {
