@@ -12,9 +12,9 @@ namespace procgen {
 // What an environment is made with: the released benchmark's options, by their names, with its
 // Python defaults.
 struct EnvironmentOptions : GameOptions {
-  int32_t num_levels = 0;   // number of different levels, >= 0; 0: unlimited
-  int32_t start_level = 0;  // first level seed, >= 0; not used with num_levels 0
-  int64_t rand_seed = 0;    // seeds the choice of levels, modulo 2^32
+  int32_t num_levels = 0;              // number of different levels, >= 0; 0: unlimited
+  int32_t start_level = 0;             // first level seed, >= 0; not used with num_levels 0
+  int64_t rand_seed = 0;               // seeds the choice of levels, modulo 2^32
   bool use_sequential_levels = false;  // a completed level goes on at level seed + 997
 };
 

@@ -65,8 +65,10 @@ void Game::StandardStep() {
   if (move_ != kNoAction) {
     last_move_ = move_;
   }
-  world_.controls = {.horizontal = static_cast<float>(move_ / 3 - 1),
-                     .vertical = static_cast<float>(move_ % 3 - 1),
+  const int32_t column = move_ / 3;
+  const int32_t row = move_ % 3;
+  world_.controls = {.horizontal = static_cast<float>(column - 1),
+                     .vertical = static_cast<float>(row - 1),
                      .turn = 0};
   Steer();
   Entity& agent = world_.agent();

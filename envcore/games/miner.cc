@@ -1,8 +1,7 @@
 // Miner: a robot digs through dirt with boulders and diamonds. It collects every diamond (+1) and
-// then steps onto the exit
-// (+10, level complete). Boulders and diamonds fall when their support is dug away and roll off one
-// another; one that is already falling kills the robot when it comes down on it. One grid move and
-// one pass of gravity a step.
+// then steps onto the exit (+10, level complete). Boulders and diamonds fall when their support is
+// dug away and roll off one another; one that is already falling kills the robot when it comes down
+// on it. One grid move and one pass of gravity a step.
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
@@ -90,11 +89,13 @@ class Miner final : public Game {
     const std::vector<int32_t> places =
         random_.Distinct(grid.size(), diamond_count + boulder_count + 1);
     const int agent_cell = places[0];
+    const int agent_column = agent_cell % side;
+    const int agent_row = agent_cell / side;
     Entity& agent = world_.agent();
     agent.rx = kRadius;
     agent.ry = kRadius;
-    agent.x = static_cast<float>(agent_cell % side) + 0.5F;
-    agent.y = static_cast<float>(agent_cell / side) + 0.5F;
+    agent.x = static_cast<float>(agent_column) + 0.5F;
+    agent.y = static_cast<float>(agent_row) + 0.5F;
 
     grid.Fill(0, 0, side, side, kDirtKind);
     for (int32_t i = 1; i < static_cast<int32_t>(places.size()); ++i) {
@@ -107,7 +108,7 @@ class Miner final : public Game {
       }
     }
     grid.Set(agent_cell, kEmptyKind);
-    ClearBouldersAround(agent_cell % side, agent_cell / side);
+    ClearBouldersAround(agent_column, agent_row);
     PlaceExit(dirt_cells);
   }
 

@@ -41,14 +41,15 @@ class CrewJob {
 // Threads: any method from any thread.
 class Crew {
  public:
-  // `thread_count` >= 0. With 0 only Run works (on the calling thread); a server wants one a core.
+  // `thread_count` >= 0. With 0 only SubmitAndHelp works, and the calling thread does it all; a
+  // server wants one a core.
   explicit Crew(int32_t thread_count);
   // REQUIRES: no job is running or waiting.
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  // Worker numbers are below this: the threads and one caller of Run for each job.
+  // Worker numbers are below this: the threads and, for each job, one caller of SubmitAndHelp.
   int32_t worker_count() const { return static_cast<int32_t>(threads_.size()) + 1; }
   int32_t thread_count() const { return static_cast<int32_t>(threads_.size()); }
 

@@ -1,6 +1,7 @@
 #include "envcore/pool/pool.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -100,6 +101,11 @@ absl::Status CheckOptions(const PoolOptions& options) {
         absl::StrCat("first_environment is ", options.first_environment, ", must be at least 0"));
   }
   const int64_t end = int64_t{options.first_environment} + options.env_count;
+  if (end > std::numeric_limits<int32_t>::max()) {
+    return absl::InvalidArgumentError(absl::StrCat("first_environment + env_count is ", end,
+                                                   ", must be at most ",
+                                                   std::numeric_limits<int32_t>::max()));
+  }
   const int64_t total = options.total_environments == 0 ? end : options.total_environments;
   if (total < end) {
     return absl::InvalidArgumentError(
@@ -136,7 +142,7 @@ class Pool::StepJob final : public CrewJob {
  protected:
   void RunItem(int32_t item, int32_t worker) override {
     const auto row = static_cast<size_t>(item);
-    const auto index = static_cast<size_t>(input_.first + item);
+    const auto index = static_cast<size_t>(input_.first) + row;
     Environment& environment = *pool_->environments_[index];
     Workbench& workbench = *pool_->workbenches_[static_cast<size_t>(worker)];
     if (const Reset* reset = std::exchange(pool_->resets_[index], nullptr)) {

@@ -76,6 +76,9 @@ AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
 
 AxisSteps CopiedSteps(double start, int source_size, int side_px) {
   AxisSteps steps;
+  if (start > side_px - 1) {  // even where it rounds down to the last pixel
+    return steps;
+  }
   const int from = RoundPx(start);
   steps.first = std::max(0, from);
   steps.count = std::max(0, std::min(side_px, from + source_size) - steps.first);

@@ -24,7 +24,8 @@ AxisSteps StretchedSteps(double start, double size, int source_size, int side_px
 // The same for a half turn: [start, start + size) is where the reversed picture stands.
 AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
                         FirstPosition first_position);
-// A picture of exactly the size drawn, copied one to one.
+// A picture of exactly the size drawn, copied one to one; nothing if it starts beyond the last
+// pixel's near edge.
 AxisSteps CopiedSteps(double start, int source_size, int side_px);
 
 }  // namespace procgen

@@ -12,10 +12,12 @@
 namespace procgen {
 namespace {
 
+// Ellipses that are larger or farther away are not drawn.
+constexpr double kReachPx = 1e6;
+
 bool IsDrawable(const ScreenRect& rect) {
-  constexpr double kFarPx = 1e6;
-  return rect.width > 0 && rect.height > 0 && rect.width < kFarPx && rect.height < kFarPx &&
-         std::abs(rect.x) < kFarPx && std::abs(rect.y) < kFarPx;
+  return rect.width > 0 && rect.height > 0 && rect.width < kReachPx && rect.height < kReachPx &&
+         std::abs(rect.x) < kReachPx && std::abs(rect.y) < kReachPx;
 }
 
 std::optional<MidpointEllipse> WholePixels(const ScreenRect& rect) {
@@ -30,26 +32,21 @@ std::optional<MidpointEllipse> WholePixels(const ScreenRect& rect) {
 
 }  // namespace
 
-void EmitEllipseInside(const ScreenRect& rect, int side_px, RunSink sink) {
+void EmitEllipse(const ScreenRect& rect, int side_px, RunSink inside, RunSink outline) {
   if (!IsDrawable(rect)) {
     return;
   }
   if (const auto whole = WholePixels(rect)) {
-    EmitInside(*whole, side_px, sink);
+    EmitMidpointEllipse(*whole, side_px, inside, outline);
     return;
   }
-  EmitInside(EllipseCurves(rect), side_px, sink);
+  const std::array<Curve, 4> curves = EllipseCurves(rect);
+  EmitInside(curves, side_px, inside);
+  EmitOutline(curves, side_px, outline);
 }
 
-void EmitEllipseOutline(const ScreenRect& rect, int side_px, RunSink sink) {
-  if (!IsDrawable(rect)) {
-    return;
-  }
-  if (const auto whole = WholePixels(rect)) {
-    EmitOutline(*whole, side_px, sink);
-    return;
-  }
-  EmitOutline(EllipseCurves(rect), side_px, sink);
+void EmitEllipseInside(const ScreenRect& rect, int side_px, RunSink inside) {
+  EmitEllipse(rect, side_px, inside, [](int /*row*/, int /*first*/, int /*end*/) {});
 }
 
 }  // namespace procgen

@@ -38,8 +38,7 @@ void PaintEllipse(const PaintStep& step, Image& image) {
       std::fill(image.Row(row) + first, image.Row(row) + end, color);
     };
   };
-  EmitEllipseInside(rect, image.width(), paint_with(Opaque(step.fill)));
-  EmitEllipseOutline(rect, image.width(), paint_with(Opaque(step.outline)));
+  EmitEllipse(rect, image.width(), paint_with(Opaque(step.fill)), paint_with(Opaque(step.outline)));
 }
 
 }  // namespace

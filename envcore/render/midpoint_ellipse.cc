@@ -73,28 +73,26 @@ void WalkOutline(const MidpointEllipse& ellipse, RowPairSink sink) {
 
 }  // namespace
 
-void EmitInside(const MidpointEllipse& ellipse, int side_px, RunSink sink) {
+void EmitMidpointEllipse(const MidpointEllipse& ellipse, int side_px, RunSink inside,
+                         RunSink outline) {
   WalkOutline(ellipse, [&](const RowPair& pair) {
-    if (pair.left_end >= pair.right_first) {
-      return;
-    }
-    const int first = pair.left_end - 1;
-    EmitClipped(pair.upper_row, first, pair.right_first, side_px, side_px, sink);
-    if (pair.upper_row < pair.lower_row) {
-      EmitClipped(pair.lower_row, first, pair.right_first, side_px, side_px, sink);
-    }
-  });
-}
-
-void EmitOutline(const MidpointEllipse& ellipse, int side_px, RunSink sink) {
-  WalkOutline(ellipse, [&](const RowPair& pair) {
-    const auto emit_row = [&](int row) {
-      EmitClipped(row, pair.left_first, pair.left_end, side_px, side_px, sink);
-      EmitClipped(row, pair.right_first, pair.right_end, side_px, side_px, sink);
+    const auto emit_inside = [&](int row) {
+      EmitClipped(row, pair.left_end - 1, pair.right_first, side_px, side_px, inside);
     };
-    emit_row(pair.upper_row);
-    if (pair.upper_row < pair.lower_row) {
-      emit_row(pair.lower_row);
+    const auto emit_outline = [&](int row) {
+      EmitClipped(row, pair.left_first, pair.left_end, side_px, side_px, outline);
+      EmitClipped(row, pair.right_first, pair.right_end, side_px, side_px, outline);
+    };
+    const bool two_rows = pair.upper_row < pair.lower_row;
+    if (pair.left_end < pair.right_first) {
+      emit_inside(pair.upper_row);
+      if (two_rows) {
+        emit_inside(pair.lower_row);
+      }
+    }
+    emit_outline(pair.upper_row);
+    if (two_rows) {
+      emit_outline(pair.lower_row);
     }
   });
 }

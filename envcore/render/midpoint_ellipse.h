@@ -13,11 +13,11 @@ struct MidpointEllipse {
   int height = 0;
 };
 
-// Its inside, which ends where the outline's runs begin whether an outline is drawn or not, on a
-// canvas of side_px x side_px.
-void EmitInside(const MidpointEllipse& ellipse, int side_px, RunSink sink);
-// Its outline.
-void EmitOutline(const MidpointEllipse& ellipse, int side_px, RunSink sink);
+// Emits its inside and its outline on a canvas of side_px x side_px, row by row as they are to be
+// painted: in flat ellipses the inside of a later row covers the outline of an earlier one. The
+// inside ends where the outline's runs begin, whether an outline is painted or not.
+void EmitMidpointEllipse(const MidpointEllipse& ellipse, int side_px, RunSink inside,
+                         RunSink outline);
 
 }  // namespace procgen
 

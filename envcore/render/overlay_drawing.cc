@@ -117,8 +117,7 @@ void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Fr
       DrawFlatSharp(rect, ColorOf(overlay), frame);
       break;
     case Overlay::Shape::kDisc:
-      EmitEllipseInside(rect, frame.side_px, lay(ColorOf(overlay)));
-      EmitEllipseOutline(rect, frame.side_px, lay(ColorOf(overlay)));
+      EmitEllipse(rect, frame.side_px, lay(ColorOf(overlay)), lay(ColorOf(overlay)));
       break;
     case Overlay::Shape::kNeedle: {
       const Needle needle = NeedleOf(overlay, rect);

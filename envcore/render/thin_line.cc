@@ -228,12 +228,10 @@ bool IsFlat(const Curve& curve) {
   const double chord_x = curve.p[0].x - end.x;
   const double chord_y = curve.p[0].y - end.y;
   const double limit = kFlatness * (std::abs(chord_x) + std::abs(chord_y));
-  for (const Point& control : {curve.p[1], curve.p[2]}) {
-    if (std::abs(chord_x * (end.y - control.y) - chord_y * (end.x - control.x)) >= limit) {
-      return false;
-    }
-  }
-  return true;
+  const auto is_near_chord = [&](const Point& control) {
+    return std::abs(chord_x * (end.y - control.y) - chord_y * (end.x - control.x)) < limit;
+  };
+  return is_near_chord(curve.p[1]) && is_near_chord(curve.p[2]);
 }
 
 void DrawCurve(const Curve& curve, int halvings, Pen& pen) {  // NOLINT(misc-no-recursion)

@@ -42,16 +42,16 @@ void MeetCells(World& world, Rules& rules, size_t index) {
 
 void MeetAll(World& world, Rules& rules) {
   for (size_t i = world.entities.size(); i-- > 0;) {
-    const Entity& entity = world.entities[i];
-    const bool meets_entities = entity.meets_entities;
-    const bool smart = entity.smart;
+    // Looked up anew for each question: a contact may change the entity, and move all of them by
+    // adding one.
+    Entity& entity = world.entities[i];
     if (entity.kind != kAgentKind && Overlap(entity, world.agent(), entity.contact_margin)) {
-      rules.OnAgentContact(world.entities[i]);
+      rules.OnAgentContact(entity);
     }
-    if (meets_entities) {
+    if (world.entities[i].meets_entities) {
       MeetEntities(world, rules, i);
     }
-    if (smart) {
+    if (world.entities[i].smart) {
       MeetCells(world, rules, i);
     }
   }

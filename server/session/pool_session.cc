@@ -156,27 +156,16 @@ absl::Status PoolSession::Accept(Request* request) {
 }
 
 void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
-  switch (request.kind) {
-    case Request::Kind::kStep:
-      StepPart(request, part, batch, std::move(done));
-      return;
-    case Request::Kind::kReset:
-      ResetPart(request, part, batch, std::move(done));
-      return;
-    case Request::Kind::kObserve:
-      ObservePart(part, batch, std::move(done));
-      return;
-  }
-}
-
-void PoolSession::StepPart(const Request& request, Part part, const Batch& batch, Done done) {
   SelectPart(request.next_levels, part, &part_next_levels_);
   SelectPart(request.resets, part, &part_resets_);
   StepInput input;
   input.first = part.first;
   input.count = part.count;
-  input.actions = request.actions.subspan(static_cast<size_t>(part.first - request.first),
-                                          static_cast<size_t>(part.count));
+  input.steps = request.kind == Request::Kind::kStep;
+  if (input.steps) {
+    input.actions = request.actions.subspan(static_cast<size_t>(part.first - request.first),
+                                            static_cast<size_t>(part.count));
+  }
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
@@ -186,61 +175,16 @@ void PoolSession::StepPart(const Request& request, Part part, const Batch& batch
     answer.terminated = absl::MakeSpan(terminated_).subspan(0, length);
     answer.truncated = absl::MakeSpan(truncated_).subspan(0, length);
   }
-  pool_->StepAsync(input, answer,
-                   [this, part, terminated = answer.terminated, truncated = answer.truncated,
-                    done = std::move(done)](absl::Status status) mutable {
-                     if (status.ok()) {
-                       *step_count_ += part.count;
-                       NoteEnds(part, terminated, truncated);
-                     }
-                     done(std::move(status));
-                   });
-}
-
-void PoolSession::ResetPart(const Request& request, Part part, const Batch& batch, Done done) {
-  SelectPart(request.resets, part, &part_resets_);
-  std::sort(part_resets_.begin(), part_resets_.end(), [](const Reset& left, const Reset& right) {
-    return left.environment < right.environment;
-  });
-  part_actions_.assign(static_cast<size_t>(part.count), kNoAction);
-  ResetNextRun(part, batch, 0, std::move(done));
-}
-
-// The pool resets as part of a step only, so each run of neighbours is stepped alone, without a
-// picture; at last the whole part is looked at.
-void PoolSession::ResetNextRun(Part part, const Batch& batch, size_t reset_index, Done done) {
-  if (reset_index == part_resets_.size()) {
-    ObservePart(part, batch, std::move(done));
-    return;
-  }
-  const absl::Span<const Reset> rest = absl::MakeConstSpan(part_resets_).subspan(reset_index);
-  size_t length = 1;
-  while (length < rest.size() && rest[length].environment == rest[length - 1].environment + 1) {
-    ++length;
-  }
-  StepInput input;
-  input.first = rest[0].environment;
-  input.count = static_cast<int32_t>(length);
-  input.actions = absl::MakeConstSpan(part_actions_).subspan(0, length);
-  input.resets = rest.subspan(0, length);
-  if (!ended_.empty()) {
-    std::fill_n(ended_.begin() + input.first, length, 0);
-  }
-  pool_->StepAsync(input, Batch(),
-                   [this, part, batch, next = reset_index + length,
-                    done = std::move(done)](absl::Status status) mutable {
-                     if (!status.ok()) {
-                       done(std::move(status));
-                       return;
-                     }
-                     ResetNextRun(part, batch, next, std::move(done));
-                   });
-}
-
-void PoolSession::ObservePart(Part part, const Batch& batch, Done done) {
-  side_crew_->Run([this, part, batch, done = std::move(done)]() mutable {
-    done(pool_->Observe(part.first, part.count, batch));
-  });
+  pool_->StepAsync(
+      input, answer,
+      [this, part, steps = input.steps, terminated = answer.terminated,
+       truncated = answer.truncated, done = std::move(done)](absl::Status status) mutable {
+        if (status.ok()) {
+          *step_count_ += steps ? part.count : 0;
+          NoteEnds(part, terminated, truncated);
+        }
+        done(std::move(status));
+      });
 }
 
 void PoolSession::NoteEnds(Part part, absl::Span<const uint8_t> terminated,

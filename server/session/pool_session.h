@@ -73,8 +73,9 @@ class PoolSession {
   // Errors, which take nothing: INVALID_ARGUMENT; UNIMPLEMENTED a number that was used before;
   // FAILED_PRECONDITION an environment that must be reset.
   absl::Status Accept(Request* request);
-  // Carries out a part of an accepted request. Returns at once; `done` is called once, on another
-  // thread or on this one. `request` and the memory of `batch` must stay valid until then.
+  // Carries out a part of an accepted request. Returns at once; `done` is called once, on a
+  // worker's thread or, with an error, on this one. `request` and the memory of `batch` must stay
+  // valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
   // Draws the human view of environments, as Pool::Render, on another thread. `frames`: one for
   // each of `environments`.
@@ -82,10 +83,6 @@ class PoolSession {
               std::vector<absl::Span<uint8_t>> frames, Done done);
 
  private:
-  void StepPart(const Request& request, Part part, const Batch& batch, Done done);
-  void ResetPart(const Request& request, Part part, const Batch& batch, Done done);
-  void ResetNextRun(Part part, const Batch& batch, size_t reset_index, Done done);
-  void ObservePart(Part part, const Batch& batch, Done done);
   void NoteEnds(Part part, absl::Span<const uint8_t> terminated,
                 absl::Span<const uint8_t> truncated);
 
@@ -105,8 +102,7 @@ class PoolSession {
 
   // Of who has the turn; memory is kept from turn to turn.
   std::vector<NextLevel> part_next_levels_;  // those of the part
-  std::vector<Reset> part_resets_;           // those of the part, sorted by environment
-  std::vector<int32_t> part_actions_;        // of environments that are reset; not looked at
+  std::vector<Reset> part_resets_;           // those of the part
   // With EpisodeEnd::kDisabled only, otherwise empty:
   std::vector<uint8_t> ended_;       // [N] 1: must be reset before it is stepped
   std::vector<uint8_t> terminated_;  // [N] of a part whose asker does not want to know

@@ -1,10 +1,8 @@
 // procgen-benchmark-engine: the cost of a step in process, per game and mode, with and without
 // drawing, by one and by two workers. README.md beside this file says what the figures mean.
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +15,8 @@
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
 #include "envcore/pool/pool.h"
+#include "tests/benchmark/action_tape.h"
+#include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/released_costs.h"
 #include "tests/benchmark/round_clock.h"
 
@@ -26,10 +26,8 @@ namespace {
 constexpr int32_t kEnvCount = 64;
 // Steps that bring the environments from their common start to a typical mixture of states.
 constexpr int kWarmUpSteps = 100;
-// Rows of actions drawn in advance; a prime, so that no episode length fits in.
-constexpr int kActionRows = 1009;
 // Seven rounds, as the released engine was measured.
-constexpr char kDefaultMinTime[] = "--benchmark_min_time=2.1";
+constexpr double kMinTimeSeconds = 2.1;
 
 struct Course {
   std::string game;
@@ -43,31 +41,12 @@ struct Course {
   }
 };
 
-// Random actions for many steps, drawn in advance so that drawing them costs nothing.
-class ActionTape {
- public:
-  ActionTape() : actions_(static_cast<size_t>(kActionRows) * kEnvCount) {
-    std::mt19937 random(1);
-    for (int32_t& action : actions_) {
-      action = static_cast<int32_t>(random() % kActionCount);
-    }
-  }
-
-  absl::Span<const int32_t> Next() {
-    row_ = (row_ + 1) % kActionRows;
-    return absl::MakeConstSpan(actions_).subspan(static_cast<size_t>(row_) * kEnvCount, kEnvCount);
-  }
-
- private:
-  std::vector<int32_t> actions_;  // int32  [kActionRows, kEnvCount]
-  int row_ = 0;
-};
-
 // A pool and what a learner gives it and takes from it.
 class Learner {
  public:
-  explicit Learner(std::unique_ptr<Pool> pool, bool drawn)
+  Learner(std::unique_ptr<Pool> pool, bool drawn)
       : pool_(std::move(pool)),
+        actions_(kEnvCount),
         observations_(drawn ? static_cast<size_t>(kEnvCount) * kObservationBytes : 0) {}
 
   absl::Status Step() {
@@ -162,17 +141,5 @@ void RegisterCourses() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  // Our default first, so that the same flag on the command line wins.
-  std::vector<char*> arguments(argv, argv + argc);
-  std::string min_time = procgen::kDefaultMinTime;
-  arguments.insert(arguments.begin() + 1, min_time.data());
-  int count = static_cast<int>(arguments.size());
-  benchmark::Initialize(&count, arguments.data());
-  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
-    return 1;
-  }
-  procgen::RegisterCourses();
-  const bool ran = benchmark::RunSpecifiedBenchmarks() > 0;
-  benchmark::Shutdown();
-  return ran ? 0 : 1;
+  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCourses);
 }

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <stdexcept>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -38,8 +39,12 @@ size_t SizeOfType(const std::string& type) {
 EnvironmentOptions OptionsOf(const Json& header) {
   const Json& json = header.at("options");
   EnvironmentOptions options;
-  options.distribution_mode =
-      FindDistributionMode(json.at("distribution_mode").get<std::string>()).value();
+  const auto mode_name = json.at("distribution_mode").get<std::string>();
+  const auto mode = FindDistributionMode(mode_name);
+  if (!mode.has_value()) {
+    throw std::invalid_argument(absl::StrCat("no distribution mode is named \"", mode_name, "\""));
+  }
+  options.distribution_mode = *mode;
   options.num_levels = json.at("num_levels").get<int32_t>();
   options.start_level = json.at("start_level").get<int32_t>();
   options.rand_seed = json.at("rand_seed").get<int64_t>();
@@ -63,7 +68,7 @@ absl::StatusOr<std::map<std::string, Array>> ReadArrays(const Json& header, int3
     array.type = entry.at(1).get<std::string>();
     const auto rows = entry.at(2).get<int64_t>();
     const size_t value_size = SizeOfType(array.type);
-    if (value_size == 0 || rows < 0 || rows * env_count > kValueCountMax) {
+    if (value_size == 0 || rows < 0 || rows > kValueCountMax / env_count) {
       return absl::DataLossError(absl::StrCat("array ", name, " has type ", array.type, " and ",
                                               rows, " rows of ", env_count));
     }
@@ -86,6 +91,13 @@ absl::StatusOr<Trace> ReadTraceAfterHeader(const Json& header, std::istream& fil
   trace.options = OptionsOf(header);
   trace.env_count = header.at("num_envs").get<int32_t>();
   trace.step_count = header.at("steps").get<int32_t>();
+  if (trace.env_count < 1) {
+    return absl::DataLossError(
+        absl::StrCat("num_envs is ", trace.env_count, ", must be at least 1"));
+  }
+  if (trace.step_count < 0) {
+    return absl::DataLossError(absl::StrCat("steps is ", trace.step_count, ", must be at least 0"));
+  }
   auto arrays = ReadArrays(header, trace.env_count, file);
   if (!arrays.ok()) {
     return arrays.status();
@@ -106,7 +118,8 @@ absl::StatusOr<Trace> ReadTraceAfterHeader(const Json& header, std::istream& fil
   if (trace.actions.size() != steps || trace.rewards.size() != steps + row ||
       trace.first.size() != steps + row || trace.level_seeds.size() != steps + row ||
       trace.prev_level_seeds.size() != steps + row ||
-      trace.prev_level_complete.size() != steps + row) {
+      trace.prev_level_complete.size() != steps + row ||
+      (!trace.observation_digests.empty() && trace.observation_digests.size() != steps + row)) {
     return absl::DataLossError("an array has another number of rows than steps say");
   }
   return trace;

@@ -112,6 +112,10 @@ _BROKEN = {
     ),
     listing.check_links: (({"a/README.md": "\nsee [b](../b.md)\n"}, "a/README.md:2"),),
     traces.check_markers: (({"x.sh": f"\n# {_MARK}: more\n"}, "x.sh:2"),),
+    traces.check_conflicts: (
+        ({"CMakeLists.txt": "add(x)\n=======\nadd(y)\n" + ">" * 7 + " d9b092e\n"},
+         "CMakeLists.txt:4"),
+    ),
     traces.check_machine_paths: (
         ({"x.md": "cd /ho" + "me/ada/procgen\n"}, "x.md:1"),
         ({"x.sh": "cd /wo" + "rk/main\n"}, "x.sh:1"),
@@ -182,6 +186,7 @@ _KEPT = {
         {"a/README.md": "[c](../b/c.md#top) [b](../b) [web](https://x.org/y)\n", "b/c.md": ""},
     ),
     traces.check_markers: ({"x.md": "The list of what to do; a todo list.\n"},),
+    traces.check_conflicts: ({"x.md": "Title\n=======\n>>> print(1)\n"},),
     traces.check_machine_paths: (
         {"x.sh": "#!/usr/bin/env bash\ncd $HOME/work/x\n# rest at/work/ing\n"},
     ),

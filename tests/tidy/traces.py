@@ -1,4 +1,4 @@
-"""Traces of work that do not belong in what is published: markers, machine paths, loose blanks."""
+"""Traces of work that do not belong in what is published: markers, conflicts, machine paths."""
 
 import re
 
@@ -30,6 +30,17 @@ def check_markers(tree):
                                           "files are forgotten")
 
 
+# "=======" alone would do for Markdown's headings, so it does not count.
+_CONFLICT = re.compile(r"(<{7}|>{7}|\|{7})( |$)")
+
+
+def check_conflicts(tree):
+    """No file keeps the marks of a merge that was not finished."""
+    for path, number, line in _text_lines(tree):
+        if _CONFLICT.match(line):
+            yield Violation(path, number, "a merge was not finished here; choose what stays")
+
+
 def check_machine_paths(tree):
     """No file names a place on somebody's machine."""
     for path, number, line in _text_lines(tree):
@@ -54,4 +65,4 @@ def check_blanks(tree):
             yield Violation(path, len(tree.lines(path)), "end the file with exactly one newline")
 
 
-RULES = (check_markers, check_machine_paths, check_blanks)
+RULES = (check_markers, check_conflicts, check_machine_paths, check_blanks)

@@ -18,7 +18,8 @@ std::string Inside(const ScreenRect& rect, int side_px) {
 
 std::string Outline(const ScreenRect& rect, int side_px) {
   TextCanvas canvas(side_px);
-  EmitEllipseOutline(rect, side_px, canvas);
+  EmitEllipse(
+      rect, side_px, [](int, int, int) {}, canvas);
   return canvas.Text();
 }
 
@@ -66,6 +67,24 @@ TEST(EllipseTest, WithoutAnOutlineTheInsideKeepsItsBounds) {
 .######.
 .######.
 ..####..
+........
+)");
+}
+
+TEST(EllipseTest, InFlatOnesTheInsideOfALaterRowCoversTheOutline) {
+  std::string text = "\n........\n........\n........\n";
+  const auto paint = [&text](char letter) {
+    return [&text, letter](int row, int first, int end) {
+      for (int x = first; x < end; ++x) {
+        text[static_cast<size_t>(1 + row * 9 + x)] = letter;
+      }
+    };
+  };
+  // A canvas of 8 x 8 of which the first three rows are painted.
+  EmitEllipse({0, 0, 7, 1}, 8, paint('i'), paint('o'));
+  EXPECT_EQ(text, R"(
+oooooooo
+iiiiiiii
 ........
 )");
 }

@@ -65,6 +65,11 @@ d.....
 )");
 }
 
+TEST(SharpPictureTest, OfItsOwnSizeIsNotDrawnFromWithinTheLastPixelOn) {
+  EXPECT_EQ(Drawn(Abcd(), {5.0, 0, 2, 2}).substr(0, 8), "\n.....a\n");
+  EXPECT_EQ(Drawn(Abcd(), {5.1, 0, 2, 2}), TextFrame(6).Text());
+}
+
 TEST(SharpPictureTest, WithoutASizeIsNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 0, 4}), nothing);

@@ -1,0 +1,28 @@
+#include "tests/benchmark/action_tape.h"
+
+#include <random>
+
+#include "envcore/games/game_options.h"
+
+namespace procgen {
+namespace {
+
+// A prime, so that no episode length fits in.
+constexpr size_t kRows = 1009;
+
+}  // namespace
+
+ActionTape::ActionTape(int32_t env_count)
+    : env_count_(static_cast<size_t>(env_count)), actions_(kRows * env_count_) {
+  std::mt19937 random(1);
+  for (int32_t& action : actions_) {
+    action = static_cast<int32_t>(random() % kActionCount);
+  }
+}
+
+absl::Span<const int32_t> ActionTape::Next() {
+  row_ = (row_ + 1) % kRows;
+  return absl::MakeConstSpan(actions_).subspan(row_ * env_count_, env_count_);
+}
+
+}  // namespace procgen

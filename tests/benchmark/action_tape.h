@@ -1,0 +1,29 @@
+#ifndef TESTS_BENCHMARK_ACTION_TAPE_H_
+#define TESTS_BENCHMARK_ACTION_TAPE_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/types/span.h"
+
+namespace procgen {
+
+// Random actions for many steps of env_count environments, drawn in advance so that drawing them
+// costs nothing, and always the same. Threads: compatible (one thread at a time).
+class ActionTape {
+ public:
+  explicit ActionTape(int32_t env_count);
+
+  // The actions of the next step: [env_count].
+  absl::Span<const int32_t> Next();
+
+ private:
+  size_t env_count_;
+  std::vector<int32_t> actions_;  // int32  [rows, env_count]
+  size_t row_ = 0;
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_BENCHMARK_ACTION_TAPE_H_

@@ -1,0 +1,27 @@
+#include "tests/benchmark/benchmark_run.h"
+
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "benchmark/benchmark.h"
+
+namespace procgen {
+
+int RunBenchmarks(int argc, char** argv, double min_time_seconds, void (*register_all)()) {
+  // Our default first, so that the same flag on the command line wins.
+  std::string min_time = absl::StrCat("--benchmark_min_time=", min_time_seconds);
+  std::vector<char*> arguments(argv, argv + argc);
+  arguments.insert(arguments.begin() + 1, min_time.data());
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
+    return 1;
+  }
+  register_all();
+  const bool ran = benchmark::RunSpecifiedBenchmarks() > 0;
+  benchmark::Shutdown();
+  return ran ? 0 : 1;
+}
+
+}  // namespace procgen

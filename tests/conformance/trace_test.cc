@@ -1,0 +1,118 @@
+#include "tests/conformance/trace.h"
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr char kGolden[] =
+    PROCGEN_SOURCE_DIR "/tests/conformance/golden/maze.easy.solved-1000.trace";
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream contents;
+  contents << file.rdbuf();
+  return contents.str();
+}
+
+// What reading a file with these contents says.
+absl::StatusOr<Trace> ReadContents(const std::string& contents) {
+  const std::string path =
+      absl::StrCat(testing::TempDir(), "/",
+                   testing::UnitTest::GetInstance()->current_test_info()->name(), ".trace");
+  std::ofstream(path, std::ios::binary) << contents;
+  return ReadTrace(path);
+}
+
+// The golden file with one part of its header replaced.
+std::string Changed(const std::string& before, const std::string& after) {
+  const std::string contents = Contents(kGolden);
+  const size_t header_size = contents.find('\n');
+  const std::string header =
+      absl::StrReplaceAll(contents.substr(0, header_size), {{before, after}});
+  return header + contents.substr(header_size);
+}
+
+void ExpectDataLoss(const std::string& contents, const std::string& message) {
+  const absl::Status status = ReadContents(contents).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(message));
+}
+
+TEST(TraceTest, ReadsWhatTheHeaderSays) {
+  const absl::StatusOr<Trace> trace = ReadTrace(kGolden);
+  ASSERT_TRUE(trace.ok()) << trace.status();
+  EXPECT_THAT(trace->games, testing::ElementsAre("maze"));
+  EXPECT_EQ(trace->options.distribution_mode, DistributionMode::kEasy);
+  EXPECT_EQ(trace->options.num_levels, 1);
+  EXPECT_EQ(trace->options.start_level, 1000);
+  EXPECT_EQ(trace->env_count, 1);
+  EXPECT_EQ(trace->step_count, 59);
+  EXPECT_EQ(trace->actions.size(), 59U);
+  EXPECT_EQ(trace->rewards.size(), 60U);
+  EXPECT_FALSE(trace->HasComparablePictures());
+}
+
+TEST(TraceTest, AMissingFileIsNotFound) {
+  EXPECT_EQ(ReadTrace("/nowhere/at.all").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(TraceTest, ATruncatedFileSaysInWhichArrayItEnds) {
+  const std::string contents = Contents(kGolden);
+  ExpectDataLoss(contents.substr(0, contents.size() - 1),
+                 "the file ends within array prev_level_complete");
+  ExpectDataLoss(contents.substr(0, contents.find('\n') + 10), "the file ends within array action");
+}
+
+TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
+  ExpectDataLoss("", "the header is not a trace's");
+  ExpectDataLoss("PNG\n", "the header is not a trace's");
+  ExpectDataLoss("{}\n", "the header is not a trace's");
+  ExpectDataLoss(Changed("procgen-trace-1", "procgen-trace-9"),
+                 "format is \"procgen-trace-9\", must be procgen-trace-1");
+}
+
+TEST(TraceTest, ImpossibleNumbersAreRefused) {
+  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":0"), "num_envs is 0, must be at least 1");
+  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":-4"),
+                 "num_envs is -4, must be at least 1");
+  ExpectDataLoss(Changed("\"steps\":59", "\"steps\":-1"), "steps is -1, must be at least 0");
+  ExpectDataLoss(Changed("\"steps\":59", "\"steps\":58"), "another number of rows");
+  ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u1\",9223372036854775807]"),
+                 "array action has type u1 and 9223372036854775807 rows of 1");
+  ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u9\",59]"),
+                 "array action has type u9");
+}
+
+TEST(TraceTest, AnUnknownModeIsNamed) {
+  ExpectDataLoss(Changed("\"distribution_mode\":\"easy\"", "\"distribution_mode\":\"medium\""),
+                 "no distribution mode is named \"medium\"");
+}
+
+TEST(TraceTest, DigestsOfPicturesMustBeThereForEveryRow) {
+  const std::string contents = Contents(kGolden);
+  const size_t header_size = contents.find('\n');
+  const std::string header = absl::StrReplaceAll(
+      contents.substr(0, header_size),
+      {{"\"prev_level_complete\",\"u1\",60]",
+        "\"prev_level_complete\",\"u1\",60],[\"observation_fnv1a\",\"u4\",2]"}});
+  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "another number of rows");
+}
+
+TEST(TraceTest, DigestsAreFnv1a) {
+  const uint8_t bytes[] = {'f', 'o', 'o', 'b', 'a', 'r'};
+  EXPECT_EQ(ObservationDigest(bytes, 0), 0x811c9dc5U);
+  EXPECT_EQ(ObservationDigest(bytes, sizeof(bytes)), 0xbf9cf968U);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,178 @@
+// One battery for every game that is there, in each of its modes.
+
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/random/random_stream.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/staged_game.h"
+
+namespace procgen {
+namespace {
+
+struct GameInMode {
+  const GameFacts* facts;
+  DistributionMode mode;
+};
+
+std::vector<GameInMode> AllGamesInAllModes() {
+  std::vector<GameInMode> all;
+  for (const GameFacts& facts : GameCatalog()) {
+    if (facts.make != nullptr) {
+      for (const DistributionMode mode : facts.modes) {
+        all.push_back({&facts, mode});
+      }
+    }
+  }
+  return all;
+}
+
+// Plays levels one after the other by random actions that are held for a while, as a learner's are.
+class RandomPlay {
+ public:
+  RandomPlay(const GameInMode& game, int32_t seed, GameOptions options = {}) : random_(seed) {
+    options.distribution_mode = game.mode;
+    game_ = game.facts->make(options);
+    game_->StartLevel(seed);
+  }
+
+  void Step() {
+    if (random_.Int(4) == 0) {
+      action_ = random_.Int(kActionCount);
+    }
+    game_->Play(action_);
+    if (game_->outcome().done) {
+      game_->StartLevel(random_.Int(1000));
+    }
+  }
+
+  Game& game() { return *game_; }
+
+ private:
+  RandomStream random_;
+  std::unique_ptr<Game> game_;
+  int32_t action_ = 7;
+};
+
+// The digests after each of `step_count` steps.
+std::vector<uint64_t> Play(RandomPlay play, int step_count) {
+  std::vector<uint64_t> digests;
+  for (int i = 0; i < step_count; ++i) {
+    play.Step();
+    digests.push_back(DigestOf(play.game()));
+  }
+  return digests;
+}
+
+class EveryGameTest : public testing::TestWithParam<GameInMode> {};
+
+TEST_P(EveryGameTest, EqualSeedsGiveEqualSteps) {
+  for (const int32_t seed : {1, 2, 3}) {
+    EXPECT_EQ(Play(RandomPlay(GetParam(), seed), 400), Play(RandomPlay(GetParam(), seed), 400));
+  }
+}
+
+TEST_P(EveryGameTest, OtherSeedsGiveOtherLevels) {
+  EXPECT_NE(Play(RandomPlay(GetParam(), 1), 1), Play(RandomPlay(GetParam(), 2), 1));
+}
+
+// Every action is taken from states along random play, reached anew for each of them.
+TEST_P(EveryGameTest, EveryActionIsLegalInEveryState) {
+  for (const int step_count : {0, 1, 13, 60, 200}) {
+    for (int32_t action = 0; action < kActionCount; ++action) {
+      RandomPlay play(GetParam(), step_count);
+      for (int i = 0; i < step_count; ++i) {
+        play.Step();
+      }
+      const int32_t step_number = play.game().step_number();
+      play.game().Play(action);
+      EXPECT_EQ(play.game().step_number(), step_number + 1);
+    }
+  }
+}
+
+// Games may go on after they are over: whoever plays them decides.
+TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
+  RandomPlay play(GetParam(), 4);
+  for (int i = 0; i < 1200; ++i) {
+    play.game().Play((i / 7) % kActionCount);
+  }
+  EXPECT_EQ(play.game().step_number(), 1200);
+}
+
+TEST_P(EveryGameTest, InterleavedGamesDoNotTouchEachOther) {
+  const std::vector<uint64_t> alone_a = Play(RandomPlay(GetParam(), 1), 300);
+  const std::vector<uint64_t> alone_b = Play(RandomPlay(GetParam(), 2), 300);
+  RandomPlay a(GetParam(), 1);
+  RandomPlay b(GetParam(), 2);
+  for (size_t i = 0; i < alone_a.size(); ++i) {
+    a.Step();
+    b.Step();
+    ASSERT_EQ(DigestOf(a.game()), alone_a[i]) << "step " << i;
+    ASSERT_EQ(DigestOf(b.game()), alone_b[i]) << "step " << i;
+  }
+}
+
+TEST_P(EveryGameTest, FillingASceneChangesNothing) {
+  const std::vector<uint64_t> unseen = Play(RandomPlay(GetParam(), 5), 300);
+  RandomPlay seen(GetParam(), 5);
+  Scene scene;
+  for (size_t i = 0; i < unseen.size(); ++i) {
+    seen.game().FillScene(&scene);
+    seen.Step();
+    seen.game().FillScene(&scene);
+    seen.game().FillScene(&scene);
+    ASSERT_EQ(DigestOf(seen.game()), unseen[i]) << "step " << i;
+  }
+}
+
+// Options that are about looks alone.
+TEST_P(EveryGameTest, LooksChangeNoRule) {
+  const std::vector<uint64_t> plain = Play(RandomPlay(GetParam(), 6), 200);
+  EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_backgrounds = false}), 200), plain);
+  EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_monochrome_assets = true}), 200), plain);
+  EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.center_agent = false}), 200), plain);
+  EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.paint_vel_info = true}), 200), plain);
+}
+
+TEST_P(EveryGameTest, EverySpriteInViewCanBeDrawn) {
+  RandomPlay play(GetParam(), 7);
+  Scene scene;
+  for (int i = 0; i < 300; ++i) {
+    play.Step();
+    play.game().FillScene(&scene);
+    ASSERT_GT(scene.camera.cells, 0);
+    for (const std::vector<Sprite>* sprites : {&scene.below_cells, &scene.above_cells}) {
+      for (const Sprite& sprite : *sprites) {
+        ASSERT_GE(sprite.image_kind, 0);
+        ASSERT_LT(sprite.image_kind, kKindCount);
+        ASSERT_GE(sprite.theme, 0);
+        ASSERT_LT(sprite.theme, 10);
+      }
+    }
+  }
+}
+
+TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfReach) {
+  RandomPlay play(GetParam(), 8);
+  for (int i = 0; i < 500; ++i) {
+    play.Step();
+    const World& world = play.game().world();
+    ASSERT_FALSE(world.entities.empty());
+    ASSERT_EQ(world.agent().kind, kAgentKind);
+    ASSERT_FALSE(world.IsOutside(world.agent())) << "step " << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalog, EveryGameTest, testing::ValuesIn(AllGamesInAllModes()),
+                         [](const auto& info) {
+                           return absl::StrCat(info.param.facts->name, "_",
+                                               DistributionModeName(info.param.mode));
+                         });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,242 @@
+#include "envcore/games/game.h"
+
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/scripted_game.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::Field;
+
+// A scripted game in a level, with the agent at rest in the middle of its world.
+std::unique_ptr<ScriptedGame> StartedInTheMiddle(const GameOptions& options = {}) {
+  auto game = std::make_unique<ScriptedGame>(options);
+  game->StartLevel(1);
+  game->world_.agent().x = 4;
+  game->world_.agent().y = 4;
+  return game;
+}
+
+TEST(GameTest, ANewLevelDrawsBackgroundAndAgentPlace) {
+  ScriptedGame game({});
+  game.StartLevel(11);
+  RandomStream same(11);
+  const float offset = same.Unit();
+  const int32_t index = same.Int(7);
+  const float x = same.Unit() * (8 - 2 * 0.4F) + 0.4F;
+  const float y = same.Unit() * (8 - 2 * 0.4F) + 0.4F;
+  Scene scene;
+  game.FillScene(&scene);
+  EXPECT_EQ(scene.background.offset, offset);
+  EXPECT_EQ(scene.background.index, index);
+  EXPECT_EQ(game.world().agent().x, x);
+  EXPECT_EQ(game.world().agent().y, y);
+  EXPECT_EQ(game.random().draws(), 4U);
+}
+
+TEST(GameTest, AFixedStartTakesNoDraws) {
+  ScriptedGame game({}, ScriptedGame::AgentStart::kFixed);
+  game.StartLevel(11);
+  EXPECT_EQ(game.world().agent().x, 0.4F);
+  EXPECT_EQ(game.world().agent().y, 0.4F);
+  EXPECT_EQ(game.random().draws(), 2U);
+}
+
+TEST(GameTest, ANewLevelHasASmartAgentOfLayerOneAloneInAnEmptyWorld) {
+  const auto game = StartedInTheMiddle();
+  game->world_.grid.Set(0, kWallKind);
+  game->world_.entities.push_back(Entity::Make(kThemedKind, 1, 1, 0, 0, 0.5F, 0.5F));
+  game->StartLevel(2);
+  EXPECT_EQ(game->world().grid.At(0), kEmptyKind);
+  ASSERT_EQ(game->world().entities.size(), 1U);
+  const Entity& agent = game->world().agent();
+  EXPECT_EQ(agent.kind, kAgentKind);
+  EXPECT_TRUE(agent.smart);
+  EXPECT_EQ(agent.layer, 1);
+  EXPECT_EQ(agent.rx, 0.4F);
+}
+
+TEST(GameTest, StepsAreCountedFromOneInEachLevel) {
+  const auto game = StartedInTheMiddle();
+  EXPECT_EQ(game->step_number(), 0);
+  game->Play(kNoAction);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->step_number(), 2);
+  game->StartLevel(2);
+  EXPECT_EQ(game->step_number(), 0);
+}
+
+TEST(GameTest, AStepDrawsTheSharedIntegerFirst) {
+  const auto game = StartedInTheMiddle();
+  RandomStream same(1);
+  for (int i = 0; i < 4; ++i) {
+    same.Raw();
+  }
+  game->Play(kNoAction);
+  EXPECT_EQ(game->world().shared_random, same.Int(0, 1000000));
+}
+
+TEST(GameTest, MovesSteerAndSpecialActionsDoNot) {
+  const auto game = StartedInTheMiddle();
+  for (int32_t action = 0; action < 9; ++action) {
+    game->Play(action);
+    EXPECT_EQ(game->world().controls.horizontal, static_cast<float>(action / 3 - 1)) << action;
+    EXPECT_EQ(game->world().controls.vertical, static_cast<float>(action % 3 - 1)) << action;
+    EXPECT_EQ(game->special_action_, 0);
+  }
+  for (int32_t action = 9; action < kActionCount; ++action) {
+    game->Play(action);
+    EXPECT_EQ(game->world().controls.horizontal, 0);
+    EXPECT_EQ(game->world().controls.vertical, 0);
+    EXPECT_EQ(game->special_action_, action - 8);
+  }
+}
+
+TEST(GameTest, TheLastMoveSurvivesSpecialActionsAndLevels) {
+  const auto game = StartedInTheMiddle();
+  EXPECT_EQ(game->last_move_, 7);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->last_move_, 7);
+  game->Play(2);
+  game->Play(9);
+  game->StartLevel(5);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->last_move_, 2);
+}
+
+TEST(GameTest, VelocityMixesWithWhatIsSteeredAndDecays) {
+  const auto game = StartedInTheMiddle();
+  game->world_.agent().vx = 0.3F;
+  game->Play(7);
+  float expected = (1 - 0.5F) * 0.3F;
+  expected += (0.5F * 0.5F) * 1;
+  expected = static_cast<float>(0.9 * expected);
+  EXPECT_EQ(game->world().agent().vx, expected);
+  EXPECT_EQ(game->world().agent().vy, 0);
+}
+
+TEST(GameTest, InWholeCellMotionVelocityIsTheControls) {
+  const auto game = StartedInTheMiddle();
+  game->world_.whole_cell_motion = true;
+  game->world_.agent().vx = 0.3F;
+  game->Play(5);
+  EXPECT_EQ(game->world().agent().vx, 0);
+  EXPECT_EQ(game->world().agent().vy, 1);
+}
+
+TEST(GameTest, SpinHalvesEachStep) {
+  const auto game = StartedInTheMiddle();
+  game->world_.agent().spin = 0.4F;
+  game->Play(kNoAction);
+  EXPECT_EQ(game->world().agent().spin, 0.2F);
+  EXPECT_EQ(game->world().agent().rotation, 0.2F);
+}
+
+TEST(GameTest, AnAgentOutOfTheWorldEndsTheLevel) {
+  const auto game = StartedInTheMiddle();
+  game->world_.agent().smart = false;
+  game->world_.agent().x = -0.5F;
+  game->Play(kNoAction);
+  EXPECT_TRUE(game->outcome().done);
+}
+
+TEST(GameTest, EntitiesGoInTheStepThatMarksThem) {
+  const auto game = StartedInTheMiddle();
+  Entity& thing =
+      game->world_.entities.emplace_back(Entity::Make(kThemedKind, 1, 1, 0, 0, 0.5F, 0.5F));
+  thing.expiry = 1;
+  game->Play(kNoAction);
+  EXPECT_EQ(game->world().entities.size(), 2U);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->world().entities.size(), 1U);
+}
+
+// --- Themes and aspect ratios.
+
+TEST(GameTest, AThemeIsDrawnAmongThePicturesOfItsKindAlsoWhenThereIsOne) {
+  const auto game = StartedInTheMiddle();
+  RandomStream same = game->random();
+  EXPECT_EQ(game->DrawTheme(kThemedKind), same.Int(3));
+  EXPECT_EQ(game->DrawTheme(kAgentKind), 0);
+  EXPECT_EQ(game->random().draws(), 4U + 2U);
+}
+
+TEST(GameTest, AspectRatiosAreThoseOfTheReleasedPictures) {
+  const auto game = StartedInTheMiddle();
+  EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 2);
+  EXPECT_EQ(game->AspectRatio(kThemedKind, 2), static_cast<float>(1.0 / 3));
+  EXPECT_EQ(game->AspectRatio(55, 0), static_cast<float>(57.0 / 56)) << "a shared slot";
+  EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no picture";
+}
+
+TEST(GameTest, RestrictedThemesShowTheFirstPictureAndKeepTheDraw) {
+  const auto game = StartedInTheMiddle({.restrict_themes = true});
+  RandomStream same = game->random();
+  EXPECT_EQ(game->DrawTheme(kThemedKind), same.Int(3));
+  EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 1);
+}
+
+TEST(GameTest, GeneratedArtHasOneSquareThemeAndMonochromeArtChangesNothing) {
+  const auto generated = StartedInTheMiddle({.use_generated_assets = true});
+  EXPECT_EQ(generated->DrawTheme(kThemedKind), 0);
+  EXPECT_EQ(generated->AspectRatio(kThemedKind, 1), 1);
+  const auto monochrome = StartedInTheMiddle({.use_monochrome_assets = true});
+  EXPECT_EQ(monochrome->AspectRatio(kThemedKind, 1), 2);
+}
+
+// --- Scenes.
+
+TEST(GameTest, ASceneHoldsLayersInOrderAndLeavesOutTheRest) {
+  const auto game = StartedInTheMiddle();
+  for (const int layer : {0, 1, -1, 2, 0}) {
+    Entity& thing =
+        game->world_.entities.emplace_back(Entity::Make(kThemedKind, 1, 1, 0, 0, 0.5F, 0.5F));
+    thing.layer = layer;
+    thing.rx = static_cast<float>(game->world().entities.size());
+  }
+  Scene scene;
+  game->FillScene(&scene);
+  EXPECT_THAT(scene.below_cells, ElementsAre(Field(&Sprite::rx, 4)));
+  EXPECT_THAT(scene.above_cells, ElementsAre(Field(&Sprite::rx, 2), Field(&Sprite::rx, 6),
+                                             Field(&Sprite::rx, 0.4F), Field(&Sprite::rx, 3)));
+}
+
+TEST(GameTest, TheCellsInViewReachOneBeyondThePicture) {
+  const auto game = StartedInTheMiddle({.center_agent = true});
+  Scene scene;
+  game->FillScene(&scene);
+  EXPECT_EQ(scene.camera.cells, 16);
+  EXPECT_EQ(scene.camera.center_x, 4);
+  EXPECT_EQ(scene.cells.first_column, -5);
+  EXPECT_EQ(scene.cells.last_column, 13);
+  EXPECT_EQ(scene.cells.first_row, -5);
+  EXPECT_EQ(scene.cells.last_row, 13);
+}
+
+TEST(GameTest, WithoutCenterAgentTheWorldIsInViewAndNothingElse) {
+  const auto game = StartedInTheMiddle({.center_agent = false});
+  Scene scene;
+  game->FillScene(&scene);
+  EXPECT_EQ(scene.camera.cells, 8);
+  EXPECT_EQ(scene.cells.first_column, 0);
+  EXPECT_EQ(scene.cells.last_column, 7);
+}
+
+TEST(GameTest, VelocityIsShownWhenAskedFor) {
+  const auto game = StartedInTheMiddle({.paint_vel_info = true});
+  game->world_.agent().vx = 0.25F;
+  Scene scene;
+  game->FillScene(&scene);
+  EXPECT_TRUE(scene.velocity.shown);
+  EXPECT_EQ(scene.velocity.vx, 0.25F);
+  EXPECT_EQ(scene.velocity.vx_max, 0.5F);
+  StartedInTheMiddle()->FillScene(&scene);
+  EXPECT_FALSE(scene.velocity.shown);
+}
+
+}  // namespace
+}  // namespace procgen

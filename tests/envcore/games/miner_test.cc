@@ -1,0 +1,368 @@
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/staged_game.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr int kExitKindOfMiner = 6;
+constexpr int32_t kLeft = 1;
+constexpr int32_t kDown = 3;
+constexpr int32_t kUp = 5;
+constexpr int32_t kRight = 7;
+
+// o boulder, * diamond, O and + the same while they fall, % dirt. Besides, in drawings to stage:
+// @ the robot, E the exit, both in empty cells; in drawings of what came of it @ alone.
+const Legend& MinerLegend() {
+  static const Legend legend = {{'.', kEmptyKind}, {'o', 1}, {'*', 2},
+                                {'O', 3},          {'+', 4}, {'%', 9}};
+  return legend;
+}
+
+void StageMine(Game& game, const Drawing& rows) {
+  World& world = Stage(game);
+  DrawGrid(rows, MinerLegend(), &world.grid);
+  world.entities.resize(1);
+  const auto height = static_cast<int>(rows.size());
+  for (int row = 0; row < height; ++row) {
+    const std::string& cells = rows[static_cast<size_t>(row)];
+    const auto y = static_cast<float>(height - 1 - row) + 0.5F;
+    if (const size_t x = cells.find('@'); x != std::string::npos) {
+      world.agent().x = static_cast<float>(x) + 0.5F;
+      world.agent().y = y;
+    }
+    if (const size_t x = cells.find('E'); x != std::string::npos) {
+      world.entities.push_back(
+          Entity::Make(kExitKindOfMiner, static_cast<float>(x) + 0.5F, y, 0, 0, 0.5F, 0.5F));
+    }
+  }
+}
+
+std::unique_ptr<Game> StagedMine(const Drawing& rows) {
+  auto game = StartedGame("miner", 0, {.distribution_mode = DistributionMode::kEasy});
+  StageMine(*game, rows);
+  return game;
+}
+
+Drawing DrawnMine(const Game& game) {
+  const World& world = game.world();
+  Drawing rows = Drawn(world.grid, MinerLegend());
+  const auto row = static_cast<size_t>(world.grid.height() - 1 - static_cast<int>(world.agent().y));
+  rows[row][static_cast<size_t>(world.agent().x)] = '@';
+  return rows;
+}
+
+// The mine after `action` was taken in the drawn one.
+Drawing After(const Drawing& rows, int32_t action) {
+  const auto game = StagedMine(rows);
+  game->Play(action);
+  return DrawnMine(*game);
+}
+
+// --- Gravity.
+
+TEST(MinerTest, AnUnsupportedBoulderFallsACellAStepAndComesToRest) {
+  const auto game = StagedMine({"@.o",  //
+                                "...",  //
+                                "..."});
+  game->Play(kNoAction);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "..O", "..."));
+  game->Play(kNoAction);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "...", "..O"));
+  game->Play(kNoAction);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("@..", "...", "..o"));
+}
+
+TEST(MinerTest, AWholeColumnFallsTogether) {
+  EXPECT_THAT(After({"@*",  //
+                     ".o",  //
+                     ".."},
+                    kNoAction),
+              ElementsAre("@.", ".+", ".O"));
+}
+
+TEST(MinerTest, DirtCarries) {
+  EXPECT_THAT(After({"@o",  //
+                     ".%"},
+                    kNoAction),
+              ElementsAre("@o", ".%"));
+}
+
+TEST(MinerTest, OnARoundOneItRollsLeftFirstAndRestsThereForAStep) {
+  const auto game = StagedMine({"....@",  //
+                                "..*..",  //
+                                "..o.."});
+  game->Play(kNoAction);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".*...", "..o.."));
+  game->Play(kNoAction);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".....", ".+o.."));
+}
+
+TEST(MinerTest, RollingRightItIsVisitedAgainAndFallsInTheSamePass) {
+  EXPECT_THAT(After({"....@",  //
+                     ".%o..",  //
+                     ".%o.."},
+                    kNoAction),
+              ElementsAre("....@", ".%...", ".%oO."));
+}
+
+TEST(MinerTest, ItRollsOnlyWhereTheCellBesideAndTheOneBelowThatAreFree) {
+  EXPECT_THAT(After({"....@",  //
+                     "..o..",  //
+                     ".%o%."},
+                    kNoAction),
+              ElementsAre("....@", "..o..", ".%o%."));
+  EXPECT_THAT(After({"....@",  //
+                     ".%o%.",  //
+                     "..o.."},
+                    kNoAction),
+              ElementsAre("....@", ".%o%.", "..o.."));
+}
+
+TEST(MinerTest, ItDoesNotRollOverTheWorldsEdge) {
+  EXPECT_THAT(After({"@.",  //
+                     "o%",  //
+                     "o."},
+                    kNoAction),
+              ElementsAre("@.", "o%", "o."));
+}
+
+TEST(MinerTest, ItRollsNeitherToTheRobotNorAboveIt) {
+  EXPECT_THAT(After({"@o%",  //
+                     ".o%",  //
+                     "%%%"},
+                    kNoAction),
+              ElementsAre("@o%", ".o%", "%%%"));
+  EXPECT_THAT(After({".o%",  //
+                     "@o%",  //
+                     "%%%"},
+                    kNoAction),
+              ElementsAre(".o%", "@o%", "%%%"));
+}
+
+TEST(MinerTest, WhatRestsOnTheRobotStays) {
+  const auto game = StagedMine({"o",  //
+                                "@",  //
+                                "%"});
+  game->Play(kNoAction);
+  game->Play(kNoAction);
+  EXPECT_FALSE(game->outcome().done);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("o", "@", "%"));
+}
+
+TEST(MinerTest, WhatFallsOnTheRobotEndsTheEpisodeOneStepAfterItStandsAboveIt) {
+  const auto game = StagedMine({"*",  //
+                                ".",  //
+                                "@",  //
+                                "%"});
+  game->Play(kNoAction);
+  EXPECT_FALSE(game->outcome().done);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%"));
+  game->Play(kNoAction);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_EQ(game->outcome().reward, 0);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%")) << "no cell changes";
+}
+
+TEST(MinerTest, WhoStepsAsideIsNotHit) {
+  const auto game = StagedMine({"O.",  //
+                                "@.",  //
+                                "%%"});
+  game->Play(kRight);
+  EXPECT_FALSE(game->outcome().done);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre("..", "O@", "%%"));
+}
+
+TEST(MinerTest, TheRobotHoldsUpWhatItWalksUnderOnlyWhenThatRests) {
+  EXPECT_TRUE([] {
+    const auto game = StagedMine({".O",  //
+                                  "@%",  //
+                                  "%%"});
+    game->Play(kRight);
+    return game->outcome().done;
+  }());
+  EXPECT_FALSE([] {
+    const auto game = StagedMine({".o",  //
+                                  "@%",  //
+                                  "%%"});
+    game->Play(kRight);
+    return game->outcome().done;
+  }());
+}
+
+// --- Moving, digging, collecting, pushing.
+
+TEST(MinerTest, DigsWhereItGoesAndDiagonalsGoSideways) {
+  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, kDown), ElementsAre("%%%", "%.%", "%@%"));
+  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, 8), ElementsAre("%%%", "%.@", "%%%"));
+  EXPECT_THAT(After({"%%%", "%@%", "%%%"}, 0), ElementsAre("%%%", "@.%", "%%%"));
+}
+
+TEST(MinerTest, CollectsADiamondAtRest) {
+  const auto game = StagedMine({"@*%"});
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 1);
+  EXPECT_THAT(DrawnMine(*game), ElementsAre(".@%"));
+}
+
+TEST(MinerTest, AFallingDiamondInItsCellIsCollectedOnlyOnceItRests) {
+  const auto game = StagedMine({"@%%", "%%%"});
+  Stage(*game).grid.Set(0, 1, 4);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 0);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 1);
+}
+
+TEST(MinerTest, BouldersBlockUpAndDown) {
+  EXPECT_THAT(After({"o", "@", "%"}, kUp), ElementsAre("o", "@", "%"));
+  EXPECT_THAT(After({"@", "o"}, kDown), ElementsAre("@", "o"));
+}
+
+TEST(MinerTest, PushesABoulderIntoAnEmptyCellEitherWay) {
+  EXPECT_THAT(After({"%@o.%"}, kRight), ElementsAre("%.@o%"));
+  EXPECT_THAT(After({"%.o@%"}, kLeft), ElementsAre("%o@.%"));
+}
+
+TEST(MinerTest, PushesToTheWorldsLastColumnAndNoFurther) {
+  EXPECT_THAT(After({"@o."}, kRight), ElementsAre(".@o"));
+  EXPECT_THAT(After({".o@"}, kLeft), ElementsAre("o@."));
+  EXPECT_THAT(After({".@o"}, kRight), ElementsAre(".@o"));
+  EXPECT_THAT(After({"o@."}, kLeft), ElementsAre("o@."));
+}
+
+// The cell at the start of the row above is the next one by index.
+TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
+  EXPECT_THAT(After({".%",  //
+                     "@o"},
+                    kRight),
+              ElementsAre(".%", "@o"));
+}
+
+TEST(MinerTest, PushesNothingIntoDirtOrBouldersNorWhatFalls) {
+  EXPECT_THAT(After({"@o%"}, kRight), ElementsAre("@o%"));
+  EXPECT_THAT(After({"@oo."}, kRight), ElementsAre("@oo."));
+  EXPECT_THAT(After({"@O."}, kRight), ElementsAre("@o.")) << "it came to rest in this step";
+}
+
+TEST(MinerTest, APushedBoulderFallsAtOnce) {
+  EXPECT_THAT(After({"@o.",  //
+                     "%%."},
+                    kRight),
+              ElementsAre(".@.", "%%O"));
+}
+
+// --- The exit.
+
+TEST(MinerTest, TheExitPaysInTheStepAfterTheLastDiamond) {
+  const auto game = StagedMine({"@*E"});
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 1);
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 10);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_TRUE(game->outcome().level_complete);
+}
+
+TEST(MinerTest, TheExitPaysNothingWhileADiamondIsLeft) {
+  const auto game = StagedMine({"@%E*"});
+  game->Play(kRight);
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 0);
+  EXPECT_FALSE(game->outcome().done);
+}
+
+TEST(MinerTest, InTheFirstStepEverNoDiamondHasBeenCounted) {
+  const auto game = StagedMine({"@E*"});
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 10);
+}
+
+TEST(MinerTest, ANewLevelStartsWithTheCountOfTheOldOne) {
+  const auto game = StagedMine({"@%*"});
+  game->Play(kNoAction);  // counts one diamond
+  game->StartLevel(1);
+  StageMine(*game, {"@E%"});
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 0) << "the old diamond still counts";
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 10) << "the last step counted none";
+}
+
+TEST(MinerTest, APushOntoTheExitPaysAfterTheNextMotion) {
+  const auto game = StagedMine({"@o.%"});
+  Stage(*game).entities.push_back(Entity::Make(kExitKindOfMiner, 1.5F, 0.5F, 0, 0, 0.5F, 0.5F));
+  game->Play(kRight);
+  EXPECT_EQ(game->outcome().reward, 0);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 10);
+}
+
+// --- Levels and looks.
+
+struct Mode {
+  DistributionMode mode;
+  int side, diamond_count, boulder_count;
+};
+
+class MinerModesTest : public testing::TestWithParam<Mode> {};
+
+TEST_P(MinerModesTest, LevelsHaveTheirDiamondsBouldersAndOneExitUnderDirtOrTheTop) {
+  for (int32_t seed = 0; seed < 30; ++seed) {
+    const auto game = StartedGame("miner", seed, {.distribution_mode = GetParam().mode});
+    const World& world = game->world();
+    ASSERT_EQ(world.grid.width(), GetParam().side);
+    int diamond_count = 0;
+    int boulder_count = 0;
+    for (int cell = 0; cell < world.grid.size(); ++cell) {
+      diamond_count += world.grid.At(cell) == 2 ? 1 : 0;
+      boulder_count += world.grid.At(cell) == 1 ? 1 : 0;
+    }
+    EXPECT_EQ(diamond_count, GetParam().diamond_count);
+    EXPECT_LE(boulder_count, GetParam().boulder_count);
+    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those beside the robot go";
+    ASSERT_EQ(world.entities.size(), 2U);
+    const Entity& exit = world.entities[1];
+    EXPECT_EQ(exit.kind, kExitKindOfMiner);
+    EXPECT_EQ(exit.layer, -1);
+    EXPECT_EQ(world.CellAtPoint(exit.x, exit.y), kEmptyKind);
+    const int above = world.CellAtPoint(exit.x, exit.y + 1);
+    EXPECT_TRUE(above == 9 || above == world.out_of_bounds_kind) << above;
+  }
+}
+
+TEST_P(MinerModesTest, TheCameraFollowsTheRobotInMemoryModeOnly) {
+  for (const bool center_agent : {false, true}) {
+    const auto game = StartedGame(
+        "miner", 0, {.distribution_mode = GetParam().mode, .center_agent = center_agent});
+    Scene scene;
+    game->FillScene(&scene);
+    const bool follows = GetParam().mode == DistributionMode::kMemory;
+    EXPECT_EQ(scene.camera.cells, follows ? 8 : GetParam().side);
+    EXPECT_EQ(scene.camera.center_x,
+              follows ? game->world().agent().x : static_cast<float>(GetParam().side) / 2);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, MinerModesTest,
+                         testing::Values(Mode{DistributionMode::kEasy, 10, 3, 20},
+                                         Mode{DistributionMode::kHard, 20, 12, 80},
+                                         Mode{DistributionMode::kMemory, 35, 36, 245}),
+                         [](const auto& info) {
+                           return std::string(DistributionModeName(info.param.mode));
+                         });
+
+TEST(MinerTest, FallingOnesLookLikeThoseAtRest) {
+  const auto game = StagedMine({"@"});
+  Scene scene;
+  game->FillScene(&scene);
+  EXPECT_EQ(scene.cells.looks[3].image_kind, 1);
+  EXPECT_EQ(scene.cells.looks[4].image_kind, 2);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,69 @@
+#ifndef TESTS_ENVCORE_POOL_BATCH_BUFFERS_H_
+#define TESTS_ENVCORE_POOL_BATCH_BUFFERS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+
+// The memory of a batch of n environments.
+struct BatchBuffers {
+  std::vector<uint8_t> observations;
+  std::vector<float> rewards;
+  std::vector<uint8_t> first;
+  std::vector<uint8_t> terminated;
+  std::vector<uint8_t> truncated;
+  std::vector<int32_t> level_seeds;
+  std::vector<int32_t> prev_level_seeds;
+  std::vector<uint8_t> prev_level_complete;
+  std::vector<float> episode_returns;
+  std::vector<int32_t> episode_lengths;
+  std::vector<uint8_t> final_observations;
+
+  explicit BatchBuffers(int32_t env_count) {
+    const auto n = static_cast<size_t>(env_count);
+    observations.resize(n * kObservationBytes);
+    rewards.resize(n);
+    first.resize(n);
+    terminated.resize(n);
+    truncated.resize(n);
+    level_seeds.resize(n);
+    prev_level_seeds.resize(n);
+    prev_level_complete.resize(n);
+    episode_returns.resize(n);
+    episode_lengths.resize(n);
+    final_observations.resize(n * kObservationBytes);
+  }
+
+  Batch Whole() { return Rows(0, static_cast<int32_t>(rewards.size())); }
+
+  // The rows [begin, begin + count).
+  Batch Rows(int32_t begin, int32_t count) {
+    const auto b = static_cast<size_t>(begin);
+    const auto n = static_cast<size_t>(count);
+    const size_t pixels = b * kObservationBytes;
+    const size_t pixel_count = n * kObservationBytes;
+    Batch batch;
+    batch.observations = absl::MakeSpan(observations).subspan(pixels, pixel_count);
+    batch.rewards = absl::MakeSpan(rewards).subspan(b, n);
+    batch.first = absl::MakeSpan(first).subspan(b, n);
+    batch.terminated = absl::MakeSpan(terminated).subspan(b, n);
+    batch.truncated = absl::MakeSpan(truncated).subspan(b, n);
+    batch.level_seeds = absl::MakeSpan(level_seeds).subspan(b, n);
+    batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds).subspan(b, n);
+    batch.prev_level_complete = absl::MakeSpan(prev_level_complete).subspan(b, n);
+    batch.episode_returns = absl::MakeSpan(episode_returns).subspan(b, n);
+    batch.episode_lengths = absl::MakeSpan(episode_lengths).subspan(b, n);
+    batch.final_observations = absl::MakeSpan(final_observations).subspan(pixels, pixel_count);
+    return batch;
+  }
+
+  bool operator==(const BatchBuffers& other) const = default;
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_ENVCORE_POOL_BATCH_BUFFERS_H_

@@ -1,0 +1,227 @@
+#include "envcore/pool/crew.h"
+
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "absl/synchronization/blocking_counter.h"
+#include "absl/synchronization/notification.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::Each;
+using ::testing::Eq;
+
+// Counts how often each item is done.
+class CountingJob : public CrewJob {
+ public:
+  explicit CountingJob(int32_t item_count) : counts_(static_cast<size_t>(item_count)) {}
+
+  std::function<void()> on_done = [] {};
+  std::function<void(int32_t item, int32_t worker)> on_item = [](int32_t, int32_t) {};
+
+  int32_t item_count() const { return static_cast<int32_t>(counts_.size()); }
+  std::vector<int> Counts() const { return {counts_.begin(), counts_.end()}; }
+
+ protected:
+  void RunItem(int32_t item, int32_t worker) override {
+    counts_[static_cast<size_t>(item)].fetch_add(1, std::memory_order_relaxed);
+    on_item(item, worker);
+  }
+  void OnDone() override { on_done(); }
+
+ private:
+  std::vector<std::atomic<int>> counts_;
+};
+
+class CrewSizesTest : public testing::TestWithParam<int32_t> {};
+
+TEST_P(CrewSizesTest, DoesEveryItemOnce) {
+  Crew crew(GetParam());
+  for (const int32_t item_count : {1, 2, 7, 64, 1000}) {
+    CountingJob job(item_count);
+    absl::Notification done;
+    job.on_done = [&done] { done.Notify(); };
+    crew.SubmitAndHelp(job, item_count);
+    done.WaitForNotification();
+    EXPECT_THAT(job.Counts(), Each(Eq(1))) << item_count << " items";
+  }
+}
+
+TEST_P(CrewSizesTest, AJobWithoutItemsIsDoneToo) {
+  Crew crew(GetParam());
+  CountingJob job(0);
+  absl::Notification done;
+  job.on_done = [&done] { done.Notify(); };
+  crew.SubmitAndHelp(job, 0);
+  done.WaitForNotification();
+}
+
+TEST_P(CrewSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) {
+  Crew crew(GetParam());
+  ASSERT_EQ(crew.worker_count(), GetParam() + 1);
+  CountingJob job(500);
+  std::vector<std::atomic<int>> busy(static_cast<size_t>(crew.worker_count()));
+  std::atomic<int> clashes = 0;
+  job.on_item = [&](int32_t /*item*/, int32_t worker) {
+    std::atomic<int>& mine = busy.at(static_cast<size_t>(worker));
+    clashes += mine.exchange(1);
+    std::this_thread::yield();
+    mine = 0;
+  };
+  absl::Notification done;
+  job.on_done = [&done] { done.Notify(); };
+  crew.SubmitAndHelp(job, job.item_count());
+  done.WaitForNotification();
+  EXPECT_EQ(clashes, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, CrewSizesTest, testing::Values(0, 1, 2, 5));
+
+TEST(CrewTest, WithoutThreadsTheCallerDoesAllOfIt) {
+  Crew crew(0);
+  CountingJob job(20);
+  const std::thread::id caller = std::this_thread::get_id();
+  bool all_here = true;
+  bool done = false;
+  job.on_item = [&](int32_t /*item*/, int32_t worker) {
+    all_here = all_here && std::this_thread::get_id() == caller && worker == 0;
+  };
+  job.on_done = [&done] { done = true; };
+  crew.SubmitAndHelp(job, 20);
+  EXPECT_TRUE(all_here);
+  EXPECT_TRUE(done) << "nobody else is left to finish it";
+}
+
+TEST(CrewTest, SubmitLeavesTheWorkToTheThreads) {
+  Crew crew(2);
+  CountingJob job(50);
+  std::atomic<bool> here = false;
+  const std::thread::id caller = std::this_thread::get_id();
+  absl::Notification done;
+  job.on_item = [&](int32_t /*item*/, int32_t /*worker*/) {
+    here = here || std::this_thread::get_id() == caller;
+  };
+  job.on_done = [&done] { done.Notify(); };
+  crew.Submit(job, 50);
+  done.WaitForNotification();
+  EXPECT_FALSE(here);
+  EXPECT_THAT(job.Counts(), Each(Eq(1)));
+}
+
+TEST(CrewTest, ManyJobsFromManyThreadsAreAllDone) {
+  constexpr int kThreadCount = 6;
+  constexpr int kRoundCount = 40;
+  Crew crew(3);
+  std::vector<std::thread> threads;
+  std::atomic<int> wrong = 0;
+  for (int t = 0; t < kThreadCount; ++t) {
+    threads.emplace_back([&crew, &wrong, t] {
+      CountingJob job(17 + t);
+      for (int round = 1; round <= kRoundCount; ++round) {
+        absl::Notification done;
+        job.on_done = [&done] { done.Notify(); };
+        if ((round + t) % 2 == 0) {
+          crew.Submit(job, job.item_count());
+        } else {
+          crew.SubmitAndHelp(job, job.item_count());
+        }
+        done.WaitForNotification();
+        for (const int count : job.Counts()) {
+          wrong += count == round ? 0 : 1;
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(CrewTest, AJobMayBeSubmittedAgainWhenItIsDone) {
+  constexpr int kRoundCount = 100;
+  Crew crew(3);
+  CountingJob job(9);
+  absl::Notification all_done;
+  int rounds = 0;
+  job.on_done = [&] {
+    if (++rounds == kRoundCount) {
+      all_done.Notify();
+    } else {
+      crew.Submit(job, job.item_count());
+    }
+  };
+  crew.Submit(job, job.item_count());
+  all_done.WaitForNotification();
+  EXPECT_THAT(job.Counts(), Each(Eq(kRoundCount)));
+}
+
+TEST(CrewTest, AJobMayGoWhenItIsDone) {
+  Crew crew(3);
+  constexpr int kJobCount = 50;
+  absl::BlockingCounter left(kJobCount);
+  for (int i = 0; i < kJobCount; ++i) {
+    auto* job = new CountingJob(5);
+    job->on_done = [job, &left] {
+      absl::BlockingCounter* counter = &left;
+      delete job;  // and with it this function and what it captured
+      counter->DecrementCount();
+    };
+    crew.Submit(*job, 5);
+  }
+  left.Wait();
+}
+
+TEST(CrewTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
+  Crew crew(3);
+  std::vector<int> plain(300);
+  CountingJob job(300);
+  job.on_item = [&plain](int32_t item, int32_t /*worker*/) {
+    plain[static_cast<size_t>(item)] = item + 1;
+  };
+  absl::Notification done;
+  bool complete = false;
+  job.on_done = [&] {
+    complete = true;
+    for (size_t i = 0; i < plain.size(); ++i) {
+      complete = complete && plain[i] == static_cast<int>(i) + 1;
+    }
+    done.Notify();
+  };
+  crew.Submit(job, 300);
+  done.WaitForNotification();
+  EXPECT_TRUE(complete);
+}
+
+TEST(CrewTest, JobsBegunAfterALongOneDoNotWaitForIt) {
+  Crew crew(2);
+  absl::Notification gate;
+  absl::Notification long_done;
+  absl::Notification short_done;
+  CountingJob long_job(1);
+  long_job.on_item = [&gate](int32_t, int32_t) { gate.WaitForNotification(); };
+  long_job.on_done = [&long_done] { long_done.Notify(); };
+  CountingJob short_job(30);
+  short_job.on_done = [&short_done] { short_done.Notify(); };
+  crew.Submit(long_job, 1);
+  crew.Submit(short_job, 30);
+  short_done.WaitForNotification();
+  EXPECT_FALSE(long_done.HasBeenNotified());
+  gate.Notify();
+  long_done.WaitForNotification();
+}
+
+TEST(CrewTest, ACrewWithoutWorkGoes) {
+  for (int i = 0; i < 20; ++i) {
+    const Crew crew(4);
+    EXPECT_EQ(crew.thread_count(), 4);
+  }
+}
+
+}  // namespace
+}  // namespace procgen

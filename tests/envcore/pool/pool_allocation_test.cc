@@ -1,0 +1,111 @@
+// A step of a pool allocates nothing once all has been seen once: every allocation of the process
+// is counted while a pool plays the same again. Levels are made with allocations, so only steps
+// without a new level count.
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/synchronization/notification.h"
+#include "envcore/pool/pool.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/pool/allocation_count.h"
+#include "tests/envcore/pool/batch_buffers.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kEnvCount = 8;
+constexpr int kStepCount = 250;
+
+class PoolAllocationTest : public testing::TestWithParam<std::string> {
+ protected:
+  PoolAllocationTest() : buffers_(kEnvCount), actions_(kEnvCount) {}
+
+  // Plays the same steps twice and returns what the steps of the second time allocated, less those
+  // that brought a new level.
+  int64_t AllocationsOfStepsSeenBefore(int32_t thread_count) {
+    PoolOptions options;
+    options.games = {GetParam()};
+    options.env_count = kEnvCount;
+    pool_ = *Pool::Create(options, std::make_shared<Crew>(thread_count));
+    PlayFromTheStart();
+    return PlayFromTheStart();
+  }
+
+  virtual void StepOnce() {
+    ASSERT_TRUE(pool_->Step({.count = kEnvCount, .actions = actions_}, buffers_.Whole()).ok());
+  }
+
+  std::unique_ptr<Pool> pool_;
+  BatchBuffers buffers_;
+  std::vector<int32_t> actions_;
+
+ private:
+  int64_t PlayFromTheStart() {
+    std::vector<Reset> resets;
+    for (int32_t i = 0; i < kEnvCount; ++i) {
+      resets.push_back({.environment = i, .level_seed = std::nullopt, .rand_seed = i});
+    }
+    EXPECT_TRUE(
+        pool_->Step({.count = kEnvCount, .steps = false, .resets = resets}, buffers_.Whole()).ok());
+    int64_t allocations = 0;
+    for (int step = 0; step < kStepCount; ++step) {
+      for (size_t i = 0; i < actions_.size(); ++i) {
+        actions_[i] = (step / 5 + static_cast<int>(i)) % kActionCount;
+      }
+      const int64_t before = AllocationCount();
+      StepOnce();
+      const int64_t count = AllocationCount() - before;
+      const bool new_level =
+          std::count(buffers_.first.begin(), buffers_.first.end(), 0) != kEnvCount;
+      allocations += new_level ? 0 : count;
+    }
+    return allocations;
+  }
+};
+
+TEST_P(PoolAllocationTest, AStepAllocatesNothing) { EXPECT_EQ(AllocationsOfStepsSeenBefore(0), 0); }
+
+// Which worker draws what is not the same each time, so that a worker may still have to make room
+// for a larger picture than it has drawn before; but not step by step.
+constexpr int64_t kRoomMakingMax = kStepCount / 10;
+
+TEST_P(PoolAllocationTest, AStepByACrewAllocatesNothing) {
+  EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
+}
+
+class PoolStepAsyncAllocationTest : public PoolAllocationTest {
+ protected:
+  void StepOnce() override {
+    absl::Notification done;
+    pool_->StepAsync({.count = kEnvCount, .actions = actions_}, buffers_.Whole(),
+                     [&done](const absl::Status& /*status*/) { done.Notify(); });
+    done.WaitForNotification();
+  }
+};
+
+TEST_P(PoolStepAsyncAllocationTest, AStepInTheBackgroundAllocatesNothing) {
+  EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
+}
+
+std::vector<std::string> GamesThatAreThere() {
+  std::vector<std::string> names;
+  for (const GameFacts& game : GameCatalog()) {
+    if (game.make != nullptr) {
+      names.emplace_back(game.name);
+    }
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalog, PoolAllocationTest, testing::ValuesIn(GamesThatAreThere()),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Catalog, PoolStepAsyncAllocationTest,
+                         testing::ValuesIn(GamesThatAreThere()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,178 @@
+// Worker count, slicing, pool size and sharding change no bit of any result: for every game that is
+// there, in each of its modes.
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/pool.h"
+#include "envcore/random/random_stream.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/pool/batch_buffers.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kEnvCount = 6;
+constexpr int kStepCount = 60;
+
+struct Played {
+  std::string name;
+  std::vector<std::string> games;
+  DistributionMode mode;
+};
+
+std::vector<Played> AllThatCanBePlayed() {
+  std::vector<Played> all;
+  std::vector<std::string> joint;
+  for (const GameFacts& game : GameCatalog()) {
+    if (game.make != nullptr) {
+      for (const DistributionMode mode : game.modes) {
+        all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)),
+                       {std::string(game.name)},
+                       mode});
+      }
+      if (joint.size() < 3) {
+        joint.emplace_back(game.name);
+      }
+    }
+  }
+  all.push_back({"joint", joint, DistributionMode::kEasy});
+  return all;
+}
+
+// The actions of environment i of the whole pool: the same whatever pool it is in. Now and then an
+// episode is ended.
+std::vector<int32_t> ActionsOf(int32_t environment) {
+  RandomStream random(environment);
+  std::vector<int32_t> actions;
+  for (int step = 0; step < kStepCount; ++step) {
+    const int32_t action = random.Int(kActionCount + 1) - 1;
+    actions.push_back(action == kEndEpisodeAction && step % 4 != 0 ? kNoAction : action);
+  }
+  return actions;
+}
+
+PoolOptions OptionsOf(const Played& played, int32_t env_count) {
+  PoolOptions options;
+  options.games = played.games;
+  options.env_count = env_count;
+  options.environment.distribution_mode = played.mode;
+  options.environment.rand_seed = 99;
+  return options;
+}
+
+// All that the environments of `pool` answer, at the start and after each step, stepped in slices
+// of `slice`, the last slice first.
+std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
+  const int32_t env_count = pool.env_count();
+  std::vector<std::vector<int32_t>> actions;
+  for (int32_t i = 0; i < env_count; ++i) {
+    actions.push_back(ActionsOf(pool.options().first_environment + i));
+  }
+  std::vector<BatchBuffers> results;
+  BatchBuffers buffers(env_count);
+  EXPECT_TRUE(pool.Observe(0, env_count, buffers.Whole()).ok());
+  results.push_back(buffers);
+  for (size_t step = 0; step < kStepCount; ++step) {
+    for (int32_t first = (env_count - 1) / slice * slice; first >= 0; first -= slice) {
+      const int32_t count = std::min(slice, env_count - first);
+      std::vector<int32_t> row;
+      for (int32_t i = first; i < first + count; ++i) {
+        row.push_back(actions[static_cast<size_t>(i)][step]);
+      }
+      EXPECT_TRUE(
+          pool.Step({.first = first, .count = count, .actions = row}, buffers.Rows(first, count))
+              .ok());
+    }
+    results.push_back(buffers);
+  }
+  return results;
+}
+
+std::vector<BatchBuffers> Play(const PoolOptions& options, int32_t thread_count, int32_t slice) {
+  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  EXPECT_TRUE(pool.ok()) << pool.status();
+  return Play(**pool, slice);
+}
+
+// The rows [begin, begin + count) of each of the batches.
+template <typename T>
+std::vector<T> RowsOf(const std::vector<T>& values, size_t begin, size_t count, size_t width) {
+  const auto start = values.begin() + static_cast<std::ptrdiff_t>(begin * width);
+  return {start, start + static_cast<std::ptrdiff_t>(count * width)};
+}
+
+std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_t begin,
+                                 size_t count) {
+  std::vector<BatchBuffers> rows;
+  for (const BatchBuffers& batch : batches) {
+    BatchBuffers& part = rows.emplace_back(0);
+    part.observations = RowsOf(batch.observations, begin, count, kObservationBytes);
+    part.rewards = RowsOf(batch.rewards, begin, count, 1);
+    part.first = RowsOf(batch.first, begin, count, 1);
+    part.terminated = RowsOf(batch.terminated, begin, count, 1);
+    part.truncated = RowsOf(batch.truncated, begin, count, 1);
+    part.level_seeds = RowsOf(batch.level_seeds, begin, count, 1);
+    part.prev_level_seeds = RowsOf(batch.prev_level_seeds, begin, count, 1);
+    part.prev_level_complete = RowsOf(batch.prev_level_complete, begin, count, 1);
+    part.episode_returns = RowsOf(batch.episode_returns, begin, count, 1);
+    part.episode_lengths = RowsOf(batch.episode_lengths, begin, count, 1);
+    part.final_observations = RowsOf(batch.final_observations, begin, count, kObservationBytes);
+  }
+  return rows;
+}
+
+class PoolDeterminismTest : public testing::TestWithParam<Played> {
+ protected:
+  // What one worker answers for the whole pool.
+  const std::vector<BatchBuffers>& Whole() const {
+    std::vector<BatchBuffers>& whole = whole_[GetParam().name];
+    if (whole.empty()) {
+      whole = Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount);
+    }
+    return whole;
+  }
+
+ private:
+  static inline std::map<std::string, std::vector<BatchBuffers>> whole_;
+};
+
+TEST_P(PoolDeterminismTest, TheSamePoolTwiceGivesTheSame) {
+  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount) == Whole());
+}
+
+TEST_P(PoolDeterminismTest, WorkerCountChangesNothing) {
+  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 3, kEnvCount) == Whole());
+}
+
+TEST_P(PoolDeterminismTest, SlicesInAnyOrderChangeNothing) {
+  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 1, 1) == Whole());
+  EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, 4) == Whole());
+}
+
+TEST_P(PoolDeterminismTest, PoolSizeChangesNothing) {
+  const auto larger = Play(OptionsOf(GetParam(), 2 * kEnvCount), 1, 2 * kEnvCount);
+  EXPECT_TRUE(RowsOf(larger, 0, kEnvCount) == Whole());
+}
+
+TEST_P(PoolDeterminismTest, ShardsTogetherAreTheWhole) {
+  for (const auto& [first, count] :
+       std::vector<std::pair<int32_t, int32_t>>{{0, 2}, {2, 1}, {3, 3}}) {
+    PoolOptions shard = OptionsOf(GetParam(), count);
+    shard.first_environment = first;
+    shard.total_environments = kEnvCount;
+    EXPECT_TRUE(Play(shard, 1, count) ==
+                RowsOf(Whole(), static_cast<size_t>(first), static_cast<size_t>(count)))
+        << "from " << first;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalog, PoolDeterminismTest, testing::ValuesIn(AllThatCanBePlayed()),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,564 @@
+#include "envcore/pool/pool.h"
+
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/synchronization/notification.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/pool/batch_buffers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+
+constexpr int32_t kEnvCount = 4;
+
+PoolOptions OptionsOf(std::vector<std::string> games, int32_t env_count = kEnvCount) {
+  PoolOptions options;
+  options.games = std::move(games);
+  options.env_count = env_count;
+  options.environment.distribution_mode = DistributionMode::kEasy;
+  return options;
+}
+
+std::unique_ptr<Pool> MadePool(const PoolOptions& options, int32_t thread_count = 0) {
+  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  EXPECT_TRUE(pool.ok()) << pool.status();
+  return *std::move(pool);
+}
+
+std::unique_ptr<Pool> MazePool() { return MadePool(OptionsOf({"maze"})); }
+
+std::vector<int32_t> AllTake(int32_t action, int32_t count = kEnvCount) {
+  return std::vector<int32_t>(static_cast<size_t>(count), action);
+}
+
+BatchBuffers Observed(Pool& pool) {
+  BatchBuffers buffers(pool.env_count());
+  EXPECT_TRUE(pool.Observe(0, pool.env_count(), buffers.Whole()).ok());
+  return buffers;
+}
+
+BatchBuffers Stepped(Pool& pool, const std::vector<int32_t>& actions) {
+  BatchBuffers buffers(pool.env_count());
+  EXPECT_TRUE(pool.Step({.count = pool.env_count(), .actions = actions}, buffers.Whole()).ok());
+  return buffers;
+}
+
+// --- Creation.
+
+void ExpectNoPool(const PoolOptions& options, absl::StatusCode code, const std::string& message) {
+  const absl::Status status = Pool::Create(options, std::make_shared<Crew>(0)).status();
+  EXPECT_EQ(status.code(), code);
+  EXPECT_EQ(status.message(), message);
+}
+
+TEST(PoolCreateTest, RefusesOptionsOutOfRangeAndSaysWhatIsAllowed) {
+  const auto invalid = absl::StatusCode::kInvalidArgument;
+  ExpectNoPool(OptionsOf({}), invalid, "games is empty, must name at least one game");
+  ExpectNoPool(OptionsOf({"maze"}, 0), invalid, "env_count is 0, must be at least 1");
+  ExpectNoPool(OptionsOf({"maze", "miner"}, 3), invalid,
+               "there are 3 environments for 2 games, must be a multiple of it");
+  PoolOptions options = OptionsOf({"maze"});
+  options.first_environment = -1;
+  ExpectNoPool(options, invalid, "first_environment is -1, must be at least 0");
+  options.first_environment = 2;
+  options.total_environments = 5;
+  ExpectNoPool(options, invalid,
+               "total_environments is 5, must be at least first_environment + env_count = 6, or 0");
+}
+
+TEST(PoolCreateTest, RefusesEnvironmentNumbersThatDoNotFit) {
+  PoolOptions options = OptionsOf({"maze"}, 2);
+  options.first_environment = std::numeric_limits<int32_t>::max() - 1;
+  ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
+               "first_environment + env_count is 2147483648, must be at most 2147483647");
+}
+
+TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
+  PoolOptions options = OptionsOf({"maze", "bigfish"});
+  options.environment.distribution_mode = DistributionMode::kMemory;
+  ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
+               "distribution_mode is memory (10), bigfish has easy, hard");
+  EXPECT_EQ(Pool::Create(OptionsOf({"pacman"}), std::make_shared<Crew>(0)).status().code(),
+            absl::StatusCode::kNotFound);
+}
+
+TEST(PoolCreateTest, AShardNeedsNoWholeNumberOfGames) {
+  PoolOptions options = OptionsOf({"maze", "miner"}, 1);
+  options.first_environment = 1;
+  options.total_environments = 4;
+  EXPECT_EQ(MadePool(options)->env_count(), 1);
+}
+
+TEST(PoolCreateTest, EnvironmentsStandAtTheFirstStepOfTheirLevels) {
+  const BatchBuffers observed = Observed(*MazePool());
+  EXPECT_THAT(observed.first, Each(1));
+  EXPECT_THAT(observed.rewards, Each(0));
+  EXPECT_THAT(observed.prev_level_seeds, Each(0));
+  EXPECT_EQ(std::set<int32_t>(observed.level_seeds.begin(), observed.level_seeds.end()).size(),
+            static_cast<size_t>(kEnvCount))
+      << "each draws its own";
+}
+
+TEST(PoolCreateTest, EnvironmentsLevelStreamsDependOnRandSeedAndTheirNumberOnly) {
+  RandomStream stream_seeds(7);
+  PoolOptions options = OptionsOf({"maze"});
+  options.environment.rand_seed = 7;
+  const BatchBuffers observed = Observed(*MadePool(options));
+  for (size_t i = 0; i < kEnvCount; ++i) {
+    EXPECT_EQ(observed.level_seeds[i],
+              RandomStream(stream_seeds.Raw()).Int(0, std::numeric_limits<int32_t>::max()));
+  }
+}
+
+TEST(PoolCreateTest, JointGamesAreDealtInTurn) {
+  const BatchBuffers joint = Observed(*MadePool(OptionsOf({"maze", "miner"})));
+  const BatchBuffers mazes = Observed(*MazePool());
+  const BatchBuffers miners = Observed(*MadePool(OptionsOf({"miner"})));
+  EXPECT_EQ(joint.level_seeds, mazes.level_seeds) << "streams do not depend on the games";
+  const auto picture = [](const BatchBuffers& buffers, size_t i) {
+    const auto start =
+        buffers.observations.begin() + static_cast<std::ptrdiff_t>(i) * kObservationBytes;
+    return std::vector<uint8_t>(start, start + kObservationBytes);
+  };
+  EXPECT_EQ(picture(joint, 0), picture(mazes, 0));
+  EXPECT_EQ(picture(joint, 1), picture(miners, 1));
+  EXPECT_EQ(picture(joint, 2), picture(mazes, 2));
+  EXPECT_EQ(picture(joint, 3), picture(miners, 3));
+}
+
+// --- Steps.
+
+TEST(PoolStepTest, WritesOnlyWhatIsAskedFor) {
+  const auto pool = MazePool();
+  std::vector<float> rewards(kEnvCount, -1);
+  Batch batch;
+  batch.rewards = absl::MakeSpan(rewards);
+  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = AllTake(kNoAction)}, batch).ok());
+  EXPECT_THAT(rewards, Each(0));
+  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = AllTake(kNoAction)}, {}).ok());
+  EXPECT_THAT(Observed(*pool).episode_lengths, Each(2));
+}
+
+TEST(PoolStepTest, ASliceMovesNobodyElse) {
+  const auto pool = MazePool();
+  BatchBuffers buffers(2);
+  EXPECT_TRUE(
+      pool->Step({.first = 1, .count = 2, .actions = AllTake(kNoAction, 2)}, buffers.Whole()).ok());
+  EXPECT_THAT(Observed(*pool).episode_lengths, ElementsAre(0, 1, 1, 0));
+}
+
+TEST(PoolStepTest, ActionsBelongToTheirEnvironments) {
+  const auto pool = MazePool();
+  const BatchBuffers buffers =
+      Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kEndEpisodeAction});
+  EXPECT_THAT(buffers.first, ElementsAre(0, 1, 0, 1));
+  EXPECT_THAT(buffers.terminated, ElementsAre(0, 1, 0, 1));
+  EXPECT_THAT(buffers.episode_lengths, Each(1));
+}
+
+TEST(PoolStepTest, TheStepLimitTruncates) {
+  const auto pool = MazePool();
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  EXPECT_TRUE(
+      pool->Step({.count = kEnvCount, .actions = actions, .repeat = 1000}, buffers.Whole()).ok());
+  EXPECT_THAT(buffers.truncated, Each(1));
+  EXPECT_THAT(buffers.terminated, Each(0));
+  EXPECT_THAT(buffers.first, Each(1));
+  EXPECT_THAT(buffers.episode_lengths, Each(500));
+}
+
+TEST(PoolStepTest, LastPicturesAreWrittenWhereAnEpisodeEndedOnly) {
+  const auto pool = MazePool();
+  const BatchBuffers before = Observed(*pool);
+  BatchBuffers buffers(kEnvCount);
+  buffers.final_observations.assign(buffers.final_observations.size(), 7);
+  const std::vector<int32_t> actions = {kNoAction, kEndEpisodeAction, kNoAction, kNoAction};
+  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = actions}, buffers.Whole()).ok());
+  const auto row = [](const std::vector<uint8_t>& pixels, size_t i) {
+    const auto start = pixels.begin() + static_cast<std::ptrdiff_t>(i) * kObservationBytes;
+    return std::vector<uint8_t>(start, start + kObservationBytes);
+  };
+  EXPECT_THAT(row(buffers.final_observations, 0), Each(7));
+  EXPECT_EQ(row(buffers.final_observations, 1), row(before.observations, 1))
+      << "a mouse at rest looks as it did";
+  EXPECT_NE(row(buffers.observations, 1), row(before.observations, 1)) << "the new level";
+  EXPECT_THAT(row(buffers.final_observations, 2), Each(7));
+}
+
+TEST(PoolStepTest, ResetsAndNextLevelsConcernTheirEnvironmentsOnly) {
+  const auto pool = MazePool();
+  const BatchBuffers before = Observed(*pool);
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = {kEndEpisodeAction, kNoAction, kEndEpisodeAction, kNoAction};
+  const std::vector<NextLevel> next_levels = {{.environment = 2, .level_seed = 22}};
+  const std::vector<Reset> resets = {
+      {.environment = 1, .level_seed = 11, .rand_seed = std::nullopt}};
+  EXPECT_TRUE(pool->Step({.count = kEnvCount,
+                          .actions = actions,
+                          .next_levels = next_levels,
+                          .resets = resets},
+                         buffers.Whole())
+                  .ok());
+  EXPECT_THAT(buffers.first, ElementsAre(1, 1, 1, 0));
+  EXPECT_THAT(buffers.terminated, ElementsAre(1, 0, 1, 0));
+  EXPECT_NE(buffers.level_seeds[0], before.level_seeds[0]);
+  EXPECT_EQ(buffers.level_seeds[1], 11);
+  EXPECT_EQ(buffers.level_seeds[2], 22);
+  EXPECT_EQ(buffers.level_seeds[3], before.level_seeds[3]);
+  EXPECT_THAT(buffers.episode_lengths, ElementsAre(1, 0, 1, 1));
+}
+
+TEST(PoolStepTest, ANextLevelWaitsForTheEpisodesEnd) {
+  const auto pool = MazePool();
+  const BatchBuffers before = Observed(*pool);
+  const std::vector<NextLevel> next_levels = {{.environment = 0, .level_seed = 22}};
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = actions, .next_levels = next_levels},
+                         buffers.Whole())
+                  .ok());
+  EXPECT_EQ(buffers.level_seeds, before.level_seeds);
+  EXPECT_EQ(Stepped(*pool, AllTake(kEndEpisodeAction)).level_seeds[0], 22);
+}
+
+TEST(PoolStepTest, WithoutStepsOnlyTheResetsAreCarriedOut) {
+  const auto pool = MazePool();
+  Stepped(*pool, AllTake(kNoAction));
+  const std::vector<Reset> resets = {
+      {.environment = 3, .level_seed = std::nullopt, .rand_seed = 5}};
+  BatchBuffers buffers(kEnvCount);
+  EXPECT_TRUE(
+      pool->Step({.count = kEnvCount, .steps = false, .resets = resets}, buffers.Whole()).ok());
+  EXPECT_THAT(buffers.episode_lengths, ElementsAre(1, 1, 1, 0));
+  EXPECT_EQ(buffers.level_seeds[3], RandomStream(5).Int(0, std::numeric_limits<int32_t>::max()));
+}
+
+TEST(PoolStepTest, ObservingChangesNothing) {
+  const auto pool = MazePool();
+  const BatchBuffers stepped = Stepped(*pool, AllTake(7));
+  BatchBuffers observed = Observed(*pool);
+  observed.final_observations = stepped.final_observations;
+  EXPECT_TRUE(observed == stepped);
+}
+
+TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
+  PoolOptions options = OptionsOf({"maze"});
+  options.episode_end = EpisodeEnd::kDisabled;
+  const auto pool = MadePool(options);
+  Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kNoAction});
+  const BatchBuffers before = Observed(*pool);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  const absl::Status refused = pool->Step({.count = kEnvCount, .actions = actions}, {});
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(refused.message(),
+            "the episode of environment 1 has ended: reset it before it is stepped");
+  EXPECT_TRUE(Observed(*pool) == before) << "nothing has moved";
+  const std::vector<Reset> resets = {
+      {.environment = 1, .level_seed = 3, .rand_seed = std::nullopt}};
+  EXPECT_TRUE(pool->Step({.count = kEnvCount, .actions = actions, .resets = resets}, {}).ok());
+  EXPECT_THAT(Observed(*pool).episode_lengths, ElementsAre(2, 0, 2, 2));
+}
+
+TEST(PoolStepTest, AfterARefusedStepAnotherGoesOn) {
+  PoolOptions options = OptionsOf({"maze"});
+  options.episode_end = EpisodeEnd::kDisabled;
+  const auto pool = MadePool(options);
+  Stepped(*pool, {kEndEpisodeAction, kNoAction, kNoAction, kNoAction});
+  const std::vector<int32_t> actions = AllTake(kNoAction, 3);
+  EXPECT_FALSE(pool->Step({.count = kEnvCount, .actions = AllTake(kNoAction)}, {}).ok());
+  EXPECT_TRUE(pool->Step({.first = 1, .count = 3, .actions = actions}, {}).ok());
+}
+
+// --- Bad input. The message says what was given and what is allowed, and nothing moves.
+
+struct BadStep {
+  const char* name;
+  std::function<void(StepInput* input, Batch* batch)> spoil;
+  const char* message;
+};
+
+class BadStepTest : public testing::TestWithParam<BadStep> {
+ public:
+  // Spans of what a bad step points to.
+  static inline const std::vector<int32_t> kThree = {4, 4, 4};
+  static inline const std::vector<int32_t> kFifteen = {4, 15, 4, 4};
+  static inline const std::vector<int32_t> kMinusTwo = {4, 4, 4, -2};
+  static inline const std::vector<NextLevel> kNextOutside = {{.environment = 4, .level_seed = 1}};
+  static inline const std::vector<NextLevel> kNextTwice = {{.environment = 2, .level_seed = 1},
+                                                           {.environment = 2, .level_seed = 1}};
+  static inline const std::vector<Reset> kResetOutside = {
+      {.environment = -1, .level_seed = std::nullopt, .rand_seed = std::nullopt}};
+  static inline const std::vector<Reset> kResetTwice = {
+      {.environment = 0, .level_seed = std::nullopt, .rand_seed = std::nullopt},
+      {.environment = 0, .level_seed = std::nullopt, .rand_seed = std::nullopt}};
+};
+
+TEST_P(BadStepTest, IsRefusedAndNothingMoves) {
+  const auto pool = MazePool();
+  const auto untouched = MazePool();
+  BatchBuffers buffers(kEnvCount);
+  const BatchBuffers blank = buffers;
+  const std::vector<int32_t> actions = AllTake(7);
+  StepInput input = {.count = kEnvCount, .actions = actions};
+  Batch batch = buffers.Whole();
+  GetParam().spoil(&input, &batch);
+  const absl::Status status = pool->Step(input, batch);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(status.message(), GetParam().message);
+  EXPECT_TRUE(buffers == blank);
+  EXPECT_TRUE(Observed(*pool) == Observed(*untouched));
+  EXPECT_TRUE(Stepped(*pool, AllTake(kEndEpisodeAction)) ==
+              Stepped(*untouched, AllTake(kEndEpisodeAction)));
+}
+
+TEST_P(BadStepTest, IsRefusedBeforeStepAsyncReturns) {
+  const auto pool = MadePool(OptionsOf({"maze"}), 1);
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(7);
+  StepInput input = {.count = kEnvCount, .actions = actions};
+  Batch batch = buffers.Whole();
+  GetParam().spoil(&input, &batch);
+  absl::Status status;
+  pool->StepAsync(input, batch, [&status](const absl::Status& refused) { status = refused; });
+  EXPECT_EQ(status.message(), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Inputs, BadStepTest,
+    testing::Values(
+        BadStep{"FirstBelowZero", [](StepInput* input, Batch*) { input->first = -1; },
+                "the slice is 4 environments from -1, the pool has 4"},
+        BadStep{"CountZero", [](StepInput* input, Batch*) { input->count = 0; },
+                "the slice is 0 environments from 0, the pool has 4"},
+        BadStep{"PastTheEnd", [](StepInput* input, Batch*) { input->first = 1; },
+                "the slice is 4 environments from 1, the pool has 4"},
+        BadStep{
+            "SumTooLarge",
+            [](StepInput* input, Batch*) { input->first = std::numeric_limits<int32_t>::max(); },
+            "the slice is 4 environments from 2147483647, the pool has 4"},
+        BadStep{"TooFewActions",
+                [](StepInput* input, Batch*) { input->actions = BadStepTest::kThree; },
+                "actions has 3 entries, the slice has 4 environments to step"},
+        BadStep{"ActionsWithoutSteps", [](StepInput* input, Batch*) { input->steps = false; },
+                "actions has 4 entries, the slice has 0 environments to step"},
+        BadStep{"ActionTooLarge",
+                [](StepInput* input, Batch*) { input->actions = BadStepTest::kFifteen; },
+                "action 15 of environment 1 is not in [-1, 14]"},
+        BadStep{"ActionTooSmall",
+                [](StepInput* input, Batch*) { input->actions = BadStepTest::kMinusTwo; },
+                "action -2 of environment 3 is not in [-1, 14]"},
+        BadStep{"RepeatZero", [](StepInput* input, Batch*) { input->repeat = 0; },
+                "repeat is 0, must be in [1, 1000]"},
+        BadStep{"RepeatTooLarge", [](StepInput* input, Batch*) { input->repeat = 1001; },
+                "repeat is 1001, must be in [1, 1000]"},
+        BadStep{"NextLevelOutside",
+                [](StepInput* input, Batch*) { input->next_levels = BadStepTest::kNextOutside; },
+                "next_levels names environment 4, the slice is [0, 4)"},
+        BadStep{"NextLevelTwice",
+                [](StepInput* input, Batch*) { input->next_levels = BadStepTest::kNextTwice; },
+                "next_levels names environment 2 twice"},
+        BadStep{"ResetOutside",
+                [](StepInput* input, Batch*) { input->resets = BadStepTest::kResetOutside; },
+                "resets names environment -1, the slice is [0, 4)"},
+        BadStep{"ResetTwice",
+                [](StepInput* input, Batch*) { input->resets = BadStepTest::kResetTwice; },
+                "resets names environment 0 twice"},
+        BadStep{"ObservationsTooShort",
+                [](StepInput*, Batch* batch) { batch->observations.remove_suffix(1); },
+                "the batch's observations have 49151 values, must have 49152 or none"},
+        BadStep{"RewardsTooShort",
+                [](StepInput*, Batch* batch) { batch->rewards.remove_suffix(1); },
+                "the batch's rewards have 3 values, must have 4 or none"},
+        BadStep{"FinalObservationsTooShort",
+                [](StepInput*, Batch* batch) { batch->final_observations.remove_suffix(1); },
+                "the batch's final_observations have 49151 values, must have 49152 or none"}),
+    [](const auto& info) { return info.param.name; });
+
+// --- One call at a time.
+
+// Keeps the only thread of a crew until it is told to let go.
+class Gate : public CrewJob {
+ public:
+  void Open() { gate_.Notify(); }
+  void WaitUntilDone() { done_.WaitForNotification(); }
+
+ protected:
+  void RunItem(int32_t /*item*/, int32_t /*worker*/) override { gate_.WaitForNotification(); }
+  void OnDone() override { done_.Notify(); }
+
+ private:
+  absl::Notification gate_;
+  absl::Notification done_;
+};
+
+TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
+  auto crew = std::make_shared<Crew>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  Gate gate;
+  crew->Submit(gate, 1);
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  absl::Notification done;
+  pool->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
+                  [&done](const absl::Status& status) {
+                    EXPECT_TRUE(status.ok());
+                    done.Notify();
+                  });
+  BatchBuffers other(kEnvCount);
+  const BatchBuffers blank = other;
+  std::vector<uint8_t> frame(64 * 64 * 3);
+  EXPECT_EQ(pool->Step({.count = kEnvCount, .actions = actions}, other.Whole()).code(),
+            absl::StatusCode::kAborted);
+  EXPECT_EQ(pool->Observe(0, kEnvCount, other.Whole()).code(), absl::StatusCode::kAborted);
+  EXPECT_EQ(pool->Render(0, 64, absl::MakeSpan(frame)).code(), absl::StatusCode::kAborted);
+  absl::Status refused;
+  pool->StepAsync({.count = kEnvCount, .actions = actions}, other.Whole(),
+                  [&refused](const absl::Status& status) { refused = status; });
+  EXPECT_EQ(refused.message(), "another call steps or reads this pool; repeat when it is done");
+  EXPECT_TRUE(other == blank);
+  gate.Open();
+  done.WaitForNotification();
+  gate.WaitUntilDone();
+  EXPECT_THAT(Observed(*pool).episode_lengths, Each(1));
+}
+
+TEST(PoolBusyTest, OfManyCallsAtOnceEachIsDoneWhollyOrNotAtAll) {
+  auto crew = std::make_shared<Crew>(2);
+  auto pool = *Pool::Create(OptionsOf({"maze", "miner"}), crew);
+  std::atomic<int> done_count = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&pool, &done_count] {
+      BatchBuffers buffers(kEnvCount);
+      const std::vector<int32_t> actions = AllTake(kNoAction);
+      for (int i = 0; i < 50; ++i) {
+        const absl::Status status =
+            pool->Step({.count = kEnvCount, .actions = actions}, buffers.Whole());
+        done_count += status.ok() ? 1 : 0;
+        EXPECT_TRUE(status.ok() || absl::IsAborted(status));
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_GE(done_count, 50);
+  EXPECT_THAT(Observed(*pool).episode_lengths, Each(done_count.load()));
+}
+
+TEST(PoolStepAsyncTest, GivesWhatStepGives) {
+  const auto async = MadePool(OptionsOf({"maze", "miner"}), 2);
+  const auto sync = MadePool(OptionsOf({"maze", "miner"}));
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<int32_t> actions = {i % 9, 7, 5, kEndEpisodeAction};
+    BatchBuffers buffers(kEnvCount);
+    absl::Notification done;
+    async->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
+                     [&done](const absl::Status& /*status*/) { done.Notify(); });
+    done.WaitForNotification();
+    ASSERT_TRUE(buffers == Stepped(*sync, actions)) << "step " << i;
+  }
+}
+
+TEST(PoolStepAsyncTest, MayStepThePoolAgainWhenItIsDone) {
+  constexpr int kStepCount = 200;
+  const auto pool = MadePool(OptionsOf({"maze"}), 2);
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  absl::Notification all_done;
+  int steps = 0;
+  std::function<void()> step = [&] {
+    pool->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
+                    [&](const absl::Status& status) {
+                      EXPECT_TRUE(status.ok());
+                      if (++steps == kStepCount) {
+                        all_done.Notify();
+                      } else {
+                        step();
+                      }
+                    });
+  };
+  step();
+  all_done.WaitForNotification();
+  EXPECT_THAT(buffers.episode_lengths, Each(kStepCount));
+}
+
+TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
+  auto crew = std::make_shared<Crew>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  BatchBuffers buffers(kEnvCount);
+  const std::vector<int32_t> actions = AllTake(kNoAction);
+  absl::Notification done;
+  pool->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
+                  [&](const absl::Status& /*status*/) {
+                    pool.reset();
+                    done.Notify();
+                  });
+  done.WaitForNotification();
+  EXPECT_EQ(pool, nullptr);
+}
+
+TEST(PoolStepAsyncTest, PoolsOfOneCrewStepSideBySide) {
+  auto crew = std::make_shared<Crew>(2);
+  std::vector<std::unique_ptr<Pool>> pools;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    pools.push_back(*Pool::Create(OptionsOf({"miner"}), crew));
+  }
+  for (const std::unique_ptr<Pool>& pool : pools) {
+    threads.emplace_back([&pool] {
+      for (int i = 0; i < 50; ++i) {
+        Stepped(*pool, {7, 1, 5, 3});
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  for (const std::unique_ptr<Pool>& pool : pools) {
+    EXPECT_TRUE(Observed(*pool) == Observed(*pools[0]));
+  }
+}
+
+// --- The human view.
+
+TEST(PoolRenderTest, DrawsAtTheSizesThatItAllows) {
+  const auto pool = MazePool();
+  const BatchBuffers before = Observed(*pool);
+  for (const int32_t side_px : {kHumanViewSidePxMin, 100, 512}) {
+    std::vector<uint8_t> frame(static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3);
+    EXPECT_TRUE(pool->Render(1, side_px, absl::MakeSpan(frame)).ok()) << side_px;
+    EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U) << "something is seen";
+  }
+  EXPECT_TRUE(Observed(*pool) == before);
+}
+
+TEST(PoolRenderTest, RefusesWhatIsOutOfRange) {
+  const auto pool = MazePool();
+  std::vector<uint8_t> frame(64 * 64 * 3);
+  const auto message = [&](int32_t environment, int32_t side_px) {
+    const absl::Status status = pool->Render(environment, side_px, absl::MakeSpan(frame));
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    return std::string(status.message());
+  };
+  EXPECT_EQ(message(-1, 64), "environment -1 is not in [0, 4)");
+  EXPECT_EQ(message(4, 64), "environment 4 is not in [0, 4)");
+  EXPECT_EQ(message(0, 15), "side_px is 15, must be in [16, 2048]");
+  EXPECT_EQ(message(0, 2049), "side_px is 2049, must be in [16, 2048]");
+  EXPECT_EQ(message(0, 65), "frame has 12288 bytes, must have 12675");
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,395 @@
+#include "envcore/world/motion.h"
+
+#include <algorithm>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/world/drawn_world.h"
+#include "tests/envcore/world/scripted_rules.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::Field;
+using ::testing::FloatEq;
+using ::testing::FloatNear;
+using ::testing::SizeIs;
+
+constexpr int kBallKind = 8;
+
+const Drawing kRoom = {".....",  //
+                       ".....",  //
+                       ".....",  //
+                       ".....",  //
+                       "....."};
+const Drawing kCell = {"###",  //
+                       "#.#",  //
+                       "###"};
+
+Entity& AddBall(World& world, float x, float y, float radius = 0.5F) {
+  Entity& ball = world.entities.emplace_back(Entity::Make(kBallKind, x, y, 0, 0, radius, radius));
+  ball.smart = true;
+  return ball;
+}
+
+TEST(MoveSmartTest, FreeWayIsGoneWholly) {
+  World world = DrawWorld(kRoom, 2.5F, 2.5F);
+  ScriptedRules rules;
+  world.agent().vx = 0.5F;
+  world.agent().vy = -0.25F;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, 3);
+  EXPECT_EQ(world.agent().y, 2.25F);
+  EXPECT_EQ(world.agent().vx, 0.5F);
+  EXPECT_EQ(world.agent().vy, -0.25F);
+}
+
+struct Direction {
+  const char* name;
+  float vx, vy;  // cells a step
+  float x, y;    // where the cell's edge stops a box of half-size 0.4
+};
+
+class MoveSmartAgainstWallTest : public testing::TestWithParam<Direction> {};
+
+TEST_P(MoveSmartAgainstWallTest, StopsFlushWithTheEdgeAndLosesItsSpeed) {
+  World world = DrawWorld(kCell, 1.5F, 1.5F);
+  ScriptedRules rules;
+  world.agent().vx = GetParam().vx;
+  world.agent().vy = GetParam().vy;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, GetParam().x);
+  EXPECT_EQ(world.agent().y, GetParam().y);
+  EXPECT_EQ(world.agent().vx, 0);
+  EXPECT_EQ(world.agent().vy, 0);
+}
+
+TEST_P(MoveSmartAgainstWallTest, StopsAtTheWorldsEdgeAsAtAWall) {
+  World world = DrawWorld({"."}, 0.5F, 0.5F);
+  ScriptedRules rules;
+  world.agent().vx = GetParam().vx;
+  world.agent().vy = GetParam().vy;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_FLOAT_EQ(world.agent().x, GetParam().x - 1);
+  EXPECT_FLOAT_EQ(world.agent().y, GetParam().y - 1);
+  EXPECT_EQ(world.agent().vx, 0);
+  EXPECT_EQ(world.agent().vy, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Directions, MoveSmartAgainstWallTest,
+                         testing::Values(Direction{"Left", -0.5F, 0, 1 + 0.4F, 1.5F},
+                                         Direction{"Right", 0.5F, 0, 2 - 0.4F, 1.5F},
+                                         Direction{"Down", 0, -0.5F, 1.5F, 1 + 0.4F},
+                                         Direction{"Up", 0, 0.5F, 1.5F, 2 - 0.4F}),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(MoveSmartTest, SpeedKeepsTheShareOfSubStepsThatWereFree) {
+  // One of four sub-steps is free before the box meets the wall.
+  World world = DrawWorld({"...#", "...#", "...#"}, 2.4F, 1.5F);
+  ScriptedRules rules;
+  world.agent().vx = 0.5F;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, 3 - 0.4F);
+  EXPECT_EQ(world.agent().vx, 0.125F);
+}
+
+TEST(MoveSmartTest, CornersAreProbedALittleInsideOfTheBox) {
+  // The box's edge reaches 0.005 into the wall's rows; the probed corner does not.
+  World world = DrawWorld({"...", "..#"}, 1.5F, 1.395F);
+  ScriptedRules rules;
+  world.agent().vx = 0.4F;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_FLOAT_EQ(world.agent().x, 1.9F);
+}
+
+TEST(MoveSmartTest, FastOnesTakeMoreSubSteps) {
+  World world = DrawWorld({"......"}, 1, 0.5F);
+  ScriptedRules rules;
+  world.agent().vx = 2;
+  MoveSmart(world, rules, world.agent());
+  const auto horizontal = std::count_if(
+      rules.cell_questions.begin(), rules.cell_questions.end(),
+      [](const ScriptedRules::Question& asked) { return asked.axis == Axis::kHorizontal; });
+  EXPECT_EQ(horizontal, 8 * 4) << "eight sub-steps, four corners each";
+  EXPECT_EQ(world.agent().x, 3);
+}
+
+TEST(MoveSmartTest, MovesByNothingAreVertical) {
+  World world = DrawWorld(kRoom, 2.5F, 2.5F);
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(
+      rules.cell_questions,
+      AllOf(SizeIs(4 * 2 * 4), Each(Field(&ScriptedRules::Question::axis, Axis::kVertical))));
+}
+
+TEST(MoveSmartTest, AtRestInAWallItIsPutOnTop) {
+  World world = DrawWorld({"...", "###", "..."}, 1.5F, 1.5F);
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().y, 2.4F);
+}
+
+TEST(MoveSmartTest, BlockedOnBothAxesItStopsAtOnce) {
+  World world = DrawWorld(kRoom, 2.5F, 2.5F);
+  ScriptedRules rules;
+  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return true; };
+  world.agent().vx = 0.1F;
+  world.agent().vy = 0.1F;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(rules.cell_questions, SizeIs(2)) << "each move asks until one corner blocks";
+}
+
+TEST(MoveSmartTest, AsksUntilOneCornerBlocksAndAllCornersWhetherTheyReflect) {
+  World world = DrawWorld({"."}, 0.5F, 0.5F);
+  ScriptedRules rules;
+  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return true; };
+  world.whole_cell_motion = true;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(rules.cell_questions, SizeIs(2));
+  EXPECT_EQ(rules.reflect_question_count, 2 * 4);
+}
+
+TEST(MoveSmartTest, MarkedOnesDoNotMove) {
+  World world = DrawWorld(kRoom, 2.5F, 2.5F);
+  ScriptedRules rules;
+  world.agent().vx = 0.5F;
+  world.agent().marked = true;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, 2.5F);
+  EXPECT_EQ(world.agent().vx, 0.5F);
+  EXPECT_THAT(rules.cell_questions, SizeIs(0));
+}
+
+// --- The order of the axes.
+
+Axis FirstAxis(World& world, Entity& entity) {
+  ScriptedRules rules;
+  MoveSmart(world, rules, entity);
+  return rules.cell_questions.front().axis;
+}
+
+Axis FirstAxisOfAgent(float horizontal, float vertical) {
+  World world = DrawWorld(kRoom, 2.5F, 2.5F);
+  world.controls = {.horizontal = horizontal, .vertical = vertical, .turn = 0};
+  world.agent().vx = 0.1F;
+  world.agent().vy = 0.3F;
+  return FirstAxis(world, world.agent());
+}
+
+Axis FirstAxisOfBall(float vx, float vy, int32_t shared_random) {
+  World world = DrawWorld(kRoom, 1, 1);
+  world.controls = {.horizontal = 1, .vertical = 1, .turn = 0};
+  world.shared_random = shared_random;
+  Entity& ball = AddBall(world, 3.5F, 3.5F);
+  ball.vx = vx;
+  ball.vy = vy;
+  return FirstAxis(world, ball);
+}
+
+TEST(MoveSmartTest, TheAgentsControlsDecideWhichAxisComesFirst) {
+  EXPECT_EQ(FirstAxisOfAgent(1, 0), Axis::kHorizontal);
+  EXPECT_EQ(FirstAxisOfAgent(0, -1), Axis::kVertical);
+  EXPECT_EQ(FirstAxisOfAgent(-1, 1), Axis::kVertical) << "a diagonal goes up or down first";
+}
+
+TEST(MoveSmartTest, WithoutControlsTheAgentsFasterAxisComesFirst) {
+  EXPECT_EQ(FirstAxisOfAgent(0, 0), Axis::kVertical);
+}
+
+TEST(MoveSmartTest, OthersFasterAxisComesFirst) {
+  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.1F, 1), Axis::kHorizontal);
+  EXPECT_EQ(FirstAxisOfBall(0.1F, -0.2F, 0), Axis::kVertical);
+}
+
+TEST(MoveSmartTest, EqualSpeedsFollowTheSharedRandomInteger) {
+  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.2F, 4), Axis::kHorizontal);
+  EXPECT_EQ(FirstAxisOfBall(0.2F, -0.2F, 5), Axis::kVertical);
+}
+
+TEST(MoveSmartTest, ADiagonalAtACornerTurnsUpFirst) {
+  // Right first would run into the wall; up first slides past it.
+  World world = DrawWorld({"...", "..#"}, 1.4F, 0.85F);
+  world.controls = {.horizontal = 1, .vertical = 1, .turn = 0};
+  world.agent().vx = 0.8F;
+  world.agent().vy = 0.8F;
+  ScriptedRules rules;
+  rules.cell_blocks = [](int kind, Axis axis) {
+    return kind == kWallKind && axis == Axis::kHorizontal;
+  };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(world.agent().y, FloatNear(1.65F, 1e-5F));
+  EXPECT_THAT(world.agent().x, FloatNear(2.0F, 1e-5F))
+      << "two of four moves to the right were free";
+}
+
+// --- Reflection.
+
+TEST(MoveSmartTest, ReflectedFromACellItKeepsItsSpeed) {
+  World world = DrawWorld({"...#"}, 0.5F, 0.5F);
+  Entity& ball = AddBall(world, 2.4F, 0.5F, 0.4F);
+  ball.vx = 0.5F;
+  ScriptedRules rules;
+  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return false; };
+  rules.reflects = [](int kind) { return kind == kWallKind; };
+  MoveSmart(world, rules, ball);
+  // 2.525; 2.65 reaches 0.05 too far and becomes 2.55; then two sub-steps back.
+  EXPECT_THAT(ball.x, FloatNear(2.3F, 1e-5F));
+  EXPECT_EQ(ball.vx, -0.5F);
+}
+
+TEST(MoveSmartTest, ReflectedDownwardAndLeftwardToo) {
+  World world = DrawWorld(kCell, 1.5F, 1.5F);
+  Entity& ball = AddBall(world, 1.5F, 1.45F, 0.4F);
+  ball.vy = -0.2F;
+  ScriptedRules rules;
+  rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return false; };
+  rules.reflects = [](int kind) { return kind == kWallKind; };
+  MoveSmart(world, rules, ball);
+  // 1.40; 1.35 becomes 1.45; 1.50; 1.55.
+  EXPECT_THAT(ball.y, FloatNear(1.55F, 1e-5F));
+  EXPECT_EQ(ball.vy, 0.2F);
+}
+
+TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheShareOfOneSubStep) {
+  World world = DrawWorld({"...#"}, 0.5F, 0.5F);
+  Entity& ball = AddBall(world, 2.4F, 0.5F, 0.4F);
+  ball.vx = 0.5F;
+  ScriptedRules rules;
+  rules.cell_blocks = [](int kind, Axis /*axis*/) { return kind == kWallKind; };
+  rules.reflects = [](int kind) { return kind == kWallKind; };
+  MoveSmart(world, rules, ball);
+  EXPECT_THAT(ball.x, FloatNear(2.3F, 1e-5F));
+  EXPECT_EQ(ball.vx, -0.375F);
+}
+
+// --- Other entities.
+
+TEST(MoveSmartTest, IsPushedOutOfWhatBlocksItAndStands) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 2.6F, 1.5F);
+  world.agent().vx = 0.5F;
+  ScriptedRules rules;
+  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(world.agent().x, FloatEq(1.6F));
+  EXPECT_EQ(world.agent().vx, 0);
+}
+
+TEST(MoveSmartTest, IsPushedOutUpwardWhenItFallsOnWhatBlocksIt) {
+  World world = DrawWorld(kRoom, 1.5F, 2.6F, 0.5F);
+  AddBall(world, 1.5F, 1.5F);
+  world.agent().vy = -0.5F;
+  ScriptedRules rules;
+  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(world.agent().y, FloatEq(2.5F));
+  EXPECT_EQ(world.agent().vy, 0);
+}
+
+TEST(MoveSmartTest, EntitiesThatOnlyTouchDoNotBlock) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 2.4995F, 1.5F);
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(rules.entity_question_count, 0);
+}
+
+TEST(MoveSmartTest, MarkedEntitiesDoNotBlock) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 1.6F, 1.5F).marked = true;
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(rules.entity_question_count, 0);
+}
+
+TEST(MoveSmartTest, EntitiesAreAskedFromTheLastToTheFirst) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 1.6F, 1.5F).theme = 1;
+  AddBall(world, 1.6F, 1.5F).theme = 2;
+  world.whole_cell_motion = true;
+  std::vector<int> asked;
+  ScriptedRules rules;
+  rules.entity_blocks = [&asked](const Entity& other) {
+    asked.push_back(other.theme);
+    return false;
+  };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_THAT(asked, testing::ElementsAre(2, 1, 2, 1)) << "of each of the two moves";
+}
+
+// An entity with the agent's centre pushes by 0, which leads nowhere: each push meets it again.
+TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  AddBall(world, 1.5F, 1.5F);
+  ScriptedRules rules;
+  rules.entity_blocks = [](const Entity& /*other*/) { return true; };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(rules.entity_question_count, 2 * (1 + 5)) << "both axes are blocked in one sub-step";
+  EXPECT_EQ(world.agent().x, 1.5F);
+}
+
+TEST(MoveSmartTest, APushMeetsCells) {
+  // The ball pushes the agent 0.7 to the left, into the wall, whose edge it is put at.
+  World world = DrawWorld({"#...."}, 1.5F, 0.5F, 0.5F);
+  AddBall(world, 1.9F, 0.5F);
+  world.agent().vx = 0.4F;
+  ScriptedRules rules;
+  rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, 1.5F);
+}
+
+TEST(MoveSmartTest, IsThrownBackFromAnEntityItReflectsFrom) {
+  World world = DrawWorld(kRoom, 4, 4);
+  Entity& other = AddBall(world, 2.6F, 1.5F);
+  other.kind = kBallKind + 1;
+  Entity& ball = AddBall(world, 1.5F, 1.5F);
+  ball.vx = 0.5F;
+  ScriptedRules rules;
+  rules.reflects = [](int kind) { return kind == kBallKind + 1; };
+  MoveSmart(world, rules, ball);
+  // 1.625 reaches 0.025 too far and becomes 1.575; then three sub-steps back.
+  EXPECT_THAT(ball.x, FloatNear(1.2F, 1e-5F));
+  EXPECT_EQ(ball.vx, -0.5F) << "this does not count as blocked";
+}
+
+TEST(MoveSmartTest, IsThrownBackUpward) {
+  World world = DrawWorld(kRoom, 4, 4);
+  Entity& other = AddBall(world, 1.5F, 1.5F);
+  other.kind = kBallKind + 1;
+  Entity& ball = AddBall(world, 1.5F, 2.6F);
+  ball.vy = -0.5F;
+  ScriptedRules rules;
+  rules.reflects = [](int kind) { return kind == kBallKind + 1; };
+  MoveSmart(world, rules, ball);
+  EXPECT_THAT(ball.y, FloatNear(2.9F, 1e-5F));
+  EXPECT_EQ(ball.vy, 0.5F);
+}
+
+// --- Whole cells.
+
+TEST(MoveSmartTest, InWholeCellMotionItGoesOneCell) {
+  World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
+  world.whole_cell_motion = true;
+  world.agent().vx = -1;
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().x, 0.5F);
+  EXPECT_EQ(world.agent().vx, -1);
+}
+
+TEST(MoveSmartTest, InWholeCellMotionItStaysBeforeAWallWithVelocityZero) {
+  World world = DrawWorld(kCell, 1.5F, 1.5F, 0.5F);
+  world.whole_cell_motion = true;
+  world.agent().vy = 1;
+  ScriptedRules rules;
+  MoveSmart(world, rules, world.agent());
+  EXPECT_EQ(world.agent().y, 1.5F);
+  EXPECT_EQ(world.agent().vy, 0);
+}
+
+}  // namespace
+}  // namespace procgen
