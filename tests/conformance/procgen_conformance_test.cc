@@ -22,21 +22,21 @@ using ::testing::HasSubstr;
 constexpr char kGoldenFolder[] = PROCGEN_SOURCE_DIR "/tests/conformance/golden/";
 constexpr char kMaze[] = "maze.easy.solved-1000.trace";  // one environment, 59 steps
 
-struct Run {
+struct Outcome {
   int exit_status = -1;
   std::string output;
 };
 
-Run RunProgram(const std::string& arguments) {
-  Run run;
+Outcome RunProgram(const std::string& arguments) {
+  Outcome outcome;
   std::FILE* pipe = popen(absl::StrCat(PROCGEN_CONFORMANCE, " ", arguments, " 2>&1").c_str(), "r");
   std::array<char, 4096> buffer;
   while (std::fgets(buffer.data(), static_cast<int>(buffer.size()), pipe) != nullptr) {
-    run.output += buffer.data();
+    outcome.output += buffer.data();
   }
   const int status = pclose(pipe);
-  run.exit_status = status >= 0 ? status >> 8 : status;
-  return run;
+  outcome.exit_status = status >= 0 ? status >> 8 : status;
+  return outcome;
 }
 
 std::string Contents(const std::string& path) {
@@ -55,11 +55,11 @@ std::string Written(const std::string& contents) {
 }
 
 TEST(ProcgenConformanceTest, PassesOnGoldenRecordings) {
-  const Run run = RunProgram(absl::StrCat("--workers 2 ", kGoldenFolder, kMaze, " ", kGoldenFolder,
-                                          "miner.easy.mono-restrict.trace"));
-  EXPECT_EQ(run.exit_status, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("maze.easy.solved-1000.trace: ok\n"));
-  EXPECT_THAT(run.output, HasSubstr("\n2 passed, 0 failed, 0 skipped\n"));
+  const Outcome outcome = RunProgram(absl::StrCat("--workers 2 ", kGoldenFolder, kMaze, " ",
+                                                  kGoldenFolder, "miner.easy.mono-restrict.trace"));
+  EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("maze.easy.solved-1000.trace: ok\n"));
+  EXPECT_THAT(outcome.output, HasSubstr("\n2 passed, 0 failed, 0 skipped\n"));
 }
 
 // Arrays follow the header: 59 bytes of actions, then rewards of 60 rows, and so on.
@@ -68,49 +68,49 @@ TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
   const size_t arrays = contents.find('\n') + 1;
   const size_t first = arrays + 59 + 60 * 4;
   contents[first + 4] ^= 1;
-  const Run run = RunProgram(Written(contents));
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr(": step 4, environment 0, first: expected 1, got 0\n"));
-  EXPECT_THAT(run.output, HasSubstr("0 passed, 1 failed, 0 skipped\n"));
+  const Outcome outcome = RunProgram(Written(contents));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr(": step 4, environment 0, first: expected 1, got 0\n"));
+  EXPECT_THAT(outcome.output, HasSubstr("0 passed, 1 failed, 0 skipped\n"));
 }
 
 TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   contents[contents.find('\n') + 1 + 59 + 2 * 4] ^= 1;
-  const Run run = RunProgram(Written(contents));
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr(": step 2, environment 0, reward: expected "));
+  const Outcome outcome = RunProgram(Written(contents));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr(": step 2, environment 0, reward: expected "));
 }
 
 TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, "maze.memory.mono-restrict.trace"));
   contents.back() ^= 1;
-  const Run run = RunProgram(Written(contents));
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
+  const Outcome outcome = RunProgram(Written(contents));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
-  const Run run = RunProgram(Written(contents.substr(0, contents.size() - 10)));
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr("the file ends within array prev_level_complete"));
+  const Outcome outcome = RunProgram(Written(contents.substr(0, contents.size() - 10)));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("the file ends within array prev_level_complete"));
 }
 
 TEST(ProcgenConformanceTest, AMissingFileFails) {
-  const Run run = RunProgram("/nowhere/at.all");
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr("cannot open /nowhere/at.all"));
+  const Outcome outcome = RunProgram("/nowhere/at.all");
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("cannot open /nowhere/at.all"));
 }
 
 TEST(ProcgenConformanceTest, AnUnknownGameFails) {
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const size_t header_size = contents.find('\n');
-  const Run run = RunProgram(
+  const Outcome outcome = RunProgram(
       Written(absl::StrReplaceAll(contents.substr(0, header_size), {{"\"maze\"", "\"mazes\""}}) +
               contents.substr(header_size)));
-  EXPECT_EQ(run.exit_status, 1);
-  EXPECT_THAT(run.output, HasSubstr("no game is named \"mazes\""));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("no game is named \"mazes\""));
 }
 
 // Written for a game of the suite that is not there yet, while there is one.
@@ -123,20 +123,20 @@ TEST(ProcgenConformanceTest, AGameThatIsNotThereIsSkipped) {
   const absl::string_view missing = found->name;
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const size_t header_size = contents.find('\n');
-  const Run run =
+  const Outcome outcome =
       RunProgram(Written(absl::StrReplaceAll(contents.substr(0, header_size),
                                              {{"\"maze\"", absl::StrCat("\"", missing, "\"")}}) +
                          contents.substr(header_size)));
-  EXPECT_EQ(run.exit_status, 0);
-  EXPECT_THAT(run.output,
+  EXPECT_EQ(outcome.exit_status, 0);
+  EXPECT_THAT(outcome.output,
               HasSubstr(absl::StrCat(": skipped: the game ", missing, " is not there yet")));
-  EXPECT_THAT(run.output, HasSubstr("0 passed, 0 failed, 1 skipped\n"));
+  EXPECT_THAT(outcome.output, HasSubstr("0 passed, 0 failed, 1 skipped\n"));
 }
 
 TEST(ProcgenConformanceTest, WithoutFilesItSaysHowItIsUsed) {
-  const Run run = RunProgram("");
-  EXPECT_EQ(run.exit_status, 2);
-  EXPECT_THAT(run.output, HasSubstr("usage: procgen-conformance"));
+  const Outcome outcome = RunProgram("");
+  EXPECT_EQ(outcome.exit_status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-conformance"));
   EXPECT_EQ(RunProgram(absl::StrCat("--workers 0 ", kGoldenFolder, kMaze)).exit_status, 2);
 }
 
