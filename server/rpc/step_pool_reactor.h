@@ -23,13 +23,11 @@ namespace procgen {
 // The life of a stream:
 //  1. The first request is read and must attach.
 //  2. Requests are read, one at a time, as long as one of requests_in_flight_max slots is free;
-//  they
-//     wait in `inbox_`. A slot is free again when its last response is written: a learner that does
-//     not read its answers is not read either.
+//     they wait in `inbox_`. A slot is free again when its last response is written: a learner that
+//     does not read its answers is not read either.
 //  3. The first of the inbox takes a turn at the pool, is accepted, and is carried out part by
-//  part:
-//     each part is stepped straight into one of two response messages, so one is stepped while the
-//     other is on its way.
+//     part: each part is stepped straight into one of two response messages, so one is stepped
+//     while the other is on its way.
 //  4. The stream ends when no more is read, the inbox is empty, no turn is held and all is written;
 //     or, after a cancellation, as soon as the turn has ended. A request that was accepted is
 //     always carried out to its end, if need be unseen: it is taken whole or not at all.
