@@ -81,6 +81,7 @@ def run_game(
     """Steps one game with random actions, one half of the pool after the other."""
     rng = np.random.default_rng(0)
     with client.create_pool(name, arguments.environments, rand_seed=0) as pool:
+        pool.observe()  # The first pictures take longer: art is unpacked when it is first needed.
         middle = pool.env_count // 2
         halves = ((0, middle), (middle, pool.env_count - middle))
         # While the answer of one half is on its way, the server steps the other.

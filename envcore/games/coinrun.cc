@@ -7,6 +7,8 @@
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
+#include "envcore/world/placing.h"
+#include "envcore/world/support.h"
 
 namespace procgen {
 namespace {
@@ -41,7 +43,6 @@ constexpr float kJumpSpeed = 1.5F;      // also the limit of the vertical speed
 constexpr float kGravity = 0.2F;        // cells a step, each step
 constexpr double kDuckShare = 0.2;      // of the vertical control, with support
 constexpr double kWalkerSpeed = 0.15;
-constexpr double kFeetMargin = 0.01;  // how far below and inside of the box support is felt
 constexpr float kCoinReward = 10;
 constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
 constexpr double kStandingSpeed = 0.01;  // slower is standing
@@ -344,21 +345,12 @@ class CoinRun final : public Game {
     walker.image_kind =
         (step_number() / kFrameSteps) % 2 == 0 ? kWalkerImageKind : kWalkerStepImageKind;
     walker.mirrored = walker.vx > 0;
-    const auto dust_y = static_cast<float>(walker.y - walker.ry * 0.5);
-    Entity& dust = world_.entities.emplace_back(
-        Entity::Make(kTrailKind, walker.x, dust_y, 0, 0.01F, 0.3F, 0.2F));
-    dust.expiry = 8;
-    dust.opacity = 0.5F;
+    SpawnDust(world_, walker);
   }
 
   void Steer() override {
     const Entity& agent = world_.agent();
-    const auto feet_y = static_cast<float>(agent.y - (agent.ry + kFeetMargin));
-    const auto left_x = static_cast<float>(agent.x - (agent.rx - kFeetMargin));
-    const auto right_x = static_cast<float>(agent.x + (agent.rx - kFeetMargin));
-    const bool on_ground = IsGround(world_.CellAtPoint(left_x, feet_y)) ||
-                           IsGround(world_.CellAtPoint(right_x, feet_y));
-    has_support_ = (on_crate_ || on_ground) && agent.vy == 0;
+    has_support_ = (on_crate_ || StandsOn(world_, agent, IsGround)) && agent.vy == 0;
     on_crate_ = false;
     if (world_.controls.vertical > 0 && !has_support_) {
       world_.controls.vertical = 0;

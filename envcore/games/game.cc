@@ -80,17 +80,21 @@ void Game::StandardStep() {
     agent.spin = kSpinDecay * agent.spin;
     agent.spin += kSpinPerTurn * world_.controls.turn;
   }
+  MoveEntities();
+  MeetAll(world_, *this);
+  RemoveGone(world_);
+  if (world_.IsOutside(world_.agent())) {
+    outcome_.done = true;
+  }
+}
+
+void Game::MoveEntities() {
   for (size_t i = world_.entities.size(); i-- > 0;) {
     Entity& entity = world_.entities[i];
     if (entity.smart) {
       MoveSmart(world_, *this, entity);
     }
     entity.Step();
-  }
-  MeetAll(world_, *this);
-  RemoveGone(world_);
-  if (world_.IsOutside(world_.agent())) {
-    outcome_.done = true;
   }
 }
 
@@ -180,7 +184,9 @@ void Game::FillScene(Scene* scene) const {
       .index = background_index_,
       .generated = options_.use_generated_assets ? &generated_background_ : nullptr,
       .offset = background_offset_,
-      .tile_ratio = art_.background_tile_ratio};
+      .tile_ratio = art_.background_tile_ratio,
+      .scrolls = art_.background_scrolls,
+      .scrolled_steps = step_number_};
   AddSprites(-1, &scene->below_cells);
   FillCells(scene->camera, &scene->cells);
   AddSprites(0, &scene->above_cells);
@@ -220,6 +226,7 @@ void Game::AddSprites(int layer, std::vector<Sprite>* sprites) const {
 void Game::FillCells(const Camera& camera, CellLayer* cells) const {
   cells->grid = &world_.grid;
   cells->out_of_bounds_kind = world_.out_of_bounds_kind;
+  cells->dots = cell_dots_;
   for (size_t kind = 0; kind < cell_looks_.size(); ++kind) {
     const CellLook& look = cell_looks_[kind];
     cells->looks[kind] = {look.image_kind,

@@ -23,6 +23,7 @@ struct GameArtFacts {
   absl::Span<const int> kept_theme_kinds = {};    // keep their themes when themes are restricted
   BackgroundGroup background_group = BackgroundGroup::kPlatform;
   float background_tile_ratio = 0;
+  bool background_scrolls = false;  // moves to the left with time
 };
 
 // What a step brought.
@@ -70,6 +71,8 @@ class Game : public Rules {
   void StandardReset(int width, int height, AgentStart agent_start = AgentStart::kRandom);
   // The standard step: controls, the agent's velocity, motion, contacts, removal.
   void StandardStep();
+  // The motion alone: moves every entity, from last to first, without contacts and removal.
+  void MoveEntities();
 
   // Changes the controls, which hold the action's direction, to what the game makes of it.
   virtual void Steer() {}
@@ -112,6 +115,8 @@ class Game : public Rules {
   // How each kind of cell looks; a new level starts with every kind showing its own picture in
   // theme 0.
   std::array<CellLook, kKindCount> cell_looks_;
+  // The kind of cell that shows a flat dot; by default none.
+  CellDots cell_dots_;
 
   RandomStream random_;  // the level stream
   World world_;

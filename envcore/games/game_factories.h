@@ -11,9 +11,21 @@ namespace procgen {
 // One for each game that is there, in <game>.cc; called through the catalog. REQUIRES: a mode that
 // the game has.
 std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
+std::unique_ptr<Game> MakeBossFight(const GameOptions& options);
+std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options);
+std::unique_ptr<Game> MakeChaser(const GameOptions& options);
+std::unique_ptr<Game> MakeClimber(const GameOptions& options);
 std::unique_ptr<Game> MakeCoinRun(const GameOptions& options);
+std::unique_ptr<Game> MakeDodgeball(const GameOptions& options);
+std::unique_ptr<Game> MakeFruitBot(const GameOptions& options);
+std::unique_ptr<Game> MakeHeist(const GameOptions& options);
+std::unique_ptr<Game> MakeJumper(const GameOptions& options);
+std::unique_ptr<Game> MakeLeaper(const GameOptions& options);
 std::unique_ptr<Game> MakeMaze(const GameOptions& options);
 std::unique_ptr<Game> MakeMiner(const GameOptions& options);
+std::unique_ptr<Game> MakeNinja(const GameOptions& options);
+std::unique_ptr<Game> MakePlunder(const GameOptions& options);
+std::unique_ptr<Game> MakeStarPilot(const GameOptions& options);
 
 }  // namespace procgen
 

@@ -12,10 +12,12 @@
 namespace procgen {
 namespace {
 
+// Ellipses that are larger or farther away are not drawn.
+constexpr double kReachPx = 1e6;
+
 bool IsDrawable(const ScreenRect& rect) {
-  constexpr double kFarPx = 1e6;
-  return rect.width > 0 && rect.height > 0 && rect.width < kFarPx && rect.height < kFarPx &&
-         std::abs(rect.x) < kFarPx && std::abs(rect.y) < kFarPx;
+  return rect.width > 0 && rect.height > 0 && rect.width < kReachPx && rect.height < kReachPx &&
+         std::abs(rect.x) < kReachPx && std::abs(rect.y) < kReachPx;
 }
 
 std::optional<MidpointEllipse> WholePixels(const ScreenRect& rect) {

@@ -39,15 +39,16 @@ inline void LayOver(const Rgba& source, uint8_t* rgb) {
   rgb[2] = static_cast<uint8_t>(source.blue + Mul(rgb[2], rest));
 }
 
-// The whole pixel next to a place: halves go up, also below zero. Far places are cut to what an int
-// holds.
+// Where places are cut to what an int holds, pixels.
+inline constexpr double kFarPx = 1e9;
+
+// The whole pixel next to a place: halves go up, also below zero. Far places are cut.
 inline int RoundPx(double v) {
-  constexpr double kFar = 1e9;
   const double rounded = std::floor(v + 0.5);
-  if (!(rounded > -kFar)) {
-    return static_cast<int>(-kFar);
+  if (!(rounded > -kFarPx)) {
+    return static_cast<int>(-kFarPx);
   }
-  return static_cast<int>(rounded < kFar ? rounded : kFar);
+  return static_cast<int>(rounded < kFarPx ? rounded : kFarPx);
 }
 
 // `opacity` in [0, 1] as the factor of Mul: 255 for what is fully opaque, otherwise of 256 steps.

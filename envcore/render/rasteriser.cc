@@ -11,12 +11,13 @@
 namespace procgen {
 namespace {
 
+constexpr uint64_t kMultiplier = 0x9E3779B97F4A7C15;  // spreads bits
+
 // Tells the art of one level from that of another.
 uint64_t FingerprintOf(const GeneratedArt& art) {
-  constexpr uint64_t kPrime = 0x9E3779B97F4A7C15;
   uint64_t hash = static_cast<uint64_t>(art.side_px);
   const auto add = [&hash](uint64_t value) {
-    hash = (hash ^ value) * kPrime;
+    hash = (hash ^ value) * kMultiplier;
     hash ^= hash >> 29;
   };
   for (const PaintStep& step : art.steps) {

@@ -12,6 +12,9 @@ namespace procgen {
 namespace {
 
 constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
+constexpr int kStripCellsInView = 16;         // a background that scrolls
+constexpr double kStripWidth = 54;            // in picture sides
+constexpr double kStripHeight = 3;
 
 // Into how many squares-by-ratio a rectangle of `length` x `breadth` is cut along its length.
 int TileCount(double length, double breadth, double ratio) {
@@ -107,6 +110,10 @@ class Drawing {
   }
 
   void DrawBackground(const Picture& picture) const {
+    if (scene_.background.scrolls) {
+      DrawStrip(picture);
+      return;
+    }
     const auto world_w = static_cast<float>(scene_.world_width);
     const auto world_h = static_cast<float>(scene_.world_height);
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
@@ -124,6 +131,16 @@ class Drawing {
     const float stretch = picture_ratio / world_ratio;
     DrawBackdrop(picture, {world.x + world.width * static_cast<double>(-shift), world.y,
                            world.width * static_cast<double>(stretch), world.height});
+  }
+
+  // The strip of a background that scrolls; the view shows the middle third of its height.
+  void DrawStrip(const Picture& picture) const {
+    const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
+    const auto steps = static_cast<float>(scene_.background.scrolled_steps);
+    const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
+    const double side = frame_.side_px;
+    ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
+                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
   }
 
   SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
@@ -156,7 +173,9 @@ class Drawing {
       for (int y = cells.first_row; y <= cells.last_row; ++y) {
         const int kind =
             cells.grid->Contains(x, y) ? cells.grid->At(x, y) : cells.out_of_bounds_kind;
-        if (kind >= 0 && kind < kKindCount) {
+        if (kind == cells.dots.kind && kind != kOutsideKind) {
+          DrawDot(x, y, cells.dots);
+        } else if (kind >= 0 && kind < kKindCount) {
           DrawCell(x, y, cells.looks[static_cast<size_t>(kind)]);
         }
       }
@@ -173,6 +192,15 @@ class Drawing {
     } else {
       DrawPicture(ArtOf(look.image_kind, look.theme, false), rect, 0, 1);
     }
+  }
+
+  void DrawDot(int x, int y, const CellDots& dots) const {
+    const ScreenRect cell = viewport_.OfCell(x, y);
+    const auto share = static_cast<double>(dots.share);
+    const auto rest = static_cast<double>(1 - dots.share);
+    DrawFlat({cell.x + cell.width * rest / 2, cell.y + cell.height * rest / 2, cell.width * share,
+              cell.height * share},
+             {dots.color[0], dots.color[1], dots.color[2], 255});
   }
 
   void DrawVelocity() const {

@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kOne = 65536;  // 16.16 fixed point
 constexpr double kLevelSlope = 1e20;
+constexpr double kFarFixed = 1e15;  // far outside of any picture
 
 // 16.16, truncated; places far outside are cut, far enough to stay outside.
 int64_t ToFixed(double v) {
-  constexpr double kFar = 1e15;
-  return static_cast<int64_t>(std::clamp(v * kOne, -kFar, kFar));
+  return static_cast<int64_t>(std::clamp(v * kOne, -kFarFixed, kFarFixed));
 }
 
 // Where a boundary stands in a row, and its slope.
@@ -58,6 +58,12 @@ void EmitBand(double y1, double y2, const Edge& left_edge, const Edge& right_edg
 double Floor64th(double v) { return std::floor(v * 64) / 64; }
 
 bool EqualIn64ths(double a, double b) { return static_cast<int64_t>((b - a) * 64) == 0; }
+
+// The first row whose centre is not above `y`, by the rule for thick lines: cut, not rounded, below
+// zero.
+int FirstRowFrom(double y) {
+  return static_cast<int>(y + 0.5);  // NOLINT(bugprone-incorrect-roundings)
+}
 
 // The last row that is wholly above `y`, by the rule for thick lines.
 int LastRowAbove(double y) { return y < 0.5 ? -1 : static_cast<int>(y - 0.5); }
@@ -132,9 +138,9 @@ void EmitUprightLine(ThickLine line, int side_px, RunSink sink) {
   if (EqualIn64ths(left, right) || EqualIn64ths(top, bottom)) {
     return;
   }
-  const int first = static_cast<int>(left + 0.5);
+  const int first = FirstRowFrom(left);
   const int last = LastRowAbove(right);
-  for (int row = static_cast<int>(top + 0.5); row <= LastRowAbove(bottom); ++row) {
+  for (int row = FirstRowFrom(top); row <= LastRowAbove(bottom); ++row) {
     EmitClipped(row, first, last + 1, side_px, side_px, sink);
   }
 }
@@ -176,7 +182,7 @@ void EmitSlanted(ThickLine line, int side_px, RunSink sink) {
     const double slope = SlopeOf(upper, lower);
     return Boundary{ToFixed(upper.x + inset + (row + 0.5 - upper.y) * slope), ToFixed(slope)};
   };
-  const int first = static_cast<int>(c.top.y + 0.5);
+  const int first = FirstRowFrom(c.top.y);
   const int last = LastRowAbove(c.bottom.y);
   const int left_turn = LastRowAbove(c.left.y);
   const int right_turn = LastRowAbove(c.right.y);

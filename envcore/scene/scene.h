@@ -39,6 +39,13 @@ struct CellLook {
   int16_t theme = 0;
 };
 
+// A kind of cell that shows a flat square in its middle, in every art style, in place of a picture.
+struct CellDots {
+  int kind = kOutsideKind;                   // kOutsideKind: none
+  float share = 0;                           // of the square's side in the cell's
+  std::array<uint8_t, 3> color = {0, 0, 0};  // red, green, blue
+};
+
 // The cells of a grid that are in view. Empty cells (kEmptyKind) are not drawn, nor are cells
 // outside of the grid when their kind is kOutsideKind.
 struct CellLayer {
@@ -49,10 +56,12 @@ struct CellLayer {
   int last_row = -1;
   int out_of_bounds_kind = kOutsideKind;
   std::array<CellLook, kKindCount> looks;  // by kind
+  CellDots dots;
 };
 
-// The picture behind everything, stretched to the world's height (tile_ratio 0) or tiled downward
-// in squares (-1).
+// The picture behind everything, stretched to the world's height (tile_ratio 0), tiled downward in
+// squares (-1), or, if it `scrolls`, in a strip of squares three times as high as the view that
+// moves to the left.
 struct Background {
   bool shown = false;  // false: black
   BackgroundGroup group = BackgroundGroup::kPlatform;
@@ -61,6 +70,8 @@ struct Background {
       nullptr;       // in place of the group's picture; must outlive the drawing of the scene
   float offset = 0;  // how far the picture is shifted to the left, in [0, 1]
   float tile_ratio = 0;
+  bool scrolls = false;        // then offset and tile_ratio are not used
+  int32_t scrolled_steps = 0;  // how far
 };
 
 // Two squares in the top left corner whose grey tells the agent's velocity.

@@ -110,6 +110,9 @@ class Mover {
     }
     entity_.x = x;
     entity_.y = y;
+    if (answer.blocked) {
+      rules_.OnStoppedByCell(entity_, axis);
+    }
     return answer.blocked;
   }
 

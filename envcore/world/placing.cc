@@ -8,6 +8,13 @@ namespace {
 
 constexpr int kAttemptsMax = 100;
 
+constexpr double kDustDepth = 0.5;    // below its parent's centre, in the parent's half-heights
+constexpr float kDustSpeed = 0.01F;   // cells a step, upward
+constexpr float kDustRadiusX = 0.3F;  // cells, at first
+constexpr float kDustRadiusY = 0.2F;
+constexpr float kDustOpacity = 0.5F;
+constexpr int kDustLifeSteps = 8;
+
 bool Collides(const World& world, const Entity& entity, CollisionCheck check) {
   if (Overlap(entity, world.agent(), 0)) {
     return true;
@@ -51,6 +58,20 @@ Entity& SpawnChild(World& world, int kind, float radius, const Entity& parent,
   const float vy = keeps_velocity ? parent.vy : 0;
   return world.entities.emplace_back(
       Entity::Make(kind, parent.x, parent.y, vx, vy, radius, radius));
+}
+
+bool OverlapsAnything(const World& world, const Entity& entity) {
+  return std::any_of(world.entities.begin(), world.entities.end(),
+                     [&entity](const Entity& other) { return Overlap(entity, other, 0); });
+}
+
+Entity& SpawnDust(World& world, const Entity& parent) {
+  const auto y = static_cast<float>(parent.y - parent.ry * kDustDepth);
+  Entity& dust = world.entities.emplace_back(
+      Entity::Make(kTrailKind, parent.x, y, 0, kDustSpeed, kDustRadiusX, kDustRadiusY));
+  dust.expiry = kDustLifeSteps;
+  dust.opacity = kDustOpacity;
+  return dust;
 }
 
 void PlaceAgentAnew(World& world, RandomStream& random) {

@@ -30,6 +30,12 @@ Entity& SpawnInBox(World& world, RandomStream& random, int kind, float rx, float
 Entity& SpawnAtCell(World& world, int kind, float radius, int cell_index);
 // Adds a square entity of `kind` at the centre of `parent`, at rest or with the parent's velocity.
 Entity& SpawnChild(World& world, int kind, float radius, const Entity& parent, bool keeps_velocity);
+// Adds a puff of dust at the feet of `parent`: it rises slowly, grows, fades and soon is gone.
+// Returns it.
+Entity& SpawnDust(World& world, const Entity& parent);
+
+// Whether `entity`, which is not in the world yet, overlaps anything in it.
+bool OverlapsAnything(const World& world, const Entity& entity);
 
 // Draws a new place for the agent, anywhere in the world, until it overlaps nothing; at most 100
 // times.

@@ -23,6 +23,10 @@ class Rules {
     return Blocks(mover, other.kind, axis);
   }
 
+  // A cell has just stopped `mover` in its motion on this axis; what this makes of its velocity
+  // holds for the rest of the way. By default nothing.
+  virtual void OnStoppedByCell(Entity& /*mover*/, Axis /*axis*/) {}
+
   // The agent touches `other` (which may be marked already).
   virtual void OnAgentContact(Entity& other) = 0;
   // `self`, which takes part in entity contacts, touches `other`; neither is marked.

@@ -125,7 +125,7 @@ class RemoteLearner {
 void RunStream(int32_t env_count, benchmark::State& state) {
   const auto learner = RemoteLearner::Start(env_count);
   absl::Status status = learner.status();
-  absl::StatusOr<std::unique_ptr<BareStream>> bare = status;
+  absl::StatusOr<std::unique_ptr<BareStream>> bare;
   if (status.ok()) {
     bare = BareStream::Start((*learner)->Shape());
     status = bare.status();

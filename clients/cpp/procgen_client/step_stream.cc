@@ -45,6 +45,9 @@ absl::Status StepStream::Observe(Batch* batch) {
 }
 
 absl::Status StepStream::Call(procgen::v1::StepPoolRequest request, Batch* batch) {
+  if (absl::Status status = Over(); !status.ok()) {
+    return status;
+  }
   if (next_sequence_number_ - 1 != answered_sequence_number_) {
     return absl::FailedPreconditionError("requests are unanswered; receive their answers first");
   }
@@ -58,25 +61,24 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     return absl::FailedPreconditionError(
         absl::StrCat(unanswered, " requests are unanswered, allowed: ", requests_in_flight_max()));
   }
-  {
-    absl::MutexLock lock(&mutex_);
-    if (finished_) {
-      return status_;
-    }
+  if (absl::Status status = Over(); !status.ok()) {
+    return status;
   }
-  request.set_sequence_number(next_sequence_number_);
+  // Counted before it is sent: its answer may arrive before Write returns.
+  const int64_t number = next_sequence_number_++;
+  request.set_sequence_number(number);
   if (!stream_->Write(request)) {
     return Finish();
   }
-  return next_sequence_number_++;
+  return number;
 }
 
 absl::Status StepStream::Receive(Batch* batch) {
-  {
-    absl::MutexLock lock(&mutex_);
-    if (finished_) {
-      return status_;
-    }
+  if (absl::Status status = Over(); !status.ok()) {
+    return status;
+  }
+  if (next_sequence_number_ - 1 == answered_sequence_number_) {
+    return absl::FailedPreconditionError("no request is unanswered; send one first");
   }
   if (absl::Status status = Read(&batch->response_); !status.ok()) {
     return status;
@@ -99,6 +101,11 @@ absl::Status StepStream::Read(procgen::v1::StepPoolResponse* response) {
     return Finish();
   }
   return absl::OkStatus();
+}
+
+absl::Status StepStream::Over() {
+  absl::MutexLock lock(&mutex_);
+  return finished_ ? status_ : absl::OkStatus();
 }
 
 absl::Status StepStream::Finish() {

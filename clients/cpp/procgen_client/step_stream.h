@@ -73,6 +73,8 @@ class StepStream {
   StepStream() = default;
   absl::Status Attach(procgen::v1::StepService::Stub* stub, const std::string& pool,
                       const StreamOptions& options);
+  // OK while the stream goes on; afterwards what every call returns.
+  absl::Status Over();
   // What the server says of the stream; it is over.
   absl::Status Finish();
   absl::Status Read(procgen::v1::StepPoolResponse* response);
@@ -81,7 +83,7 @@ class StepStream {
   std::unique_ptr<ReaderWriter> stream_;
   procgen::v1::Attached attached_;
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first
-  int64_t next_sequence_number_ = 1;
+  std::atomic<int64_t> next_sequence_number_ = 1;
   std::atomic<int64_t> answered_sequence_number_ = 0;
   absl::Mutex mutex_;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;

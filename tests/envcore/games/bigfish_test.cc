@@ -130,7 +130,7 @@ TEST(BigFishTest, TheWholeTankIsSeenWhateverCenterAgentSays) {
   EXPECT_EQ(scene.camera.center_x, 10);
 }
 
-struct Arrival {
+struct SpawnedFish {
   int32_t step;
   float x, y, vx, rx, ry;
   int theme;
@@ -138,7 +138,7 @@ struct Arrival {
 
 // Check values of the specification.
 TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
-  const std::vector<Arrival> expected = {
+  const std::vector<SpawnedFish> expected = {
       {3, 20.9856873F, 4.75722837F, -0.17168586F, 0.985687554F, 0.529350698F, 2},
       {11, -1.29946744F, 3.71313262F, 0.263031006F, 1.29946744F, 0.766352594F, 0},
       {14, -1.87904835F, 13.8266439F, 0.193513185F, 1.87904835F, 1.47639513F, 1},
@@ -151,7 +151,7 @@ TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
     Stage(*game).agent().rx = 0;  // meets nobody
     if (game->world().entities.size() > 1 + fish_count) {
       ASSERT_LT(fish_count, expected.size());
-      const Arrival& fish = expected[fish_count++];
+      const SpawnedFish& fish = expected[fish_count++];
       const Entity& entity = game->world().entities.back();
       EXPECT_EQ(step, fish.step);
       EXPECT_EQ(entity.x, fish.x);

@@ -14,6 +14,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::Ge;
 using ::testing::Not;
 
@@ -69,6 +70,38 @@ int CellOfKind(const Maze& maze, int kind) {
   }
   EXPECT_EQ(found.size(), 1U) << "kind " << kind;
   return found.empty() ? 0 : found[0];
+}
+
+// '#' wall, '.' open, S start, E exit, A B C doors, a b c their keys; the top row first.
+std::vector<std::string> Drawn(const Maze& maze) {
+  std::vector<std::string> rows;
+  for (int y = maze.size() - 1; y >= 0; --y) {
+    std::string& row = rows.emplace_back();
+    for (int x = 0; x < maze.size(); ++x) {
+      const int kind = maze.At(x, y);
+      if (kind >= kMazeKeyKind) {
+        row += static_cast<char>('a' + kind - kMazeKeyKind);
+      } else if (kind >= kMazeDoorKind) {
+        row += static_cast<char>('A' + kind - kMazeDoorKind);
+      } else {
+        row += kind == kWallKind        ? '#'
+               : kind == kEmptyKind     ? '.'
+               : kind == kMazeStartKind ? 'S'
+               : kind == kExitKind      ? 'E'
+                                        : '?';
+      }
+    }
+  }
+  return rows;
+}
+
+// The stream of a level after the draws that its game takes before it makes the maze.
+RandomStream StreamOfLevel(int level_seed, int draws_before) {
+  RandomStream random(level_seed);
+  for (int i = 0; i < draws_before; ++i) {
+    random.Raw();
+  }
+  return random;
 }
 
 int PartitionCount(int size) { return 2 * ((size - 1) / 2) * ((size + 1) / 2); }
@@ -213,6 +246,68 @@ TEST(MazeTest, HasAtMostAsManyDoorsAsForks) {
   EXPECT_EQ(static_cast<int>(CellsWithout(maze, {kWallKind, kEmptyKind}).size()),
             2 + 2 * door_count)
       << "start, exit, doors and their keys";
+}
+
+TEST(MazeTest, TakesNoDrawForDoorsWhereForksAreFewer) {
+  RandomStream random(4);
+  Maze maze(3);  // this one has no fork
+  EXPECT_EQ(maze.MakeWithDoors(random, 2), 0);
+  const int start_and_exit = 2;
+  EXPECT_EQ(static_cast<int>(random.draws()), PartitionCount(3) + start_and_exit);
+}
+
+TEST(MazeTest, DoorsStandInForksAndNotBesideTheStart) {
+  for (int seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomStream random(seed);
+    Maze plain(7 + 2 * (seed % 5));
+    plain.MakePlain(random);
+    random.Seed(seed);
+    Maze maze(plain.size());
+    const int door_count = maze.MakeWithDoors(random, 1 + seed % 3);
+    const std::vector<int> around_start = Neighbors(maze, CellOfKind(maze, kMazeStartKind));
+    for (int door = 0; door < door_count; ++door) {
+      const int cell = CellOfKind(maze, kMazeDoorKind + door);
+      const std::vector<int> around_door = Neighbors(maze, cell);
+      const auto ways =
+          std::count_if(around_door.begin(), around_door.end(),
+                        [&plain](int neighbor) { return KindAt(plain, neighbor) == kEmptyKind; });
+      EXPECT_GT(ways, 2);
+      EXPECT_THAT(around_start, Not(Contains(cell)));
+    }
+  }
+}
+
+// The maze of level 1000 of chaser's easy mode, from a recording of the released benchmark.
+TEST(MazeTest, WithoutDeadEndsIsAsRecorded) {
+  RandomStream random = StreamOfLevel(1000, 4);
+  Maze maze(11);
+  maze.MakeWithoutDeadEnds(random);
+  EXPECT_THAT(Drawn(maze), ElementsAre("...........",  //
+                                       ".#######.#.",  //
+                                       "...........",  //
+                                       "######.#.#.",  //
+                                       ".....#.#...",  //
+                                       ".###.#.#.##",  //
+                                       "...........",  //
+                                       ".#.#######.",  //
+                                       ".#.........",  //
+                                       ".#.###.#.#.",  //
+                                       ".......#..."));
+}
+
+// The maze of level 1001 of heist's hard mode, likewise.
+TEST(MazeTest, WithDoorsIsAsRecorded) {
+  RandomStream random = StreamOfLevel(1001, 6);
+  Maze maze(7);
+  EXPECT_EQ(maze.MakeWithDoors(random, 2), 2);
+  EXPECT_THAT(Drawn(maze), ElementsAre(".aS#...",  //
+                                       "##.#.#.",  //
+                                       ".#.#.#.",  //
+                                       ".#.#.##",  //
+                                       ".#A..b.",  //
+                                       ".#.####",  //
+                                       "..B.E.."));
 }
 
 }  // namespace

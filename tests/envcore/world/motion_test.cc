@@ -152,6 +152,27 @@ TEST(MoveSmartTest, AsksUntilOneCornerBlocksAndAllCornersWhetherTheyReflect) {
   EXPECT_EQ(rules.reflect_question_count, 2 * 4);
 }
 
+TEST(MoveSmartTest, TheVelocityThatAStopLeavesHoldsForTheRestOfTheWay) {
+  World world = DrawWorld(kRoom, 0.5F, 0.5F);
+  world.grid.Set(3, 2, kWallKind);
+  Entity& ball = AddBall(world, 2.25F, 2.5F);
+  ball.vx = 1;
+  ball.vy = 0.25F;
+  int stops = 0;
+  ScriptedRules rules;
+  rules.on_stopped_by_cell = [&stops](Entity& mover) {
+    mover.vx = 0;
+    mover.vy = 0;
+    ++stops;
+  };
+  MoveSmart(world, rules, ball);
+  EXPECT_EQ(ball.x, 2.5F) << "flush with the wall, which it meets in its second sub-step";
+  EXPECT_EQ(ball.y, 2.5F + 0.25F / 4) << "the way of its first sub-step";
+  EXPECT_EQ(ball.vx, 0);
+  EXPECT_EQ(ball.vy, 0);
+  EXPECT_EQ(stops, 1);
+}
+
 TEST(MoveSmartTest, MarkedOnesDoNotMove) {
   World world = DrawWorld(kRoom, 2.5F, 2.5F);
   ScriptedRules rules;

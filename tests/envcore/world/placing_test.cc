@@ -105,6 +105,21 @@ TEST(SpawnChildTest, TheParentMayBeInTheWorld) {
   EXPECT_EQ(child.y, 2);
 }
 
+TEST(SpawnDustTest, RisesFromTheFeetForNinePictures) {
+  World world = DrawWorld(kEmptyRoom, 1, 2);
+  const Entity& dust = SpawnDust(world, world.agent());
+  EXPECT_EQ(dust.kind, kTrailKind);
+  EXPECT_EQ(dust.x, 1);
+  EXPECT_EQ(dust.y, 1.8F);
+  for (int step = 0; step < 8; ++step) {
+    world.entities.back().Step();
+  }
+  EXPECT_FALSE(world.entities.back().marked);
+  EXPECT_GT(world.entities.back().y, 1.8F);
+  world.entities.back().Step();
+  EXPECT_TRUE(world.entities.back().marked);
+}
+
 TEST(PlaceAgentAnewTest, TakesTwoDrawsAnAttempt) {
   World world = DrawWorld(kEmptyRoom, 0, 0);
   RandomStream random(3);
@@ -132,6 +147,13 @@ TEST(PlaceAgentAnewTest, TheOthersMarginCounts) {
   RandomStream random(3);
   PlaceAgentAnew(world, random);
   EXPECT_EQ(random.draws(), 200U);
+}
+
+TEST(OverlapsAnythingTest, TouchingIsNotOverlapping) {
+  World world = DrawWorld(kEmptyRoom, 0, 0);
+  world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 0.5F, 0.5F));
+  EXPECT_FALSE(OverlapsAnything(world, Entity::Make(kBallKind, 3, 2, 0, 0, 0.5F, 0.5F)));
+  EXPECT_TRUE(OverlapsAnything(world, Entity::Make(kBallKind, 2.9F, 2, 0, 0, 0.5F, 0.5F)));
 }
 
 TEST(DistanceTest, IsBetweenCentres) {

@@ -27,6 +27,7 @@ class ScriptedRules : public Rules {
   std::function<bool(const Entity& other)> entity_blocks = [](const Entity& /*other*/) {
     return false;
   };
+  std::function<void(Entity& mover)> on_stopped_by_cell = [](Entity& /*mover*/) {};
   std::function<void(Entity& other)> on_agent_contact = [](Entity& /*other*/) {};
   std::function<void(Entity& self, Entity& other)> on_entity_contact = [](Entity& /*self*/,
                                                                           Entity& /*other*/) {};
@@ -49,6 +50,7 @@ class ScriptedRules : public Rules {
     ++entity_question_count;
     return entity_blocks(other);
   }
+  void OnStoppedByCell(Entity& mover, Axis /*axis*/) override { on_stopped_by_cell(mover); }
   void OnAgentContact(Entity& other) override { on_agent_contact(other); }
   void OnEntityContact(Entity& self, Entity& other) override { on_entity_contact(self, other); }
   void OnCellContact(Entity& entity, int kind, int x, int y) override {

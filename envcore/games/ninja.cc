@@ -1,0 +1,358 @@
+// Ninja: a side-view platform game over a burning floor. The ninja walks and jumps over narrow
+// platforms to the mushroom at the right (+10, level complete). Holding up charges a jump, letting
+// go jumps. Throwing stars blow up the bombs that lie in the way. Bombs, explosions and fire end
+// the episode.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "envcore/games/game.h"
+#include "envcore/games/game_factories.h"
+#include "envcore/world/direction.h"
+#include "envcore/world/placing.h"
+#include "envcore/world/support.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kMushroomKind = 1;
+constexpr int kBombKind = 6;
+constexpr int kStarKind = 7;
+constexpr int kNinjaWalkApartImageKind = 12;  // image kinds: poses
+constexpr int kNinjaWalkTogetherImageKind = 13;
+constexpr int kFireKind = 14;
+constexpr int kBricksKind = 20;  // also all that lies outside of the world
+
+constexpr int kWorldSide = 64;        // cells
+constexpr float kAgentRadius = 0.5F;  // cells
+constexpr float kAgentStartX = 1.5F;
+constexpr float kMushroomRadius = 0.5F;
+constexpr float kExplosionRadius = 0.5F;  // at first
+
+constexpr float kMix = 0.5F;            // share of the new velocity with support
+constexpr float kAirMixFactor = 0.15F;  // without
+constexpr float kTopSpeed = 0.5F;       // cells a step
+constexpr float kGravity = 0.2F;        // cells a step, each step without support
+constexpr float kFallSpeedMax = 2;      // from here gravity adds nothing
+constexpr float kMushroomReward = 10;
+constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
+constexpr double kStandingSpeed = 0.01;  // slower is standing
+
+// The directions in which the special actions throw stars, facing right; radians upward.
+constexpr float kStarAngles[] = {0, kPi / 4, kHalfPi, -kPi / 4, 0, 0};
+constexpr float kStarRadius = 0.25F;  // cells
+constexpr int kStarLifeSteps = 15;
+constexpr int kStarPauseSteps = 3;  // from one star to the next
+
+constexpr int kStartColumns = 5;  // the ground that the agent starts on
+constexpr int kStartHeight = 32;  // heights: the first free row over a platform
+constexpr int kStartHeadroom = 8;
+constexpr int kSectionColumnsMax = 15;  // no platform begins closer to the right end
+constexpr int kPlatformsMax = 2;        // in a section
+constexpr int kHighHeight = 49;         // from here platforms go down
+constexpr int kMiddleHeight = 5;        // from here they may
+constexpr double kDownChance = 0.4;
+constexpr int kHeightMin = 3;
+constexpr int kLengthCount = 3;   // different lengths of platforms
+constexpr int kBombHeadroom = 2;  // from a section's highest height to the row of its bomb
+constexpr int kCeilingHeadroom = 10;
+constexpr int kMushroomHeadroom = 6;
+constexpr int kFireDepth = 2;  // below the lowest height
+constexpr int kBricksThemeCount = 3;
+
+constexpr float kChargeBarLeft = 0.25F;  // cells
+constexpr float kChargeBarWidth = 0.5F;
+constexpr float kChargeBarHeight = 3;     // fully charged
+constexpr double kChargeBarMargin = 0.5;  // from the picture's lower edge
+constexpr std::array<uint8_t, 3> kChargeBarColor = {66, 245, 135};
+
+// What a level's difficulty (1 ... 3, index 0 ... 2) decides, besides the mode.
+constexpr int kExtraGapCounts[] = {2, 3, 3};        // different gaps
+constexpr float kBombChances[] = {0, 0.25F, 0.5F};  // for each section
+
+struct ModeFigures {
+  float jump_speed;   // of a full charge, cells a step
+  float charge_rate;  // shares a step
+  float cells_in_view;
+  int length_min;   // of platforms, cells
+  int gap_mins[3];  // between platforms, cells, by difficulty
+  int rise_count;   // different rises from one platform to the next
+};
+
+constexpr ModeFigures kEasyFigures = {.jump_speed = 1.25F,
+                                      .charge_rate = 1,
+                                      .cells_in_view = 10,
+                                      .length_min = 3,
+                                      .gap_mins = {0, 0, 1},
+                                      .rise_count = 2};
+constexpr ModeFigures kHardFigures = {.jump_speed = 1.5F,
+                                      .charge_rate = 0.25F,
+                                      .cells_in_view = 16,
+                                      .length_min = 1,
+                                      .gap_mins = {0, 1, 2},
+                                      .rise_count = 4};
+
+constexpr ArtSlot kArtSlots[] = {
+    {0, 0, "ninja_stand", "platformer/zombie_idle.png", 80, 110},
+    {1, 0, "mushroom", "platformer/shroom1.png", 70, 70},
+    {1, 1, "mushroom", "platformer/shroom2.png", 70, 70},
+    {1, 2, "mushroom", "platformer/shroom3.png", 70, 70},
+    {1, 3, "mushroom", "platformer/shroom4.png", 70, 70},
+    {1, 4, "mushroom", "platformer/shroom5.png", 70, 70},
+    {1, 5, "mushroom", "platformer/shroom6.png", 70, 70},
+    {6, 0, "bomb", "misc_assets/bomb.png", 128, 128},
+    {7, 0, "star", "misc_assets/saw.png", 128, 128},
+    {9, 0, "ninja_jump", "platformer/zombie_jump.png", 80, 110},
+    {12, 0, "ninja_walk_apart", "platformer/zombie_walk1.png", 80, 110},
+    {13, 0, "ninja_walk_together", "platformer/zombie_walk2.png", 80, 110},
+    {14, 0, "fire", "misc_assets/bomb.png", 128, 128},
+    {20, 0, "bricks", "misc_assets/tile_bricksGrey.png", 64, 64},
+    {20, 1, "bricks", "misc_assets/tile_bricksGrown.png", 64, 64},
+    {20, 2, "bricks", "misc_assets/tile_bricksRed.png", 64, 64},
+};
+
+constexpr int kBlockShapedKinds[] = {kBricksKind};
+
+constexpr GameArtFacts kArt = {.slots = kArtSlots,
+                               .block_shaped_kinds = kBlockShapedKinds,
+                               .background_group = BackgroundGroup::kPlatform};
+
+bool IsGround(int kind) { return kind == kBricksKind; }
+
+class Ninja final : public Game {
+ public:
+  explicit Ninja(const GameOptions& options)
+      : Game(kArt, options),
+        figures_(options.distribution_mode == DistributionMode::kEasy ? kEasyFigures
+                                                                      : kHardFigures) {
+    cells_in_view_ = figures_.cells_in_view;
+    top_speed_ = kTopSpeed;
+    jump_speed_ = figures_.jump_speed;
+    world_.out_of_bounds_kind = kBricksKind;
+  }
+
+ private:
+  // --- Making a level: sections of platforms from left to right, then the mushroom, then fire
+  // below it all.
+
+  void MakeLevel() override {
+    StandardReset(kWorldSide, kWorldSide);
+    Entity& agent = world_.agent();
+    agent.rx = kAgentRadius;
+    agent.ry = kAgentRadius;
+    agent.x = kAgentStartX;
+    agent.y = kStartHeight + kAgentRadius;
+    charge_ = 0;
+    has_support_ = false;
+    last_star_step_ = 0;
+    difficulty_ = random_.Int(3) + 1;
+    cell_looks_[kBricksKind].theme = static_cast<int16_t>(random_.Int(kBricksThemeCount));
+
+    Grid& grid = world_.grid;
+    grid.Fill(0, 0, kWorldSide, 1, kBricksKind);
+    grid.Fill(0, 0, 1, kWorldSide, kBricksKind);
+    grid.Fill(kWorldSide - 1, 0, 1, kWorldSide, kBricksKind);
+    grid.Fill(0, kWorldSide - 1, kWorldSide, 1, kBricksKind);
+    const int section_count = random_.Int(difficulty_) + difficulty_;
+    grid.Fill(0, 0, kStartColumns, kStartHeight, kBricksKind);
+    FillToTop(0, kStartColumns, kStartHeight + kStartHeadroom);
+
+    int column = kStartColumns;
+    int height = kStartHeight;
+    lowest_height_ = kStartHeight;
+    for (int i = 0; i < section_count; ++i) {
+      MakeSection(&column, &height);
+    }
+    MakeEnd(column, height);
+  }
+
+  void FillToTop(int column, int width, int row) {
+    world_.grid.Fill(column, row, width, kWorldSide - row, kBricksKind);
+  }
+
+  // Makes one or two platforms from `column` on, a bomb over them and a ceiling; moves `column`
+  // and `height` to their end. The platforms do not continue one another: both begin near the
+  // section's beginning, above or below its height. Too close to the right end there are none.
+  void MakeSection(int* column, int* height) {
+    const int first_column = *column;
+    const int first_height = *height;
+    const int platform_count = random_.Int(kPlatformsMax) + 1;
+    int highest = -1;
+    int last_height = -1;
+    for (int i = 0; i < platform_count; ++i) {
+      *column = first_column + i;
+      if (*column + kSectionColumnsMax >= kWorldSide) {
+        break;
+      }
+      *height = DrawHeight(first_height);
+      if (std::abs(*height - last_height) <= 1) {
+        *height = last_height + 2;
+      }
+      const int length = random_.Int(kLengthCount) + figures_.length_min;
+      world_.grid.Fill(*column, *height - 1, length, 1, kBricksKind);
+      *column += length + figures_.gap_mins[difficulty_ - 1];
+      *column += random_.Int(kExtraGapCounts[difficulty_ - 1]);
+      highest = std::max(highest, *height);
+      lowest_height_ = std::min(lowest_height_, *height);
+      last_height = *height;
+    }
+    if (random_.Unit() < kBombChances[difficulty_ - 1]) {
+      const int offset = random_.Int(*column - first_column + 1);
+      world_.grid.Set(first_column + offset, highest + kBombHeadroom, kBombKind);
+    }
+    FillToTop(first_column, *column - first_column, highest + kCeilingHeadroom);
+  }
+
+  // The height of a platform that follows one of `height`.
+  int DrawHeight(int height) {
+    int rise = random_.Int(figures_.rise_count) + 1 + difficulty_ / 3;
+    if (height >= kHighHeight) {
+      rise = -rise;
+    } else if (height >= kMiddleHeight) {
+      const double share = random_.Unit();
+      if (share < kDownChance) {
+        rise = -rise;
+      }
+    }
+    return std::max(kHeightMin, height + rise);
+  }
+
+  // The mushroom on a platform of its own; solid bricks behind it; fire below all platforms.
+  void MakeEnd(int column, int height) {
+    Grid& grid = world_.grid;
+    Entity& mushroom =
+        SpawnAtCell(world_, kMushroomKind, kMushroomRadius, grid.IndexOf(column, height));
+    mushroom.theme = DrawTheme(kMushroomKind);
+    grid.Set(column, height - 1, kBricksKind);
+    FillToTop(column, 1, height + kMushroomHeadroom);
+    const int fire_row = std::max(1, lowest_height_ - kFireDepth);
+    grid.Fill(kStartColumns, 0, kWorldSide - kStartColumns, fire_row, kBricksKind);
+    grid.Fill(kStartColumns, fire_row, kWorldSide - kStartColumns, 1, kFireKind);
+    FillToTop(column + 1, kWorldSide - 1 - column, 0);
+  }
+
+  // --- A step.
+
+  void PlayStep() override {
+    StandardStep();
+    if (world_.controls.horizontal != 0) {
+      world_.agent().mirrored = world_.controls.horizontal < 0;
+    }
+    if (special_action_ > 0 && step_number() - last_star_step_ >= kStarPauseSteps) {
+      ThrowStar(kStarAngles[special_action_ - 1]);
+      last_star_step_ = step_number();
+    }
+  }
+
+  void ThrowStar(float angle) {
+    if (world_.agent().mirrored) {
+      angle = kPi - angle;
+    }
+    Entity& star = SpawnChild(world_, kStarKind, kStarRadius, world_.agent(), false);
+    star.vx = static_cast<float>(std::cos(static_cast<double>(angle)));
+    star.vy = static_cast<float>(std::sin(static_cast<double>(angle)));
+    star.expiry = kStarLifeSteps;
+    star.smart = true;
+  }
+
+  // Holding up charges a jump as long as the ninja stands on something.
+  void Steer() override {
+    has_support_ = StandsOn(world_, world_.agent(), IsGround);
+    const bool charges = has_support_ && world_.controls.vertical > 0;
+    world_.controls.vertical = charges ? 1 : 0;
+    if (charges) {
+      charge_ = std::min(1.0F, charge_ + figures_.charge_rate);
+    } else if (!has_support_) {
+      charge_ = 0;
+    }
+  }
+
+  void UpdateAgentVelocity() override {
+    Entity& agent = world_.agent();
+    const float mix = has_support_ ? kMix : kMix * kAirMixFactor;
+    agent.vx = (1 - mix) * agent.vx + (mix * kTopSpeed) * world_.controls.horizontal;
+    const bool lets_go = world_.controls.vertical < 1 && charge_ > 0;
+    if (lets_go) {
+      agent.vy = charge_ * figures_.jump_speed;
+      charge_ = 0;
+    }
+    if (!has_support_ && agent.vy > -kFallSpeedMax) {
+      agent.vy -= kGravity;
+    }
+  }
+
+  // --- What things do to one another.
+
+  // A star sticks to the bricks that it meets until its life is over.
+  void OnStoppedByCell(Entity& mover, Axis /*axis*/) override {
+    if (mover.kind == kStarKind) {
+      mover.vx = 0;
+      mover.vy = 0;
+    }
+  }
+
+  void OnAgentContact(Entity& other) override {
+    if (other.kind == kExplosionKind) {
+      outcome_.done = true;
+    } else if (other.kind == kMushroomKind) {
+      outcome_.reward += kMushroomReward;
+      outcome_.level_complete = true;
+      outcome_.done = true;
+    }
+  }
+
+  void OnCellContact(Entity& entity, int kind, int x, int y) override {
+    if (entity.kind == kAgentKind) {
+      if (kind == kFireKind || kind == kBombKind) {
+        outcome_.done = true;
+      }
+    } else if (kind == kBombKind) {
+      entity.marked = true;
+      world_.grid.Set(x, y, kEmptyKind);
+      SpawnAtCell(world_, kExplosionKind, kExplosionRadius, world_.grid.IndexOf(x, y));
+    } else if (kind == kBricksKind) {
+      entity.marked = true;
+    }
+  }
+
+  // --- Looks.
+
+  int ImageKindOf(const Entity& entity) const override {
+    if (entity.kind != kAgentKind) {
+      return Game::ImageKindOf(entity);
+    }
+    if (std::fabs(entity.vx) < kStandingSpeed && world_.controls.horizontal == 0 && has_support_) {
+      return kAgentKind;
+    }
+    return (step_number() / kFrameSteps) % 2 == 0 || !has_support_ ? kNinjaWalkApartImageKind
+                                                                   : kNinjaWalkTogetherImageKind;
+  }
+
+  // The charge bar grows upward from the lower left corner.
+  void AddOverlays(std::vector<Overlay>* overlays) const override {
+    const float height = kChargeBarHeight * charge_;
+    const auto top = static_cast<float>((LookAt().cells - kChargeBarMargin) - height);
+    overlays->push_back({.shape = Overlay::Shape::kRectangle,
+                         .x = kChargeBarLeft,
+                         .y = top,
+                         .width = kChargeBarWidth,
+                         .height = height,
+                         .color = kChargeBarColor});
+  }
+
+  const ModeFigures& figures_;
+  int difficulty_ = 1;        // 1 ... 3, drawn for each level
+  int lowest_height_ = 0;     // of the level's platforms
+  float charge_ = 0;          // of the jump, in [0, 1]
+  bool has_support_ = false;  // as the last step's controls found it
+  int32_t last_star_step_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Game> MakeNinja(const GameOptions& options) {
+  return std::make_unique<Ninja>(options);
+}
+
+}  // namespace procgen

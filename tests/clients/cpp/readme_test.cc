@@ -1,0 +1,77 @@
+// The example of clients/cpp/README.md, word for word: it compiles, and it runs.
+
+#include <cstdint>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_replace.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+std::string ReadFile(const std::string& path) {
+  const std::ifstream file(std::string(PROCGEN_SOURCE_DIR) + "/" + path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// The text between two marks.
+std::string Between(const std::string& text, const std::string& begin, const std::string& end) {
+  const size_t from = text.find(begin) + begin.size();
+  return text.substr(from, text.find(end, from) - from);
+}
+
+// Text without indentation and line breaks.
+std::string Words(const std::string& text) {
+  std::string words;
+  std::stringstream stream(text);
+  for (std::string word; stream >> word;) {
+    words += word + " ";
+  }
+  return words;
+}
+
+class ReadmeTest : public ServiceTest {};
+
+TEST_F(ReadmeTest, ExampleRuns) {
+  int learned = 0;
+  const auto Learn = [&](absl::Span<const uint8_t> observations, absl::Span<const float> rewards,
+                         absl::Span<const bool> first) {
+    EXPECT_EQ(observations.size(), 64U * 64 * 64 * 3);
+    EXPECT_EQ(rewards.size(), 64U);
+    EXPECT_EQ(first.size(), 64U);
+    ++learned;
+  };
+#define SERVER_ADDRESS server_->address()
+  // EXAMPLE
+  auto client = procgen_client::Client::Connect(SERVER_ADDRESS).value();
+  procgen::v1::PoolSpec spec;
+  spec.add_games("coinrun");
+  spec.set_env_count(64);
+  auto stream = client->Attach(client->CreatePool(spec)->name()).value();
+  procgen_client::Batch batch;
+  for (int i = 0; i < 100 && stream->Step(std::vector<int32_t>(64, 7), &batch).ok(); ++i) {
+    Learn(batch.observations(), batch.rewards(), batch.first());
+  }
+  // END
+#undef SERVER_ADDRESS
+  EXPECT_EQ(learned, 100);
+}
+
+TEST_F(ReadmeTest, ExampleIsThatOfTheReadme) {
+  const std::string readme = Between(ReadFile("clients/cpp/README.md"), "```cpp\n", "```");
+  const std::string tested =
+      Between(ReadFile("tests/clients/cpp/readme_test.cc"), "// EXAMPLE\n", "// END\n");
+  EXPECT_EQ(Words(absl::StrReplaceAll(tested, {{"SERVER_ADDRESS", "\"127.0.0.1:50051\""}})),
+            Words(readme));
+}
+
+}  // namespace
+}  // namespace procgen
