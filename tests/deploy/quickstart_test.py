@@ -103,8 +103,8 @@ def test_an_end_from_outside_stops_the_server(tmp_path: Path, end: signal.Signal
     assert process.stdout is not None
     process.stdout.readline()  # It says that it begins: the server is there.
     process.send_signal(end)
-    process.communicate()
-    assert process.returncode == 128 + end
+    _, complaints = process.communicate()
+    assert process.returncode == 128 + end, complaints
     assert "event=stopped" in server_log(tmp_path)
 
 

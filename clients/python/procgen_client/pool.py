@@ -55,6 +55,9 @@ class Pool:
     lost, and the next request attaches anew; the environments stand as they did before the request
     at fault.
 
+    An interruption (Ctrl-C) while an answer is waited for ends the stream, too, but what was sent
+    is carried out.
+
     Threads: one at a time.
 
     Attributes:
@@ -363,6 +366,9 @@ class Pool:
                 pass
         except grpc.RpcError:
             pass  # It has ended, too.
+        except BaseException:
+            call.cancel()
+            raise
 
     def close(self) -> None:
         """Detaches, and deletes the pool if create_pool made it. Closing again does nothing."""
@@ -438,6 +444,9 @@ class Pool:
         except grpc.RpcError as error:
             self._drop_stream()
             raise from_rpc_error(error) from None
+        except BaseException:  # Ctrl-C, say: grpc cannot wait for another answer after that.
+            self._drop_stream()
+            raise
 
     def _drop_stream(self) -> None:
         call, self._call = self._call, None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 
 import numpy as np
@@ -282,6 +283,24 @@ def test_a_pool_that_is_deleted_aborts_its_stream(client: Client, pool: Pool) ->
         pool.observe()
     with pytest.raises(errors.NotFoundError):
         pool.observe()
+
+
+def test_an_interrupted_wait_leaves_a_pool_that_can_be_closed(client: Client) -> None:
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        with client.create_pool("maze", 512) as pool:
+            pool.attach()
+            signal.setitimer(signal.ITIMER_REAL, 0.02)
+            with pytest.raises(KeyboardInterrupt):
+                while True:  # Half a million steps in each request.
+                    pool.step([_NOTHING] * 512, repeat_count=1000, observe=False)
+            assert not pool.attached
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert pool.name not in [message.name for message in client.list_pools()]
 
 
 def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool) -> None:
