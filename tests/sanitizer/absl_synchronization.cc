@@ -1,7 +1,8 @@
-// Tells ThreadSanitizer what absl::Mutex, absl::CondVar and absl::Notification do. Debian's Abseil
-// is built without the sanitizer, so that it would see no lock taken and report races between all
-// that is guarded, in our code and behind gRPC, which locks with them, too. Linked into every
-// program of the tsan preset, these definitions come before the library's and call them.
+// Tells ThreadSanitizer what absl::Mutex, absl::CondVar, absl::Notification and absl::call_once do.
+// Debian's Abseil is built without the sanitizer, so that it would see no lock taken and report
+// races between all that is guarded, in our code and behind gRPC, which locks with them, too.
+// Linked into every program of the tsan preset, these definitions come before the library's and
+// call them.
 //
 // While a lock is being taken or given up the sanitizer ignores the thread, so conditions that
 // Abseil evaluates on another thread's behalf, with the lock held, are no races either.
@@ -9,6 +10,10 @@
 #include <dlfcn.h>
 #include <sanitizer/tsan_interface.h>
 
+#include <atomic>
+#include <cstdint>
+
+#include "absl/base/internal/spinlock_wait.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/synchronization/notification.h"
 
@@ -153,6 +158,23 @@ void Notification::WaitForNotification() const {
   next(this);
   __tsan_acquire(const_cast<Notification*>(this));
 }
+
+namespace base_internal {
+
+// How absl::call_once waits for another thread's call. The sanitizer sees that one's last write of
+// the word; the load makes it see that we have read it.
+uint32_t SpinLockWait(std::atomic<uint32_t>* word, int transition_count,
+                      const SpinLockWaitTransition* transitions, SchedulingMode mode) {
+  static auto* const next =
+      Next<uint32_t(std::atomic<uint32_t>*, int, const SpinLockWaitTransition*, SchedulingMode)>(
+          "_ZN4absl7debian313base_internal12SpinLockWaitEPSt6atomicIjEiPKNS1_"
+          "22SpinLockWaitTransitionENS1_14SchedulingModeE");
+  const uint32_t before = next(word, transition_count, transitions, mode);
+  word->load(std::memory_order_acquire);
+  return before;
+}
+
+}  // namespace base_internal
 
 ABSL_NAMESPACE_END
 }  // namespace absl
