@@ -1,7 +1,6 @@
 #include "envcore/pool/pool.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -101,16 +100,16 @@ absl::Status CheckOptions(const PoolOptions& options) {
         absl::StrCat("first_environment is ", options.first_environment, ", must be at least 0"));
   }
   const int64_t end = int64_t{options.first_environment} + options.env_count;
-  if (end > std::numeric_limits<int32_t>::max()) {
-    return absl::InvalidArgumentError(absl::StrCat("first_environment + env_count is ", end,
-                                                   ", must be at most ",
-                                                   std::numeric_limits<int32_t>::max()));
-  }
   const int64_t total = options.total_environments == 0 ? end : options.total_environments;
   if (total < end) {
     return absl::InvalidArgumentError(
         absl::StrCat("total_environments is ", options.total_environments,
                      ", must be at least first_environment + env_count = ", end, ", or 0"));
+  }
+  if (total > kTotalEnvironmentsMax) {
+    return absl::InvalidArgumentError(absl::StrCat("there are ", total,
+                                                   " environments in the whole, must be at most ",
+                                                   kTotalEnvironmentsMax));
   }
   const auto game_count = static_cast<int64_t>(options.games.size());
   if (total % game_count != 0) {

@@ -28,6 +28,8 @@ inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx
 // The sides that the human view can be drawn at, in pixels.
 inline constexpr int32_t kHumanViewSidePxMin = 16;
 inline constexpr int32_t kHumanViewSidePxMax = 2048;
+// Environments of a whole that a pool can be a part of: what a shard skips costs a draw each.
+inline constexpr int32_t kTotalEnvironmentsMax = 1 << 24;
 // How often a step can repeat its actions.
 inline constexpr int32_t kRepeatMax = 1000;
 
@@ -121,8 +123,8 @@ class Pool {
   absl::Status Step(const StepInput& input, const Batch& batch);
   // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
   // crew thread (or, with an error, before StepAsync returns, on the calling one); it must not
-  // block. It may step the pool again or end it. The spans must stay valid until then. REQUIRES:
-  // the crew has a thread.
+  // block. It may step the pool again or end it, but not the crew. The spans must stay valid until
+  // then. REQUIRES: the crew has a thread.
   void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without

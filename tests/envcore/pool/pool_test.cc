@@ -48,7 +48,7 @@ TEST(PoolCreateTest, RefusesEnvironmentNumbersThatDoNotFit) {
   PoolOptions options = OptionsOf({"maze"}, 2);
   options.first_environment = std::numeric_limits<int32_t>::max() - 1;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
-               "first_environment + env_count is 2147483648, must be at most 2147483647");
+               "there are 2147483648 environments in the whole, must be at most 16777216");
 }
 
 TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
