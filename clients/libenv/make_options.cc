@@ -122,7 +122,7 @@ class OptionReader {
 // The options that choose levels and pictures.
 void ReadEnvironmentOptions(OptionReader& reader, EnvironmentOptions* options) {
   int32_t mode = 0;
-  reader.ReadInteger("distribution_mode", 0, 10, &mode);
+  reader.ReadInteger("distribution_mode", kInt32Min, kInt32Max, &mode);
   options->distribution_mode = static_cast<DistributionMode>(mode);
   reader.ReadInteger("num_levels", 0, kInt32Max, &options->num_levels);
   reader.Require("start_level",
