@@ -30,6 +30,7 @@ void SnapshotsAreRefusedInOneLine(void);
 // Of life and death: life_claims.c.
 void MisuseIsToldInOneLine(void);
 void CloseMayComeAtAnyTime(void);
+void ProcessMayEndWithoutClose(void);
 void HandlesMayBeUsedByThreadsOfTheirOwn(void);
 void ThousandHandlesLeakNothing(void);
 // These want no server, or lose theirs.

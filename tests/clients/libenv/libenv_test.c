@@ -35,6 +35,7 @@ static const struct {
     {"snapshots_are_refused_in_one_line", SnapshotsAreRefusedInOneLine},
     {"misuse_is_told_in_one_line", MisuseIsToldInOneLine},
     {"close_may_come_at_any_time", CloseMayComeAtAnyTime},
+    {"process_may_end_without_close", ProcessMayEndWithoutClose},
     {"handles_may_be_used_by_threads_of_their_own", HandlesMayBeUsedByThreadsOfTheirOwn},
     {"thousand_handles_leak_nothing", ThousandHandlesLeakNothing},
     {"unreachable_server_is_told_in_one_line", UnreachableServerIsToldInOneLine},
