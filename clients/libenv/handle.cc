@@ -22,10 +22,6 @@ absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
   return procgen::LocalEnvironments::Create(options.pool, options.num_threads);
 }
 
-absl::Status NoSnapshots() {
-  return absl::UnimplementedError("snapshots are not offered yet, nothing was done");
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<LibenvHandle>> LibenvHandle::Create(int environment_count,
@@ -124,10 +120,20 @@ void LibenvHandle::Lose(const absl::Status& status) {
                                status.message()));
 }
 
-absl::StatusOr<int> LibenvHandle::SaveState(int /*environment*/, absl::Span<char> /*snapshot*/) {
-  return NoSnapshots();
+absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> /*snapshot*/) const {
+  return NoSnapshots(environment);
 }
 
-absl::Status LibenvHandle::RestoreState(int /*environment*/, absl::Span<const char> /*snapshot*/) {
-  return NoSnapshots();
+absl::Status LibenvHandle::RestoreState(int environment,
+                                        absl::Span<const char> /*snapshot*/) const {
+  return NoSnapshots(environment);
+}
+
+// The one place that says so, until the engine has them.
+absl::Status LibenvHandle::NoSnapshots(int environment) const {
+  if (environment < 0 || environment >= options_.pool.env_count) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("environment ", environment, " is not in [0, ", options_.pool.env_count, ")"));
+  }
+  return absl::UnimplementedError("snapshots are not offered yet, nothing was done");
 }

@@ -32,9 +32,10 @@ struct LibenvHandle final {
   // An action that the engine does not know does nothing; the first is reported. Errors: as
   // Observe.
   absl::Status Act();
-  // Errors: UNIMPLEMENTED, until the engine has snapshots.
-  absl::StatusOr<int> SaveState(int environment, absl::Span<char> snapshot);
-  absl::Status RestoreState(int environment, absl::Span<const char> snapshot);
+  // Errors: INVALID_ARGUMENT no such environment; otherwise UNIMPLEMENTED, until the engine has
+  // snapshots.
+  absl::StatusOr<int> SaveState(int environment, absl::Span<char> snapshot) const;
+  absl::Status RestoreState(int environment, absl::Span<const char> snapshot) const;
 
  private:
   LibenvHandle(const procgen::MakeOptions& options,
@@ -42,6 +43,7 @@ struct LibenvHandle final {
 
   absl::Status ObserveAll();
   void CheckActions();
+  absl::Status NoSnapshots(int environment) const;
   // Notes that the environments are lost, and says so once.
   void Lose(const absl::Status& status);
 

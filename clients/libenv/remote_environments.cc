@@ -98,7 +98,7 @@ absl::Status RemoteEnvironments::Act(absl::Span<const int32_t> actions) {
   }
   v1::StepPoolRequest request;
   request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
-  const absl::Status status = stream_->Send(std::move(request)).status();
+  absl::Status status = stream_->Send(std::move(request)).status();
   is_stepping_ = status.ok();
   return status;
 }

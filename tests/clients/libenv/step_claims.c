@@ -205,6 +205,9 @@ void SnapshotsAreRefusedInOneLine(void) {
   BeginListening();
   libenv.set_state(host.handle, 0, snapshot, sizeof(snapshot));
   CLAIM(EndListening().line_count == 1);
+  BeginListening();
+  CLAIM(libenv.get_state(host.handle, 1, snapshot, sizeof(snapshot)) == 0);
+  CLAIM(strstr(EndListening().text, "environment 1 is not in") != NULL);
   CLAIM(DigestOfHost(&host) == before && ObserveDigest(&host) == before);
   CloseHost(&host);
 }
