@@ -8,7 +8,8 @@ from source_tree import Violation
 # Module: the modules that it may include, besides itself. A module is the longest folder here that
 # holds the file. Read it as the house's map: random <- world <- level <- scene <- {games, render}
 # <- environment <- pool, over any number of steps; render and games do not know each other; the
-# server knows the engine by envcore/pool alone; a client knows the contract alone.
+# server knows the engine by envcore/pool alone; a client knows the contract alone, except libenv,
+# which is the engine in the host's process or, through the C++ client, a server.
 _BELOW_SCENE = ("envcore/random", "envcore/world", "envcore/level")
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
                       "envcore/art")
@@ -31,7 +32,8 @@ ARROWS = {
     # The program itself: flags, wiring, signals, shutdown.
     "server": ("envcore/pool", "server/session", "server/rpc", "server/fleet", "server/cluster",
                "server/web"),
-    "clients/libenv": ("proto", "envcore/pool"),
+    "clients/cpp": ("proto",),
+    "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients": ("proto",),
 }
 # Folders whose files may include anything.

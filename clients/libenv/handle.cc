@@ -1,0 +1,139 @@
+#include "clients/libenv/handle.h"
+
+#include <cstdlib>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/libenv/local_environments.h"
+#include "clients/libenv/remote_environments.h"
+#include "clients/libenv/report.h"
+
+namespace {
+
+// Holds the address of a server that the environments are made on.
+constexpr char kServerVariable[] = "PROCGEN_SERVER";
+
+absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
+    const procgen::MakeOptions& options) {
+  const char* address = std::getenv(kServerVariable);
+  if (address != nullptr && *address != '\0') {
+    return procgen::RemoteEnvironments::Create(address, options.pool);
+  }
+  return procgen::LocalEnvironments::Create(options.pool, options.num_threads);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<LibenvHandle>> LibenvHandle::Create(int environment_count,
+                                                                   const LibenvOptions& options) {
+  auto made = procgen::ReadOptions(environment_count, options);
+  if (!made.ok()) {
+    return made.status();
+  }
+  auto environments = MakeEnvironments(*made);
+  if (!environments.ok()) {
+    return environments.status();
+  }
+  return std::unique_ptr<LibenvHandle>(new LibenvHandle(*made, *std::move(environments)));
+}
+
+LibenvHandle::LibenvHandle(const procgen::MakeOptions& options,
+                           std::unique_ptr<procgen::Environments> environments)
+    : options_(options),
+      environments_(std::move(environments)),
+      actions_(static_cast<size_t>(options.pool.env_count)) {}
+
+std::vector<LibenvTensorType> LibenvHandle::TensorTypes(int space) const {
+  return procgen::TensorTypesOf(space, options_.num_actions, options_.render_human);
+}
+
+absl::Status LibenvHandle::SetBuffers(const LibenvBuffers& buffers) {
+  auto made = procgen::HostBuffers::Create(buffers, options_.pool.env_count, options_.render_human);
+  if (!made.ok()) {
+    return made.status();
+  }
+  buffers_ = *std::move(made);
+  return absl::OkStatus();
+}
+
+absl::Status LibenvHandle::Observe() {
+  if (!buffers_.has_value()) {
+    return absl::FailedPreconditionError("there are no buffers, call libenv_set_buffers first");
+  }
+  if (!is_lost_) {
+    if (absl::Status status = ObserveAll(); !status.ok()) {
+      Lose(status);
+    }
+  }
+  if (is_lost_) {
+    buffers_->SpoilRewards();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LibenvHandle::ObserveAll() {
+  const auto observed = environments_->Observe();
+  if (!observed.ok()) {
+    return observed.status();
+  }
+  buffers_->Write(*observed);
+  for (int32_t i = 0; options_.render_human && i < options_.pool.env_count; ++i) {
+    if (absl::Status status = environments_->Render(i, buffers_->HumanView(i)); !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LibenvHandle::Act() {
+  if (!buffers_.has_value()) {
+    return absl::FailedPreconditionError("there are no buffers, call libenv_set_buffers first");
+  }
+  if (is_lost_) {
+    return absl::OkStatus();
+  }
+  buffers_->ReadActions(absl::MakeSpan(actions_));
+  CheckActions();
+  if (absl::Status status = environments_->Act(actions_); !status.ok()) {
+    Lose(status);
+  }
+  return absl::OkStatus();
+}
+
+void LibenvHandle::CheckActions() {
+  for (size_t i = 0; i < actions_.size(); ++i) {
+    if (actions_[i] >= procgen::kEndEpisodeAction && actions_[i] < procgen::kActionCount) {
+      continue;
+    }
+    if (!std::exchange(has_reported_action_, true)) {
+      procgen::Report(absl::StrCat("action ", actions_[i], " of environment ", i, " is not in [",
+                                   procgen::kEndEpisodeAction, ", ", procgen::kActionCount - 1,
+                                   "]; such actions do nothing, and are not reported again"));
+    }
+    actions_[i] = procgen::kNoAction;
+  }
+}
+
+void LibenvHandle::Lose(const absl::Status& status) {
+  is_lost_ = true;
+  procgen::Report(absl::StrCat("the environments are lost, rewards are not numbers from now on: ",
+                               status.message()));
+}
+
+absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> /*snapshot*/) const {
+  return NoSnapshots(environment);
+}
+
+absl::Status LibenvHandle::RestoreState(int environment,
+                                        absl::Span<const char> /*snapshot*/) const {
+  return NoSnapshots(environment);
+}
+
+// The one place that says so, until the engine has them.
+absl::Status LibenvHandle::NoSnapshots(int environment) const {
+  if (environment < 0 || environment >= options_.pool.env_count) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("environment ", environment, " is not in [0, ", options_.pool.env_count, ")"));
+  }
+  return absl::UnimplementedError("snapshots are not offered yet, nothing was done");
+}

@@ -1,0 +1,78 @@
+#include "clients/libenv/host_buffers.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+namespace {
+
+absl::Status CopyPointers(absl::string_view name, void* const* pointers, size_t count,
+                          std::vector<void*>* copy) {
+  if (pointers == nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat("buffers.", name, " is null"));
+  }
+  copy->assign(pointers, pointers + count);
+  for (size_t i = 0; i < count; ++i) {
+    if (pointers[i] == nullptr) {
+      return absl::InvalidArgumentError(absl::StrCat("buffers.", name, "[", i, "] is null"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<HostBuffers> HostBuffers::Create(const LibenvBuffers& buffers,
+                                                int32_t environment_count, bool render_human) {
+  HostBuffers made;
+  made.environment_count_ = static_cast<size_t>(environment_count);
+  const size_t info_count =
+      made.environment_count_ * static_cast<size_t>(kInfoHumanView + (render_human ? 1 : 0));
+  absl::Status status = CopyPointers("observations", buffers.observations, made.environment_count_,
+                                     &made.observations_);
+  status.Update(CopyPointers("infos", buffers.infos, info_count, &made.infos_));
+  status.Update(CopyPointers("actions", buffers.actions, made.environment_count_, &made.actions_));
+  if (buffers.rewards == nullptr || buffers.firsts == nullptr) {
+    status.Update(absl::InvalidArgumentError("buffers.rewards or buffers.firsts is null"));
+  }
+  if (!status.ok()) {
+    return status;
+  }
+  made.rewards_ = buffers.rewards;
+  made.firsts_ = buffers.firsts;
+  return made;
+}
+
+void HostBuffers::ReadActions(absl::Span<int32_t> actions) const {
+  for (size_t i = 0; i < environment_count_; ++i) {
+    std::memcpy(&actions[i], actions_[i], sizeof(actions[i]));
+  }
+}
+
+void HostBuffers::Write(const Observed& observed) const {
+  std::copy(observed.rewards.begin(), observed.rewards.end(), rewards_);
+  std::copy(observed.first.begin(), observed.first.end(), firsts_);
+  for (size_t i = 0; i < environment_count_; ++i) {
+    std::memcpy(observations_[i], &observed.observations[i * kObservationBytes], kObservationBytes);
+    std::memcpy(Info(kInfoPrevLevelSeed, i), &observed.prev_level_seeds[i], sizeof(int32_t));
+    std::memcpy(Info(kInfoPrevLevelComplete, i), &observed.prev_level_complete[i], sizeof(uint8_t));
+    std::memcpy(Info(kInfoLevelSeed, i), &observed.level_seeds[i], sizeof(int32_t));
+  }
+}
+
+void HostBuffers::SpoilRewards() const {
+  std::fill_n(rewards_, environment_count_, std::numeric_limits<float>::quiet_NaN());
+}
+
+absl::Span<uint8_t> HostBuffers::HumanView(int32_t environment) const {
+  return {static_cast<uint8_t*>(Info(kInfoHumanView, static_cast<size_t>(environment))),
+          kHumanViewBytes};
+}
+
+}  // namespace procgen

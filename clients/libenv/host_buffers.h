@@ -1,0 +1,49 @@
+#ifndef CLIENTS_LIBENV_HOST_BUFFERS_H_
+#define CLIENTS_LIBENV_HOST_BUFFERS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "clients/libenv/environments.h"
+#include "clients/libenv/libenv.h"
+#include "clients/libenv/tensor_types.h"
+
+namespace procgen {
+
+// The host's memory for the values of N environments: where each environment's value of each member
+// is read or written. The pointers are copied, so the host's arrays of them may go.
+// Threads: compatible (one at a time).
+class HostBuffers {
+ public:
+  // Errors: INVALID_ARGUMENT a pointer is null (the message names the array).
+  static absl::StatusOr<HostBuffers> Create(const LibenvBuffers& buffers, int32_t environment_count,
+                                            bool render_human);
+
+  // Copies the actions out. `actions`: [N].
+  void ReadActions(absl::Span<int32_t> actions) const;
+  // Writes all but the human views.
+  void Write(const Observed& observed) const;
+  // Makes every reward a NaN, so that a learner whose environments are lost does not learn on.
+  void SpoilRewards() const;
+  // Where the human view of an environment goes. REQUIRES: they were asked for.
+  absl::Span<uint8_t> HumanView(int32_t environment) const;
+
+ private:
+  HostBuffers() = default;
+  void* Info(InfoMember member, size_t environment) const {
+    return infos_[static_cast<size_t>(member) * environment_count_ + environment];
+  }
+
+  size_t environment_count_ = 0;
+  float* rewards_ = nullptr;         // [N]
+  uint8_t* firsts_ = nullptr;        // [N]
+  std::vector<void*> observations_;  // [N] to uint8 [64, 64, 3]
+  std::vector<void*> infos_;         // [members, N]
+  std::vector<void*> actions_;       // [N] to int32
+};
+
+}  // namespace procgen
+
+#endif  // CLIENTS_LIBENV_HOST_BUFFERS_H_

@@ -1,0 +1,97 @@
+#include "clients/libenv/local_environments.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "clients/libenv/tensor_types.h"
+
+namespace procgen {
+
+absl::StatusOr<std::unique_ptr<LocalEnvironments>> LocalEnvironments::Create(
+    const PoolOptions& options, int32_t num_threads) {
+  const int32_t thread_count = std::min(num_threads, options.env_count);
+  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  std::unique_ptr<LocalEnvironments> environments(
+      new LocalEnvironments(*std::move(pool), thread_count > 0));
+  const Batch batch = environments->OwnBatch();
+  if (absl::Status status = environments->pool_->Observe(0, options.env_count, batch);
+      !status.ok()) {
+    return status;
+  }
+  return environments;
+}
+
+LocalEnvironments::LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew)
+    : pool_(std::move(pool)),
+      has_crew_(has_crew),
+      actions_(static_cast<size_t>(pool_->env_count())),
+      observations_(actions_.size() * kObservationBytes),
+      rewards_(actions_.size()),
+      first_(actions_.size()),
+      prev_level_seeds_(actions_.size()),
+      prev_level_complete_(actions_.size()),
+      level_seeds_(actions_.size()) {}
+
+LocalEnvironments::~LocalEnvironments() { Wait().IgnoreError(); }
+
+absl::Status LocalEnvironments::Act(absl::Span<const int32_t> actions) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  actions_.assign(actions.begin(), actions.end());
+  const StepInput input = {.count = pool_->env_count(), .actions = actions_};
+  if (!has_crew_) {
+    return pool_->Step(input, OwnBatch());
+  }
+  {
+    absl::MutexLock lock(&mutex_);
+    is_stepping_ = true;
+  }
+  pool_->StepAsync(input, OwnBatch(), [this](const absl::Status& status) {
+    absl::MutexLock lock(&mutex_);
+    is_stepping_ = false;
+    status_ = status;
+  });
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Observed> LocalEnvironments::Observe() {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  return Observed{.observations = observations_,
+                  .rewards = rewards_,
+                  .first = first_,
+                  .prev_level_seeds = prev_level_seeds_,
+                  .prev_level_complete = prev_level_complete_,
+                  .level_seeds = level_seeds_};
+}
+
+absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> frame) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  return pool_->Render(environment, kHumanViewSidePx, frame);
+}
+
+absl::Status LocalEnvironments::Wait() {
+  const auto is_idle = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !is_stepping_; };
+  absl::MutexLock lock(&mutex_, absl::Condition(&is_idle));
+  return status_;
+}
+
+Batch LocalEnvironments::OwnBatch() {
+  Batch batch;
+  batch.observations = absl::MakeSpan(observations_);
+  batch.rewards = absl::MakeSpan(rewards_);
+  batch.first = absl::MakeSpan(first_);
+  batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds_);
+  batch.prev_level_complete = absl::MakeSpan(prev_level_complete_);
+  batch.level_seeds = absl::MakeSpan(level_seeds_);
+  return batch;
+}
+
+}  // namespace procgen

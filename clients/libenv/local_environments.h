@@ -1,0 +1,54 @@
+#ifndef CLIENTS_LIBENV_LOCAL_ENVIRONMENTS_H_
+#define CLIENTS_LIBENV_LOCAL_ENVIRONMENTS_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "clients/libenv/environments.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+
+// Environments in this process: a pool with a crew of its own, as handles share nothing. With a
+// crew Act returns at once, so that the host can do something else meanwhile.
+class LocalEnvironments final : public Environments {
+ public:
+  // `num_threads` >= 0; 0: the calling thread steps. More threads than environments are not
+  // started. Errors: those of Pool::Create.
+  static absl::StatusOr<std::unique_ptr<LocalEnvironments>> Create(const PoolOptions& options,
+                                                                   int32_t num_threads);
+  ~LocalEnvironments() override;
+  LocalEnvironments(const LocalEnvironments&) = delete;
+  LocalEnvironments& operator=(const LocalEnvironments&) = delete;
+
+  absl::Status Act(absl::Span<const int32_t> actions) override;
+  absl::StatusOr<Observed> Observe() override;
+  absl::Status Render(int32_t environment, absl::Span<uint8_t> frame) override;
+
+ private:
+  LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew);
+
+  // Waits until no step runs; returns how the last one went.
+  absl::Status Wait();
+  Batch OwnBatch();
+
+  const std::unique_ptr<Pool> pool_;
+  const bool has_crew_;
+  std::vector<int32_t> actions_;              // [N] of the running step
+  std::vector<uint8_t> observations_;         // [N, 64, 64, 3]
+  std::vector<float> rewards_;                // [N]
+  std::vector<uint8_t> first_;                // [N]
+  std::vector<int32_t> prev_level_seeds_;     // [N]
+  std::vector<uint8_t> prev_level_complete_;  // [N]
+  std::vector<int32_t> level_seeds_;          // [N]
+  absl::Mutex mutex_;
+  bool is_stepping_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen
+
+#endif  // CLIENTS_LIBENV_LOCAL_ENVIRONMENTS_H_

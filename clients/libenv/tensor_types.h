@@ -1,0 +1,28 @@
+#ifndef CLIENTS_LIBENV_TENSOR_TYPES_H_
+#define CLIENTS_LIBENV_TENSOR_TYPES_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "clients/libenv/libenv.h"
+
+namespace procgen {
+
+// The side of the human view in the infos, in pixels, and its bytes: uint8 [512, 512, 3].
+inline constexpr int32_t kHumanViewSidePx = 512;
+inline constexpr int32_t kHumanViewBytes = kHumanViewSidePx * kHumanViewSidePx * 3;
+
+// The infos, by their place in the space.
+enum InfoMember {
+  kInfoPrevLevelSeed = 0,
+  kInfoPrevLevelComplete = 1,
+  kInfoLevelSeed = 2,
+  kInfoHumanView = 3,
+};
+
+// The members of a LibenvSpace, in order; none for a number that is no space.
+std::vector<LibenvTensorType> TensorTypesOf(int space, int32_t num_actions, bool render_human);
+
+}  // namespace procgen
+
+#endif  // CLIENTS_LIBENV_TENSOR_TYPES_H_

@@ -1,0 +1,16 @@
+// What the library says on standard error.
+#ifndef TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_
+#define TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_
+
+enum { kSaidBytes = 4096 };
+
+struct Said {
+  char text[kSaidBytes];
+  int line_count;
+};
+
+// From here on standard error is kept, until EndListening tells what was said.
+void BeginListening(void);
+struct Said EndListening(void);
+
+#endif  // TESTS_CLIENTS_LIBENV_STANDARD_ERROR_H_

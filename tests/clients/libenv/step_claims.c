@@ -1,0 +1,213 @@
+#include <dirent.h>
+#include <string.h>
+
+#include "tests/clients/libenv/claim.h"
+#include "tests/clients/libenv/claims.h"
+#include "tests/clients/libenv/host.h"
+#include "tests/clients/libenv/recording.h"
+#include "tests/clients/libenv/standard_error.h"
+
+static uint32_t ObserveDigest(struct Host* host) {
+  libenv.observe(host->handle);
+  return DigestOfHost(host);
+}
+
+void FirstObservationNeedsNoStep(void) {
+  struct OptionList list = RequiredOptions("coinrun");
+  AddInteger(&list, "num_levels", 3);
+  list.integers[2] = 70;  // start_level
+  struct Host host = OpenHost(4, &list);
+  libenv.observe(host.handle);
+  for (int i = 0; i < 4; ++i) {
+    CLAIM(host.firsts[i] == 1 && host.rewards[i] == 0.0F);
+    CLAIM(*host.prev_level_seeds[i] == 0 && *host.prev_level_complete[i] == 0);
+    CLAIM(*host.level_seeds[i] >= 70 && *host.level_seeds[i] < 73);
+    int lit = 0;
+    for (int k = 0; k < kPictureBytes; ++k) {
+      lit += host.pictures[i][k] != 0x5a;
+    }
+    CLAIM(lit > kPictureBytes / 2);
+  }
+  CloseHost(&host);
+}
+
+void ObserveIsIdempotent(void) {
+  struct OptionList list = RequiredOptions("coinrun");
+  struct Host host = OpenHost(3, &list);
+  for (int step = 0; step < 10; ++step) {
+    const uint32_t expected = ObserveDigest(&host);
+    memset(host.pictures[1], 1, kPictureBytes);
+    host.rewards[0] = 99.0F;
+    host.firsts[2] = 9;
+    *host.level_seeds[2] = -1;
+    CLAIM(ObserveDigest(&host) == expected);
+    CLAIM(ObserveDigest(&host) == expected);
+    ActAll(&host, step == 4 ? -1 : 7);
+  }
+  CloseHost(&host);
+}
+
+void BuffersAreWrittenAtObserveOnly(void) {
+  struct OptionList list = RequiredOptions("coinrun");
+  AddInteger(&list, "num_threads", 0);
+  struct Host host = OpenHost(2, &list);
+  const uint32_t before = ObserveDigest(&host);
+  ActAll(&host, 7);
+  ActAll(&host, -1);
+  CLAIM(DigestOfHost(&host) == before);
+  CLAIM(ObserveDigest(&host) != before);
+  CLAIM(host.firsts[0] == 1 && host.firsts[1] == 1);
+  CloseHost(&host);
+}
+
+void ActionsAreTakenDuringActOnly(void) {
+  const struct OptionList list = RequiredOptions("starpilot");
+  struct Host one = OpenHost(2, &list);
+  struct Host other = OpenHost(2, &list);
+  for (int step = 0; step < 30; ++step) {
+    ActAll(&one, step % 15);
+    ActAll(&other, step % 15);
+    *other.actions[0] = -1;
+    *other.actions[1] = 1 << 30;
+    CLAIM(ObserveDigest(&one) == ObserveDigest(&other));
+  }
+  CloseHost(&one);
+  CloseHost(&other);
+}
+
+void UnknownActionsDoNothing(void) {
+  static const int32_t kUnknown[] = {15, -2, 255, INT32_MAX, INT32_MIN, 16, -3};
+  const struct OptionList list = RequiredOptions("coinrun");
+  struct Host one = OpenHost(2, &list);
+  struct Host other = OpenHost(2, &list);
+  BeginListening();
+  for (size_t step = 0; step < sizeof(kUnknown) / sizeof(*kUnknown); ++step) {
+    ActAll(&one, kUnknown[step]);
+    ActAll(&other, 4);
+    CLAIM(ObserveDigest(&one) == ObserveDigest(&other));
+  }
+  const struct Said said = EndListening();
+  CLAIM(said.line_count == 1 && strstr(said.text, "action 15 of environment 0") != NULL);
+  CloseHost(&one);
+  CloseHost(&other);
+}
+
+void ThreadsChangeNothing(void) {
+  static const int32_t kThreadCounts[] = {0, 1, 3, 64};
+  uint32_t expected = 0;
+  for (size_t i = 0; i < sizeof(kThreadCounts) / sizeof(*kThreadCounts); ++i) {
+    struct OptionList list = RequiredOptions("bigfish");
+    AddInteger(&list, "num_threads", kThreadCounts[i]);
+    struct Host host = OpenHost(7, &list);
+    uint32_t digest = kDigestBegin;
+    for (int step = 0; step < 60; ++step) {
+      ActAll(&host, (step * 7) % 15);
+      const uint32_t now = ObserveDigest(&host);
+      digest = Digest(digest, &now, sizeof(now));
+    }
+    CloseHost(&host);
+    CLAIM(i == 0 || digest == expected);
+    expected = digest;
+  }
+}
+
+void JointGamesAreDealtInTurn(void) {
+  const struct OptionList joint_list = RequiredOptions("coinrun,maze");
+  const struct OptionList maze_list = RequiredOptions("maze");
+  struct Host joint = OpenHost(4, &joint_list);
+  struct Host maze = OpenHost(4, &maze_list);
+  libenv.observe(joint.handle);
+  libenv.observe(maze.handle);
+  for (int i = 0; i < 4; ++i) {
+    const int same = memcmp(joint.pictures[i], maze.pictures[i], kPictureBytes) == 0;
+    CLAIM(same == (i % 2 == 1));
+    CLAIM(*joint.level_seeds[i] == *maze.level_seeds[i]);
+  }
+  CloseHost(&joint);
+  CloseHost(&maze);
+}
+
+void HumanViewIsDrawnAtEachObserve(void) {
+  struct OptionList list = RequiredOptions("starpilot");
+  AddBoolean(&list, "render_human", 1);
+  struct Host host = OpenHost(2, &list);
+  const uint32_t first = ObserveDigest(&host);
+  const uint32_t view = Digest(kDigestBegin, host.human_views[1], kHumanViewBytes);
+  memset(host.human_views[1], 0, kHumanViewBytes);
+  CLAIM(ObserveDigest(&host) == first);
+  CLAIM(memcmp(host.human_views[0], host.human_views[1], kHumanViewBytes) != 0);
+  ActAll(&host, 7);
+  libenv.observe(host.handle);
+  CLAIM(Digest(kDigestBegin, host.human_views[1], kHumanViewBytes) != view);
+  CloseHost(&host);
+}
+
+static void ClaimRow(const struct Recording* recording, int row, struct Host* host) {
+  for (int i = 0; i < recording->environment_count; ++i) {
+    const int at = row * recording->environment_count + i;
+    CLAIM(memcmp(&host->rewards[i], &recording->rewards[at], sizeof(float)) == 0);
+    CLAIM(host->firsts[i] == recording->firsts[at]);
+    CLAIM(*host->level_seeds[i] == recording->level_seeds[at]);
+    CLAIM(*host->prev_level_seeds[i] == recording->prev_level_seeds[at]);
+    CLAIM(*host->prev_level_complete[i] == recording->prev_level_complete[at]);
+    CLAIM(recording->picture_digests == NULL ||
+          recording->picture_digests[at] == Digest(kDigestBegin, host->pictures[i], kPictureBytes));
+  }
+}
+
+static void Replay(const char* path) {
+  struct Recording recording;
+  ReadRecording(path, &recording);
+  struct Host host = OpenHost(recording.environment_count, &recording.options);
+  libenv.observe(host.handle);
+  ClaimRow(&recording, 0, &host);
+  for (int step = 0; step < recording.step_count; ++step) {
+    for (int i = 0; i < recording.environment_count; ++i) {
+      const uint8_t action = recording.actions[step * recording.environment_count + i];
+      *host.actions[i] = action == 255 ? -1 : action;
+    }
+    libenv.act(host.handle);
+    libenv.observe(host.handle);
+    ClaimRow(&recording, step + 1, &host);
+  }
+  CloseHost(&host);
+  FreeRecording(&recording);
+}
+
+void RecordingsAreTheSame(void) {
+  DIR* folder = opendir(golden_folder);
+  CLAIM(folder != NULL);
+  int count = 0;
+  for (const struct dirent* entry = readdir(folder); entry != NULL; entry = readdir(folder)) {
+    const char* suffix = strstr(entry->d_name, ".trace");
+    if (suffix != NULL && suffix[6] == '\0') {
+      char path[4096];
+      snprintf(path, sizeof(path), "%s/%s", golden_folder, entry->d_name);
+      printf("%s\n", entry->d_name);
+      fflush(stdout);
+      Replay(path);
+      ++count;
+    }
+  }
+  closedir(folder);
+  CLAIM(count >= 20);
+}
+
+void SnapshotsAreRefusedInOneLine(void) {
+  const struct OptionList list = RequiredOptions("coinrun");
+  struct Host host = OpenHost(1, &list);
+  const uint32_t before = ObserveDigest(&host);
+  char snapshot[64] = "as it was";
+  BeginListening();
+  CLAIM(libenv.get_state(host.handle, 0, snapshot, sizeof(snapshot)) == 0);
+  CLAIM(EndListening().line_count == 1);
+  CLAIM(strcmp(snapshot, "as it was") == 0);
+  BeginListening();
+  libenv.set_state(host.handle, 0, snapshot, sizeof(snapshot));
+  CLAIM(EndListening().line_count == 1);
+  BeginListening();
+  CLAIM(libenv.get_state(host.handle, 1, snapshot, sizeof(snapshot)) == 0);
+  CLAIM(strstr(EndListening().text, "environment 1 is not in") != NULL);
+  CLAIM(DigestOfHost(&host) == before && ObserveDigest(&host) == before);
+  CloseHost(&host);
+}
