@@ -108,8 +108,8 @@ class Environment {
   StepResult result_;
   float episode_return_ = 0;  // of the running episode
   int32_t episode_length_ = 0;
-  Fingerprint fingerprint_;     // of the running episode
-  bool ended_ = false;  // the episode has ended and the next has not begun
+  Fingerprint fingerprint_;  // of the running episode
+  bool ended_ = false;       // the episode has ended and the next has not begun
 };
 
 }  // namespace procgen

@@ -87,15 +87,14 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFact
     return archive->status();
   }
   if (beginning.game != facts.name) {
-    return absl::InvalidArgumentError(absl::StrCat("game is ", beginning.game,
-                                                   ", the environment plays ", facts.name));
+    return absl::InvalidArgumentError(
+        absl::StrCat("game is ", beginning.game, ", the environment plays ", facts.name));
   }
   const auto options = ResolveOptions(facts.name, beginning.options);
   if (!options.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
-  std::unique_ptr<Environment> environment(
-      new Environment(facts, *options, beginning.episode_end));
+  std::unique_ptr<Environment> environment(new Environment(facts, *options, beginning.episode_end));
   // The level is made anew: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;
   environment->game_->StartLevel(beginning.level_seed);

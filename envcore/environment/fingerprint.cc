@@ -30,8 +30,8 @@ void Fingerprint::AddStep(int32_t action, float reward, bool level_complete, boo
   AddByte('S');
   AddNumber(static_cast<uint32_t>(action));
   AddNumber(std::bit_cast<uint32_t>(reward));
-  AddByte(static_cast<uint8_t>((level_complete ? 1 : 0) + (terminated ? 2 : 0) +
-                               (truncated ? 4 : 0)));
+  AddByte(
+      static_cast<uint8_t>((level_complete ? 1 : 0) + (terminated ? 2 : 0) + (truncated ? 4 : 0)));
 }
 
 void Fingerprint::AddNumber(uint32_t number) {

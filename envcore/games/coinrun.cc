@@ -29,6 +29,7 @@ constexpr int kLavaKind = 17;
 constexpr int kLavaSurfaceKind = 18;
 constexpr int kBarrierKind = 19;  // invisible; walkers turn at it
 constexpr int kCrateKind = 20;
+constexpr int kCratesInCellMax = 4;  // in a snapshot
 
 constexpr int kWorldSide = 64;  // cells
 constexpr float kCellsInView = 13;
@@ -440,10 +441,10 @@ class CoinRun final : public Game {
     }
   }
 
-  // Whether each crate fills one cell, and no cell holds two: a mover that were in many crates at
-  // once would be pushed about among them for ever.
+  // Whether each crate fills one cell, and none holds more than a few (piles can share cells): a
+  // mover that were in many crates at once would be pushed about among them for ever.
   bool CratesFillCells() const {
-    std::vector<bool> filled(static_cast<size_t>(world_.grid.size()));
+    std::vector<int> crate_counts(static_cast<size_t>(world_.grid.size()));
     for (const Entity& crate : world_.entities) {
       if (crate.kind == kCrateKind) {
         const int x = static_cast<int>(crate.x);
@@ -455,10 +456,9 @@ class CoinRun final : public Game {
           return false;
         }
         const auto cell = static_cast<size_t>(world_.grid.IndexOf(x, y));
-        if (filled[cell]) {
+        if (++crate_counts[cell] > kCratesInCellMax) {
           return false;
         }
-        filled[cell] = true;
       }
     }
     return true;

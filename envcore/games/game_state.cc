@@ -40,8 +40,8 @@ void Game::CheckNoneBlocks(StateArchive& archive) {
       const bool blocks =
           Blocks(mover, kind, Axis::kHorizontal) || Blocks(mover, kind, Axis::kVertical);
       if (is_there[static_cast<size_t>(kind)] && blocks) {
-        return archive.Check(false, absl::StrCat("has an entity of kind ", kind,
-                                                 ", which only cells can have"));
+        return archive.Check(
+            false, absl::StrCat("has an entity of kind ", kind, ", which only cells can have"));
       }
     }
   }

@@ -206,8 +206,8 @@ class Heist final : public Game {
       archive.Bool(kKeyTakenNames[i], key_taken_[i]);
     }
     for (const Entity& entity : world_.entities) {
-      const bool has_color = entity.kind == kKeyKind || entity.kind == kLockKind ||
-                             entity.kind == kKeyDisplayKind;
+      const bool has_color =
+          entity.kind == kKeyKind || entity.kind == kLockKind || entity.kind == kKeyDisplayKind;
       archive.Check(!has_color || entity.theme < kKeyCountMax, "has a key or lock of no color");
     }
     const auto lock_count =

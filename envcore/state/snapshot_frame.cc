@@ -12,8 +12,8 @@ constexpr size_t kLengthOffset = 8;
 constexpr size_t kChecksumOffset = 12;
 
 uint32_t ChecksumOf(absl::string_view body) {
-  return static_cast<uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
-                                     static_cast<uInt>(body.size())));
+  return static_cast<uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
 }
 
 void AppendNumber(uint32_t value, std::string* bytes) {
@@ -45,8 +45,7 @@ std::string FrameSnapshot(absl::string_view body) {
 absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
   if (snapshot.size() < kSnapshotHeaderBytes) {
     return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
-                                            " bytes, its header alone has ",
-                                            kSnapshotHeaderBytes));
+                                            " bytes, its header alone has ", kSnapshotHeaderBytes));
   }
   if (snapshot.size() > kSnapshotBytesMax) {
     return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
@@ -63,8 +62,8 @@ absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
   const absl::string_view body = snapshot.substr(kSnapshotHeaderBytes);
   const uint32_t length = NumberAt(snapshot, kLengthOffset);
   if (length != body.size()) {
-    return absl::DataLossError(absl::StrCat("the snapshot's body has ", body.size(),
-                                            " bytes, its header says ", length));
+    return absl::DataLossError(
+        absl::StrCat("the snapshot's body has ", body.size(), " bytes, its header says ", length));
   }
   if (NumberAt(snapshot, kChecksumOffset) != ChecksumOf(body)) {
     return absl::DataLossError("the snapshot's checksum does not match its body");

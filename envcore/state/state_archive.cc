@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kDepthMax = 8;          // groups and lists in one another
+constexpr size_t kDepthMax = 8;            // groups and lists in one another
 constexpr size_t kValueCountMax = 250000;  // values in a snapshot
 
 // Walks through a body before it is built, so that none can be built that is too deep or too large.
@@ -25,9 +25,7 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
   bool boolean(bool /*value*/) override { return Count(); }
   bool number_integer(number_integer_t /*value*/) override { return Count(); }
   bool number_unsigned(number_unsigned_t /*value*/) override { return Count(); }
-  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override {
-    return Count();
-  }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return Count(); }
   bool string(string_t& /*value*/) override { return Count(); }
   bool binary(binary_t& /*value*/) override { return false; }
   bool start_object(size_t size) override { return Enter(size); }
@@ -272,8 +270,8 @@ void StateArchive::Text(absl::string_view name, std::string& value, size_t lengt
   }
   const auto& text = node->get_ref<const std::string&>();
   if (text.size() > length_max) {
-    return Fail(name, absl::StrCat("has ", text.size(), " bytes, at most ", length_max,
-                                   " are allowed"));
+    return Fail(name,
+                absl::StrCat("has ", text.size(), " bytes, at most ", length_max, " are allowed"));
   }
   value = text;
 }
@@ -334,8 +332,8 @@ size_t StateArchive::BeginList(absl::string_view name, size_t count, size_t coun
     count = node->size();
   }
   if (count < count_min || count > count_max) {
-    Fail(name, absl::StrCat("has ", count, " entries, must have from ", count_min, " to ",
-                            count_max));
+    Fail(name,
+         absl::StrCat("has ", count, " entries, must have from ", count_min, " to ", count_max));
     return 0;
   }
   tree_->Enter(restores_ ? *node : tree_->Write(name, Json::array()), name);

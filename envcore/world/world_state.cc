@@ -9,10 +9,11 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kSharedRandomMax = 999999;
-constexpr float kAngleMax = 1e6F;     // radians, either sign
-constexpr float kSpinMax = 8;         // radians a step
-constexpr float kHealthMax = 1e6F;    // either sign
-constexpr float kGrowthMax = 1.5F;    // of entities that expire
+constexpr float kAngleMax = 1e6F;       // radians, either sign
+constexpr float kSpinMax = 16;          // radians a step
+constexpr int32_t kCellKindMax = 1100;  // cells have kinds that entities have not
+constexpr float kHealthMax = 1e6F;      // either sign
+constexpr float kGrowthMax = 1.5F;      // of entities that expire
 constexpr int32_t kGrowingStepsMax = 32;
 
 // Runs of equal cells: kind, count, kind, count ...
@@ -35,7 +36,7 @@ bool Fill(const std::vector<int32_t>& runs, Grid& grid) {
   for (size_t i = 0; i + 1 < runs.size(); i += 2) {
     const int kind = runs[i];
     const int count = runs[i + 1];
-    if (kind > kEmptyKind || count < 1 || count > grid.size() - cell) {
+    if (kind > kCellKindMax || count < 1 || count > grid.size() - cell) {
       return false;
     }
     for (int end = cell + count; cell < end; ++cell) {
@@ -50,10 +51,12 @@ void VisitGrid(StateArchive& archive, Grid& grid) {
   if (!archive.restores()) {
     runs = RunsOf(grid);
   }
-  archive.Ints("cells", runs, 2 * static_cast<size_t>(grid.size()), 0, grid.size() + kEmptyKind);
+  archive.Ints("cells", runs, 2 * static_cast<size_t>(grid.size()), 0,
+               std::max(grid.size(), kCellKindMax));
   if (archive.ok() && archive.restores()) {
-    archive.Check(Fill(runs, grid), "has cells that are not kinds in [0, 100] and counts that "
-                                    "fill the world, in turn");
+    archive.Check(Fill(runs, grid),
+                  "has cells that are not kinds in [0, 1100] and counts that "
+                  "fill the world, in turn");
   }
 }
 
@@ -92,8 +95,7 @@ void VisitEntity(StateArchive& archive, Entity& entity) {
   archive.Float("angle", entity.angle, -kAngleMax, kAngleMax, plain.angle);
   archive.Float("growth", entity.growth, 0, kGrowthMax, plain.growth);
   archive.Float("fading", entity.fading, 0, 1, plain.fading);
-  archive.Float("patrol_center", entity.patrol_center, -kPlaceMax, kPlaceMax,
-                plain.patrol_center);
+  archive.Float("patrol_center", entity.patrol_center, -kPlaceMax, kPlaceMax, plain.patrol_center);
   // What grows must go before it is endless, and a mover must not outgrow its world.
   constexpr float kMoverHalfSizeMax = 8;
   archive.Check(!entity.smart || (entity.rx <= kMoverHalfSizeMax && entity.ry <= kMoverHalfSizeMax),
