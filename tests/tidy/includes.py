@@ -6,9 +6,9 @@ import re
 from source_tree import Violation
 
 # Module: the modules that it may include, besides itself. A module is the longest folder here that
-# holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games, render}
-# <- environment <- pool, over any number of steps; render and games do not know each other; the
-# server knows the engine by envcore/pool alone; a client knows the contract alone.
+# holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games,
+# render} <- environment <- pool, over any number of steps; render and games do not know each other;
+# the server knows the engine by envcore/pool alone; a client knows the contract alone.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
                       "envcore/art")
@@ -146,8 +146,8 @@ def check_engine_purity(tree):
 
 _LINK = re.compile(r"target_link_libraries\s*\(([^)]*)\)")
 _TARGET = re.compile(r"procgen::(\w+)")
-_ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art", "render", "environment",
-                   "pool")
+_ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art", "render",
+                   "environment", "pool")
 
 
 def check_link_arrows(tree):
