@@ -13,18 +13,24 @@ int32_t Wrapped(uint32_t bits) { return static_cast<int32_t>(bits); }
 }  // namespace
 
 Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
-                         uint32_t level_stream_seed, EpisodeEnd episode_end)
-    : step_limit_(facts.StepLimit(options.distribution_mode)),
-      use_sequential_levels_(options.use_sequential_levels),
+                         EpisodeEnd episode_end)
+    : facts_(facts),
+      options_(options),
+      step_limit_(facts.StepLimit(options.distribution_mode)),
       episode_end_(episode_end),
       level_seed_low_(options.num_levels == 0 ? 0 : options.start_level),
       level_seed_high_(options.num_levels == 0
                            ? std::numeric_limits<int32_t>::max()
                            : Wrapped(static_cast<uint32_t>(options.start_level) +
                                      static_cast<uint32_t>(options.num_levels))),
-      game_(facts.make(options)),
-      level_stream_(level_stream_seed) {
+      game_(facts.make(options)) {}
+
+Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
+                         uint32_t level_stream_seed, EpisodeEnd episode_end)
+    : Environment(facts, options, episode_end) {
+  level_stream_.Seed(level_stream_seed);
   BeginEpisode();
+  result_.fingerprint = fingerprint_.value();
 }
 
 void Environment::BeginLevel(bool follows_completed) {
@@ -37,9 +43,11 @@ void Environment::BeginLevel(bool follows_completed) {
     result_.level_seed = level_stream_.Int(level_seed_low_, level_seed_high_);
   }
   game_->StartLevel(result_.level_seed);
+  fingerprint_.AddLevel(result_.level_seed);
 }
 
 void Environment::BeginEpisode() {
+  fingerprint_.Begin(facts_.name, options_);
   BeginLevel(/*follows_completed=*/false);
   result_.first = true;
   episode_return_ = 0;
@@ -59,6 +67,7 @@ void Environment::Reset(std::optional<int32_t> level_seed, std::optional<int64_t
   result_.level_seed = left_level_seed;
   result_.prev_level_seed = left_level_seed;
   BeginEpisode();
+  result_.fingerprint = fingerprint_.value();
 }
 
 void Environment::Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level) {
@@ -84,7 +93,7 @@ void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_
   const bool out_of_steps = game_->step_number() >= step_limit_;
   const bool level_over = outcome.done || forced_end || out_of_steps;
   // In a sequence of levels a completed one is followed by the next without an episode's end.
-  const bool goes_on = use_sequential_levels_ && outcome.level_complete;
+  const bool goes_on = options_.use_sequential_levels && outcome.level_complete;
   const bool episode_over = level_over && !goes_on;
 
   episode_return_ += outcome.reward;
@@ -97,6 +106,9 @@ void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_
   result_.prev_level_complete = outcome.level_complete;
   result_.episode_return = episode_return_;
   result_.episode_length = episode_length_;
+  fingerprint_.AddStep(action, result_.reward, result_.prev_level_complete, result_.terminated,
+                       result_.truncated);
+  result_.fingerprint = fingerprint_.value();
 
   if (episode_over) {
     before_new_level();
@@ -107,6 +119,7 @@ void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_
     }
   } else if (level_over) {
     BeginLevel(/*follows_completed=*/true);
+    result_.fingerprint = fingerprint_.value();
   }
 }
 

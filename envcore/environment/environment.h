@@ -4,13 +4,18 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "absl/functional/function_ref.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "envcore/environment/environment_options.h"
+#include "envcore/environment/fingerprint.h"
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/random/random_stream.h"
 #include "envcore/scene/scene.h"
+#include "envcore/state/state_archive.h"
 
 namespace procgen {
 
@@ -34,6 +39,7 @@ struct StepResult {
   bool prev_level_complete = false;  // and whether it was completed
   float episode_return = 0;  // of the ended episode where one ended, else of the running one so far
   int32_t episode_length = 0;  // steps, likewise
+  uint64_t fingerprint = 0;    // likewise
 };
 
 // The life of one environment: levels one after the other, steps, episode ends.
@@ -41,9 +47,19 @@ struct StepResult {
 class Environment {
  public:
   // `options` as ResolveOptions gave them for the game; `level_stream_seed` seeds the choice of
-  // levels. The environment stands at the first step of its first level.
+  // levels. The environment stands at the first step of its first level. `facts` must outlive it.
   Environment(const GameFacts& facts, const EnvironmentOptions& options, uint32_t level_stream_seed,
               EpisodeEnd episode_end);
+
+  // A snapshot of all that influences the future, and of what was observed last. Changes nothing.
+  // Errors: INTERNAL the state is none that a snapshot can hold, which is a bug.
+  absl::StatusOr<std::string> SaveState();
+
+  // The environment that `snapshot` was taken of, options and all. The bytes may be anyone's.
+  // Errors: DATA_LOSS they are no whole snapshot of this version; INVALID_ARGUMENT the snapshot is
+  // of another game, or holds what no snapshot can (the message names the field).
+  static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameFacts& facts,
+                                                              absl::string_view snapshot);
 
   // The next new level is that of `level_seed`; no draw is taken for it.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
@@ -60,6 +76,8 @@ class Environment {
 
   // Whether the episode has ended and only Reset goes on (kDisabled).
   bool awaits_reset() const { return ended_ && episode_end_ == EpisodeEnd::kDisabled; }
+  EpisodeEnd episode_end() const { return episode_end_; }
+  const GameFacts& facts() const { return facts_; }
 
   const StepResult& result() const { return result_; }
   const Game& game() const { return *game_; }
@@ -67,14 +85,20 @@ class Environment {
   void FillScene(Scene* scene) const { game_->FillScene(scene); }
 
  private:
+  // One that has no level yet.
+  Environment(const GameFacts& facts, const EnvironmentOptions& options, EpisodeEnd episode_end);
+
+  // All but what the environment was made with and its level's seed.
+  void VisitState(StateArchive& archive);
   void StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level);
   // Chooses the next level, after a completed one in a sequence or by a draw, and begins it.
   void BeginLevel(bool follows_completed);
   // Begins the first level of a new episode.
   void BeginEpisode();
 
+  const GameFacts& facts_;
+  const EnvironmentOptions options_;
   const int32_t step_limit_;
-  const bool use_sequential_levels_;
   const EpisodeEnd episode_end_;
   int32_t level_seed_low_;  // level seeds are drawn from [low, high)
   int32_t level_seed_high_;
@@ -84,7 +108,8 @@ class Environment {
   StepResult result_;
   float episode_return_ = 0;  // of the running episode
   int32_t episode_length_ = 0;
-  bool ended_ = false;  // the episode has ended and the next has not begun
+  Fingerprint fingerprint_;  // of the running episode
+  bool ended_ = false;       // the episode has ended and the next has not begun
 };
 
 }  // namespace procgen

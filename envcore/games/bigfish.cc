@@ -17,6 +17,7 @@ constexpr float kAgentRadiusEasy = 1;  // cells, at the start of a level
 constexpr float kAgentRadiusHard = 0.5F;
 constexpr float kAgentRadiusGrown = 2;  // reached when all fish are eaten
 constexpr int kFishNeeded = 30;
+constexpr int kFishEatenMax = 1000;  // in a snapshot: many may be eaten in the last step
 constexpr float kFishReward = 1;
 constexpr float kCompletionReward = 10;
 constexpr int kSpawnChance = 10;         // one new fish in so many steps
@@ -102,6 +103,10 @@ class BigFish final : public Game {
     agent.rx += growth_;
     agent.ry += growth_;
     ++fish_eaten_;
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("fish_eaten", fish_eaten_, 0, kFishEatenMax);
   }
 
   int32_t fish_eaten_ = 0;

@@ -11,6 +11,7 @@
 #include "envcore/games/game_factories.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -142,10 +143,12 @@ class BossFight final : public Game {
         Entity::Make(kBossKind, center, center, 0, 0, kBossRadius, kBossRadius));
     boss.theme = DrawTheme(kBossKind);
     boss.ry = kBossRadius / AspectRatio(kBossKind, boss.theme);
+    boss.auto_remove = false;
     const auto shield_rx = static_cast<float>(kShieldShare * boss.rx);
     const auto shield_ry = static_cast<float>(kShieldShare * boss.ry);
-    world_.entities.push_back(
+    Entity& shield = world_.entities.emplace_back(
         Entity::Make(kShieldKind, center, center, 0, 0, shield_rx, shield_ry));
+    shield.auto_remove = false;
   }
 
   void PlanFight() {
@@ -415,6 +418,20 @@ class BossFight final : public Game {
 
   int ImageKindOf(const Entity& entity) const override {
     return entity.kind == kShieldKind && !shield_is_up_ ? -1 : Game::ImageKindOf(entity);
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("round", round_, 0, kRoundsMax);
+    archive.Bool("shield_is_up", shield_is_up_);
+    archive.Int("moves_left", moves_left_, 0, kOpenMoves);
+    archive.Int("steps_to_move", steps_to_move_, 0, kDamageShowSteps);
+    archive.Int("damage_show_end", damage_show_end_, 0, kRememberedStepMax);
+    archive.Int("last_shot_step", last_shot_step_, 0, kRememberedStepMax);
+    archive.Float("aim", aim_, 0, 1);
+    archive.Check(world_.entities.size() > kShieldIndex &&
+                      IsThereForGood(world_.entities[kBossIndex], kBossKind) &&
+                      IsThereForGood(world_.entities[kShieldIndex], kShieldKind),
+                  "has no boss and shield that stay, as entities 1 and 2");
   }
 
   float boss_bullet_speed_ = kBossBulletSpeedHard;  // cells a step

@@ -11,6 +11,7 @@
 #include "envcore/games/game_factories.h"
 #include "envcore/level/maze.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -254,6 +255,9 @@ class Chaser final : public Game {
         ++way_count;
       }
     }
+    if (way_count == 0) {
+      return;  // shut in, which no level does
+    }
     const Way& way = ways[static_cast<size_t>(world_.shared_random % way_count)];
     const float speed = EnemiesAreEdible() ? kEdibleEnemySpeed : kEnemySpeed;
     enemy.vx = (static_cast<float>(cell_x + way.dx) - x) * speed;
@@ -317,6 +321,11 @@ class Chaser final : public Game {
     }
     const int frame = step_number() / kFrameSteps;
     return kWingBeat[static_cast<size_t>(frame) % kWingBeat.size()];
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("small_orbs_left", small_orbs_left_, 0, world_.grid.size());
+    archive.Int("large_orb_step", large_orb_step_, -kEdibleSteps, kRememberedStepMax);
   }
 
   const ModeFigures figures_;

@@ -299,6 +299,11 @@ class Climber final : public Game {
     return ShowsFirstFrame() ? kPlayerWalkTogetherImageKind : kPlayerWalkApartImageKind;
   }
 
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("crystals_left", crystals_left_, 0, world_.grid.size());
+    archive.Bool("has_support", has_support_);
+  }
+
   float fish_chance_ = 0;  // by the mode
   int32_t crystals_left_ = 0;
   bool has_support_ = false;  // as the last step's controls found it

@@ -9,6 +9,7 @@
 #include "envcore/games/game_factories.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -28,6 +29,7 @@ constexpr int kLavaKind = 17;
 constexpr int kLavaSurfaceKind = 18;
 constexpr int kBarrierKind = 19;  // invisible; walkers turn at it
 constexpr int kCrateKind = 20;
+constexpr int kCratesInCellMax = 4;  // in a snapshot
 
 constexpr int kWorldSide = 64;  // cells
 constexpr float kCellsInView = 13;
@@ -436,6 +438,38 @@ class CoinRun final : public Game {
     if (IsPlayerImage(sprite->image_kind)) {
       sprite->art_top = -0.7415;
       sprite->art_height = 1.7415;
+    }
+  }
+
+  // Whether each crate fills one cell, and none holds more than a few (piles can share cells): a
+  // mover that were in many crates at once would be pushed about among them for ever.
+  bool CratesFillCells() const {
+    std::vector<int> crate_counts(static_cast<size_t>(world_.grid.size()));
+    for (const Entity& crate : world_.entities) {
+      if (crate.kind == kCrateKind) {
+        const int x = static_cast<int>(crate.x);
+        const int y = static_cast<int>(crate.y);
+        const bool fits = crate.x == static_cast<float>(x) + 0.5F && crate.vx == 0 &&
+                          crate.vy == 0 && crate.rx <= 0.5F && crate.ry <= 0.5F &&
+                          crate.growth <= 1;
+        if (!fits || !world_.grid.Contains(x, y)) {
+          return false;
+        }
+        const auto cell = static_cast<size_t>(world_.grid.IndexOf(x, y));
+        if (++crate_counts[cell] > kCratesInCellMax) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Bool("has_support", has_support_);
+    archive.Bool("on_crate", on_crate_);
+    archive.Float("remembered_y", remembered_y_, -kPlaceMax, kPlaceMax);
+    if (archive.ok() && archive.restores()) {
+      archive.Check(CratesFillCells(), "has crates that do not fill a cell each");
     }
   }
 

@@ -11,6 +11,7 @@
 #include "envcore/world/contacts.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -413,6 +414,11 @@ class Dodgeball final : public Game {
     if (entity.kind == kLavaKind) {
       sprite->tile_ratio = entity.rx > entity.ry ? 1 : -1;
     }
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("enemy_count", enemy_count_, 0, static_cast<int32_t>(kEntityCountMax));
+    archive.Int("throw_step", throw_step_, 0, kRememberedStepMax);
   }
 
   const ModeFigures& figures_;

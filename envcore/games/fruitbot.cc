@@ -11,6 +11,7 @@
 #include "envcore/games/game_factories.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -293,6 +294,10 @@ class FruitBot final : public Game {
     } else if (entity.kind == kDoorKind) {
       sprite->tile_ratio = kDoorTileRatio;
     }
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("last_key_step", last_key_step_, 0, kRememberedStepMax);
   }
 
   const ModeFigures& figures_;

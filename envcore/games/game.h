@@ -10,6 +10,7 @@
 #include "envcore/random/random_stream.h"
 #include "envcore/scene/art_slot.h"
 #include "envcore/scene/scene.h"
+#include "envcore/state/state_archive.h"
 #include "envcore/world/rules.h"
 #include "envcore/world/world.h"
 
@@ -47,6 +48,11 @@ class Game : public Rules {
   // Plays one step with `action` in [0, kActionCount).
   void Play(int32_t action);
 
+  // Saves or restores what changes while a level is played; steps are in [0, step_number_max]. What
+  // the level's seed determines is not visited: restoring REQUIRES that StartLevel was called with
+  // the seed of the level that was saved.
+  void VisitState(StateArchive& archive, int32_t step_number_max);
+
   const StepOutcome& outcome() const { return outcome_; }
   // Steps played in this level.
   int32_t step_number() const { return step_number_; }
@@ -73,6 +79,10 @@ class Game : public Rules {
   void StandardStep();
   // The motion alone: moves every entity, from last to first, without contacts and removal.
   void MoveEntities();
+
+  // The members of a game's own that change while a level is played, or survive it. Where a
+  // restored value could break what the game relies on, it is checked here. By default none.
+  virtual void VisitOwnState(StateArchive& /*archive*/) {}
 
   // Changes the controls, which hold the action's direction, to what the game makes of it.
   virtual void Steer() {}
@@ -126,6 +136,9 @@ class Game : public Rules {
   int32_t background_index_ = 0;
 
  private:
+  // Fails where an entity would stop others that only cells stop: the motion of one among many that
+  // do would not end in our time.
+  void CheckNoneBlocks(StateArchive& archive);
   const ArtSlot* FindSlot(int kind, int theme) const;
   // The theme that is looked up for a stored one: 0 where themes are restricted.
   int ShownTheme(int kind, int theme) const;

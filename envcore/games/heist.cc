@@ -26,6 +26,7 @@ constexpr int kWorldSideMemory = 23;
 constexpr float kCellsInViewMemory = 8;
 constexpr int kMazeSizeMin = 5;  // cells; sizes are odd
 constexpr int kKeyCountMax = 3;
+constexpr const char* kKeyTakenNames[kKeyCountMax] = {"key_0_taken", "key_1_taken", "key_2_taken"};
 constexpr float kRadius = 0.375F;  // of agent, keys and gem, cells; half the width of the latter
 constexpr float kLockRadius = 0.5F;
 constexpr float kTopSpeed = 0.75F;         // cells a step
@@ -198,6 +199,21 @@ class Heist final : public Game {
   int ImageKindOf(const Entity& entity) const override {
     const bool hidden = entity.kind == kKeyDisplayKind && !HasKeyOf(entity);
     return hidden ? -1 : Game::ImageKindOf(entity);
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    for (size_t i = 0; i < key_taken_.size(); ++i) {
+      archive.Bool(kKeyTakenNames[i], key_taken_[i]);
+    }
+    for (const Entity& entity : world_.entities) {
+      const bool has_color =
+          entity.kind == kKeyKind || entity.kind == kLockKind || entity.kind == kKeyDisplayKind;
+      archive.Check(!has_color || entity.theme < kKeyCountMax, "has a key or lock of no color");
+    }
+    const auto lock_count =
+        std::count_if(world_.entities.begin(), world_.entities.end(),
+                      [](const Entity& entity) { return entity.kind == kLockKind; });
+    archive.Check(lock_count <= kKeyCountMax, "has more locks than there are colors");
   }
 
   std::array<bool, kKeyCountMax> key_taken_ = {};  // by colour

@@ -11,6 +11,7 @@
 #include "envcore/level/maze.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -149,7 +150,7 @@ class Jumper final : public Game {
     if (figures_.only_way_to_carrot) {
       KeepOnly(Widened(grid, way, kWayMargin));
     }
-    SpawnAtCell(world_, kCarrotKind, kCarrotRadius, carrot_cell);
+    SpawnAtCell(world_, kCarrotKind, kCarrotRadius, carrot_cell).auto_remove = false;
     MarkSpikeMen();
     BreakHighWalls();
     Entity& agent = world_.agent();
@@ -401,6 +402,16 @@ class Jumper final : public Game {
                            .width = agent.rx,
                            .height = agent.ry});
     }
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Int("jumps_left", jumps_left_, 0, kJumpsFromSupport);
+    archive.Int("last_jump_step", last_jump_step_, 0, kRememberedStepMax);
+    archive.Bool("jumped", jumped_);
+    archive.Bool("has_support", has_support_);
+    archive.Check(world_.entities.size() > kCarrotIndex &&
+                      IsThereForGood(world_.entities[kCarrotIndex], kCarrotKind),
+                  "has no carrot that stays, as entity 1");
   }
 
   // Where the carrot is in the list of entities, always: the first thing made and never removed.

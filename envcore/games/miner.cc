@@ -3,6 +3,8 @@
 // dug away and roll off one another; one that is already falling kills the robot when it comes down
 // on it. One grid move and one pass of gravity a step.
 
+#include <cmath>
+
 #include "envcore/games/game.h"
 #include "envcore/games/game_factories.h"
 #include "envcore/world/placing.h"
@@ -238,6 +240,15 @@ class Miner final : public Game {
       outcome_.level_complete = true;
       outcome_.done = true;
     }
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    // A falling diamond may be counted twice.
+    archive.Int("diamonds_left", diamonds_left_, 0, 2 * world_.grid.size());
+    const Entity& agent = world_.agent();
+    archive.Check(world_.grid.Contains(static_cast<int>(std::floor(agent.x)),
+                                       static_cast<int>(std::floor(agent.y))),
+                  "has an agent outside of the world");
   }
 
   // As the last pass of gravity counted them: a new level does not count anew, so its first step

@@ -12,6 +12,7 @@
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
 #include "envcore/world/support.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -339,6 +340,12 @@ class Ninja final : public Game {
                          .width = kChargeBarWidth,
                          .height = height,
                          .color = kChargeBarColor});
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Float("charge", charge_, 0, 1);
+    archive.Bool("has_support", has_support_);
+    archive.Int("last_star_step", last_star_step_, -kRememberedStepMax, kRememberedStepMax);
   }
 
   const ModeFigures& figures_;

@@ -12,6 +12,7 @@
 #include "envcore/games/game_factories.h"
 #include "envcore/world/direction.h"
 #include "envcore/world/placing.h"
+#include "envcore/world/world_state.h"
 
 namespace procgen {
 namespace {
@@ -57,6 +58,8 @@ constexpr float kExplosionVelocityShare = 0.5F;
 constexpr int kHitsNeeded = 20;
 constexpr float kHitReward = 1;
 constexpr float kCompletionReward = 10;
+constexpr float kReserveRange = 100;  // in a snapshot, either sign
+constexpr int kHitsMax = 1000;        // in a snapshot
 constexpr float kReserveMax = 1;
 constexpr float kStepCost = 0.0015F;  // of the reserve
 constexpr float kShotCost = 0.02F;
@@ -268,6 +271,12 @@ class Plunder final : public Game {
                          .width = width,
                          .height = kBarHeight,
                          .color = color});
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    archive.Float("reserve", reserve_, -kReserveRange, kReserveRange);
+    archive.Int("hits", hits_, 0, kHitsMax);
+    archive.Int("last_shot_step", last_shot_step_, 0, kRememberedStepMax);
   }
 
   bool is_easy_;

@@ -338,8 +338,11 @@ class StarPilot final : public Game {
     const float dx = world_.agent().x - shooter.x;
     const float dy = world_.agent().y - shooter.y;
     const float distance_squared = dx * dx + dy * dy;
-    const auto scale = static_cast<float>(static_cast<double>(speed) /
-                                          std::sqrt(static_cast<double>(distance_squared)));
+    // At the agent's very place there is no direction; the episode has ended then.
+    const auto scale = distance_squared == 0
+                           ? 0.0F
+                           : static_cast<float>(static_cast<double>(speed) /
+                                                std::sqrt(static_cast<double>(distance_squared)));
     Entity& bullet = SpawnChild(world_, from_turret ? kTurretBulletKind : kFlyerBulletKind,
                                 figures_.bullet_radius, shooter, false);
     bullet.vx = dx * scale;
@@ -393,6 +396,13 @@ class StarPilot final : public Game {
     Entity& explosion = SpawnChild(world_, kExplosionKind, kExplosionShare * self.rx, self, false);
     explosion.vx = vx;
     explosion.vy = vy;
+  }
+
+  void VisitOwnState(StateArchive& archive) override {
+    // What comes was planned with the level, so how much of it is left tells all.
+    auto spawns_left = static_cast<int32_t>(spawns_.size());
+    archive.Int("spawns_left", spawns_left, 0, spawns_left);
+    spawns_.resize(static_cast<size_t>(spawns_left));
   }
 
   bool is_easy_;

@@ -33,6 +33,7 @@ absl::Status CheckBatch(const Batch& batch, size_t rows) {
         CheckSpan("prev_level_complete", batch.prev_level_complete.size(), rows, 1),
         CheckSpan("episode_returns", batch.episode_returns.size(), rows, 1),
         CheckSpan("episode_lengths", batch.episode_lengths.size(), rows, 1),
+        CheckSpan("fingerprints", batch.fingerprints.size(), rows, 1),
         CheckSpan("final_observations", batch.final_observations.size(), rows,
                   kObservationBytes)}) {
     if (!status.ok()) {
@@ -187,6 +188,7 @@ class Pool::StepJob final : public CrewJob {
     write(batch_.prev_level_complete, static_cast<uint8_t>(result.prev_level_complete));
     write(batch_.episode_returns, result.episode_return);
     write(batch_.episode_lengths, result.episode_length);
+    write(batch_.fingerprints, result.fingerprint);
   }
 
   Pool* const pool_;
@@ -233,7 +235,8 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
       crew_(std::move(crew)),
       art_(options.games.size()),
       resets_(static_cast<size_t>(options.env_count)),
-      job_(std::make_unique<StepJob>(this)) {
+      job_(std::make_unique<StepJob>(this)),
+      may_await_reset_(options.episode_end == EpisodeEnd::kDisabled) {
   environments_.reserve(static_cast<size_t>(options.env_count));
   for (int32_t worker = 0; worker < crew_->worker_count(); ++worker) {
     workbenches_.push_back(std::make_unique<Workbench>());
@@ -264,7 +267,7 @@ absl::Status Pool::Check(const StepInput& input, const Batch& batch) const {
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
-  if (!input.steps || options_.episode_end != EpisodeEnd::kDisabled) {
+  if (!input.steps || !may_await_reset_) {
     return absl::OkStatus();
   }
   for (int32_t i = input.first; i < input.first + input.count; ++i) {

@@ -11,6 +11,7 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/environment_options.h"
@@ -58,6 +59,18 @@ struct Reset {
   std::optional<int64_t> rand_seed;   // seeds the choice of levels anew, before the draw
 };
 
+// A snapshot and the environment that is put into it.
+struct StateToRestore {
+  int32_t environment = 0;  // index in the pool
+  absl::string_view snapshot;
+};
+
+// An environment that is put into the state of another of the same pool.
+struct StateToClone {
+  int32_t source_environment = 0;
+  int32_t target_environment = 0;
+};
+
 // What is asked of the environments [first, first + count). The spans must stay valid until the
 // step is done.
 struct StepInput {
@@ -89,6 +102,7 @@ struct Batch {
   // At an episode's end the ended episode's, otherwise of the episode so far.
   absl::Span<float> episode_returns;    // sum of rewards                         [n]
   absl::Span<int32_t> episode_lengths;  // steps                                  [n]
+  absl::Span<uint64_t> fingerprints;    // as class Fingerprint defines them      [n]
   // Where the episode ended in this step: its last picture, before the new level. Other rows are
   // left as they were.
   absl::Span<uint8_t> final_observations;  //                           [n, 64, 64, 3]
@@ -131,6 +145,21 @@ class Pool {
   // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
   absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
 
+  // Snapshots of `environments`, in their order, taken on the calling thread. Errors:
+  // INVALID_ARGUMENT an index out of range; ABORTED as in Step.
+  absl::StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
+
+  // Puts environments into saved states, options and episode-end semantics included, on the calling
+  // thread; what they show next is what was shown last. On error nothing has changed. Errors:
+  // INVALID_ARGUMENT an index out of range or named twice, a snapshot of another game or with a
+  // value out of range; DATA_LOSS one that is damaged or of another version; ABORTED as in Step.
+  absl::Status RestoreStates(absl::Span<const StateToRestore> states);
+
+  // Puts environments into the states of others, on the calling thread. All are read before any is
+  // written, so states can be exchanged. On error nothing has changed. Errors: INVALID_ARGUMENT an
+  // index out of range, a target named twice, environments of different games; ABORTED as in Step.
+  absl::Status CloneStates(absl::Span<const StateToClone> pairs);
+
   // Draws the human view of one environment, smooth, on the calling thread. `frame`: uint8
   // [side_px, side_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
   // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
@@ -149,6 +178,9 @@ class Pool {
   void Release() { busy_.store(false, std::memory_order_release); }
   // Hands what concerns few environments to them.
   void ApplySparse(const StepInput& input);
+  absl::Status CheckIndex(int32_t environment) const;
+  absl::StatusOr<std::vector<std::string>> SaveTaken(absl::Span<const int32_t> environments);
+  absl::Status RestoreTaken(absl::Span<const StateToRestore> states);
   absl::Status CheckNoneAwaitsReset(const StepInput& input) const;
   // Checks a step, takes the pool and carries out what concerns few environments.
   absl::Status Begin(const StepInput& input, const Batch& batch);
@@ -162,6 +194,7 @@ class Pool {
   std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
   std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
   std::unique_ptr<StepJob> job_;
+  bool may_await_reset_;  // some environment has EpisodeEnd::kDisabled
   std::atomic<bool> busy_ = false;
 };
 

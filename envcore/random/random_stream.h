@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "envcore/state/state_archive.h"
 
 namespace procgen {
 
@@ -69,7 +70,15 @@ class RandomStream {
   // Deals `x` units over `n` bins: how often each bin came up. Takes x draws (none for x <= 0).
   std::vector<int32_t> Split(int32_t x, int32_t n);
 
+  // The stream as a seed and the number of draws, which are taken again when it is restored. After
+  // more than kRepeatedDrawsMax draws, as the generator's own state.
+  void VisitState(StateArchive& archive);
+
  private:
+  static constexpr uint64_t kRepeatedDrawsMax = uint64_t{1} << 20;
+
+  void VisitGenerator(StateArchive& archive);
+
   // std::mt19937 with words of 32 bits in place of the 64 that libstdc++ takes: the same numbers in
   // half the memory.
   using Generator =

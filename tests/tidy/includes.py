@@ -6,17 +6,18 @@ import re
 from source_tree import Violation
 
 # Module: the modules that it may include, besides itself. A module is the longest folder here that
-# holds the file. Read it as the house's map: random <- world <- level <- scene <- {games, render}
-# <- environment <- pool, over any number of steps; render and games do not know each other; the
-# server knows the engine by envcore/pool alone; a client knows the contract alone, except libenv,
-# which is the engine in the host's process or, through the C++ client, a server.
-_BELOW_SCENE = ("envcore/random", "envcore/world", "envcore/level")
+# holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games,
+# render} <- environment <- pool, over any number of steps; render and games do not know each other;
+# the server knows the engine by envcore/pool alone; a client knows the contract alone, except
+# libenv, which is the engine in the host's process or, through the C++ client, a server.
+_BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
                       "envcore/art")
 ARROWS = {
-    "envcore/random": (),
-    "envcore/world": ("envcore/random",),
-    "envcore/level": ("envcore/random", "envcore/world"),
+    "envcore/state": (),
+    "envcore/random": ("envcore/state",),
+    "envcore/world": ("envcore/state", "envcore/random"),
+    "envcore/level": ("envcore/state", "envcore/random", "envcore/world"),
     "envcore/scene": _BELOW_SCENE,
     "envcore/games": (*_BELOW_SCENE, "envcore/scene"),
     "envcore/art": (),
@@ -147,8 +148,8 @@ def check_engine_purity(tree):
 
 _LINK = re.compile(r"target_link_libraries\s*\(([^)]*)\)")
 _TARGET = re.compile(r"procgen::(\w+)")
-_ENGINE_TARGETS = ("random", "world", "level", "scene", "games", "art", "render", "environment",
-                   "pool")
+_ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art", "render",
+                   "environment", "pool")
 
 
 def check_link_arrows(tree):

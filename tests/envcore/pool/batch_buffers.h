@@ -21,6 +21,7 @@ struct BatchBuffers {
   std::vector<uint8_t> prev_level_complete;
   std::vector<float> episode_returns;
   std::vector<int32_t> episode_lengths;
+  std::vector<uint64_t> fingerprints;
   std::vector<uint8_t> final_observations;
 
   explicit BatchBuffers(int32_t env_count) {
@@ -35,6 +36,7 @@ struct BatchBuffers {
     prev_level_complete.resize(n);
     episode_returns.resize(n);
     episode_lengths.resize(n);
+    fingerprints.resize(n);
     final_observations.resize(n * kObservationBytes);
   }
 
@@ -57,6 +59,7 @@ struct BatchBuffers {
     batch.prev_level_complete = absl::MakeSpan(prev_level_complete).subspan(b, n);
     batch.episode_returns = absl::MakeSpan(episode_returns).subspan(b, n);
     batch.episode_lengths = absl::MakeSpan(episode_lengths).subspan(b, n);
+    batch.fingerprints = absl::MakeSpan(fingerprints).subspan(b, n);
     batch.final_observations = absl::MakeSpan(final_observations).subspan(pixels, pixel_count);
     return batch;
   }

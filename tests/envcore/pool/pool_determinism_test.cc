@@ -121,6 +121,7 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
     part.prev_level_complete = RowsOf(batch.prev_level_complete, begin, count, 1);
     part.episode_returns = RowsOf(batch.episode_returns, begin, count, 1);
     part.episode_lengths = RowsOf(batch.episode_lengths, begin, count, 1);
+    part.fingerprints = RowsOf(batch.fingerprints, begin, count, 1);
     part.final_observations = RowsOf(batch.final_observations, begin, count, kObservationBytes);
   }
   return rows;

@@ -285,6 +285,9 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
             absl::StatusCode::kAborted);
   EXPECT_EQ(pool->Observe(0, kEnvCount, other.Whole()).code(), absl::StatusCode::kAborted);
   EXPECT_EQ(pool->Render(0, 64, absl::MakeSpan(frame)).code(), absl::StatusCode::kAborted);
+  EXPECT_EQ(pool->SaveStates({0}).status().code(), absl::StatusCode::kAborted);
+  EXPECT_EQ(pool->RestoreStates({}).code(), absl::StatusCode::kAborted);
+  EXPECT_EQ(pool->CloneStates({}).code(), absl::StatusCode::kAborted);
   absl::Status refused;
   pool->StepAsync({.count = kEnvCount, .actions = actions}, other.Whole(),
                   [&refused](const absl::Status& status) { refused = status; });

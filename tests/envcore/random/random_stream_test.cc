@@ -59,5 +59,46 @@ TEST(RandomStreamTest, SplitDealsEveryUnit) {
   EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0), 100);
 }
 
+// The stream that goes on as `stream` does, by way of a snapshot.
+RandomStream Restored(RandomStream& stream) {
+  StateArchive saving;
+  stream.VisitState(saving);
+  StateArchive restoring = *StateArchive::Open(*saving.Finish());
+  RandomStream restored(99);
+  restored.VisitState(restoring);
+  EXPECT_TRUE(restoring.Close().ok()) << restoring.status();
+  return restored;
+}
+
+TEST(RandomStreamStateTest, ARestoredStreamGoesOnAfterFewDrawsAndAfterMany) {
+  for (const int draws : {0, 5, 1 << 20, (1 << 20) + 1, 2000000}) {
+    RandomStream stream(-5);
+    for (int i = 0; i < draws; ++i) {
+      stream.Raw();
+    }
+    RandomStream restored = Restored(stream);
+    EXPECT_EQ(restored.seed(), stream.seed());
+    EXPECT_EQ(restored.draws(), stream.draws());
+    for (int i = 0; i < 2000; ++i) {
+      ASSERT_EQ(restored.Raw(), stream.Raw()) << draws;
+    }
+  }
+}
+
+TEST(RandomStreamStateTest, AGeneratorThatIsNotWholeIsRefused) {
+  StateArchive saving;
+  uint64_t seed = 1;
+  uint64_t draws = uint64_t{1} << 40;
+  std::vector<int32_t> words(625, 7);
+  words.back() = 625;
+  saving.Bits("seed", seed);
+  saving.Bits("draws", draws);
+  saving.Ints("generator", words, 625, 0, 1000);
+  StateArchive restoring = *StateArchive::Open(*saving.Finish());
+  RandomStream stream;
+  stream.VisitState(restoring);
+  EXPECT_EQ(restoring.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 }  // namespace
 }  // namespace procgen

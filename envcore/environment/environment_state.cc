@@ -1,0 +1,129 @@
+#include <limits>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "envcore/environment/environment.h"
+#include "envcore/state/state_archive.h"
+
+namespace procgen {
+namespace {
+
+constexpr size_t kGameNameBytesMax = 64;
+constexpr int32_t kEpisodeLengthMax = 1 << 30;
+constexpr float kFloatMax = std::numeric_limits<float>::max();
+constexpr int32_t kIntMin = std::numeric_limits<int32_t>::min();
+constexpr int32_t kIntMax = std::numeric_limits<int32_t>::max();
+
+// What an environment is made with before the rest of its state can be restored.
+struct Beginning {
+  std::string game;
+  EnvironmentOptions options;
+  EpisodeEnd episode_end = EpisodeEnd::kSameStep;
+  int32_t level_seed = 0;  // of the level that is played
+};
+
+// rand_seed has no part: it is spent on the level-seed stream.
+void VisitOptions(StateArchive& archive, EnvironmentOptions& options) {
+  auto mode = static_cast<int32_t>(options.distribution_mode);
+  // Exploration is resolved when an environment is made, so it is in no snapshot.
+  archive.Int("distribution_mode", mode, 0, static_cast<int32_t>(DistributionMode::kMemory));
+  options.distribution_mode = static_cast<DistributionMode>(mode);
+  archive.Int("num_levels", options.num_levels, 0, kIntMax);
+  archive.Int("start_level", options.start_level, 0, kIntMax);
+  archive.Bool("use_sequential_levels", options.use_sequential_levels);
+  archive.Bool("center_agent", options.center_agent);
+  archive.Bool("use_backgrounds", options.use_backgrounds);
+  archive.Bool("use_generated_assets", options.use_generated_assets);
+  archive.Bool("use_monochrome_assets", options.use_monochrome_assets);
+  archive.Bool("restrict_themes", options.restrict_themes);
+  archive.Bool("paint_vel_info", options.paint_vel_info);
+  archive.Int("debug_mode", options.debug_mode, kIntMin, kIntMax);
+}
+
+void VisitBeginning(StateArchive& archive, Beginning& beginning) {
+  archive.Text("game", beginning.game, kGameNameBytesMax);
+  archive.Group("options", [&] { VisitOptions(archive, beginning.options); });
+  auto episode_end = static_cast<int32_t>(beginning.episode_end);
+  archive.Int("episode_end", episode_end, 0, static_cast<int32_t>(EpisodeEnd::kDisabled));
+  beginning.episode_end = static_cast<EpisodeEnd>(episode_end);
+  archive.Int("level_seed", beginning.level_seed, kIntMin, kIntMax);
+}
+
+void VisitResult(StateArchive& archive, StepResult& result) {
+  archive.Float("reward", result.reward, -kFloatMax, kFloatMax);
+  archive.Bool("first", result.first);
+  archive.Bool("terminated", result.terminated);
+  archive.Bool("truncated", result.truncated);
+  archive.Int("prev_level_seed", result.prev_level_seed, kIntMin, kIntMax);
+  archive.Bool("prev_level_complete", result.prev_level_complete);
+  archive.Float("episode_return", result.episode_return, -kFloatMax, kFloatMax);
+  archive.Int("episode_length", result.episode_length, 0, kEpisodeLengthMax);
+  archive.Bits("fingerprint", result.fingerprint);
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> Environment::SaveState() {
+  StateArchive archive;
+  Beginning beginning = {.game = std::string(facts_.name),
+                         .options = options_,
+                         .episode_end = episode_end_,
+                         .level_seed = result_.level_seed};
+  VisitBeginning(archive, beginning);
+  VisitState(archive);
+  return archive.Finish();
+}
+
+absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFacts& facts,
+                                                                  absl::string_view snapshot) {
+  absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+  if (!archive.ok()) {
+    return archive.status();
+  }
+  Beginning beginning;
+  VisitBeginning(*archive, beginning);
+  if (!archive->ok()) {
+    return archive->status();
+  }
+  if (beginning.game != facts.name) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("game is ", beginning.game, ", the environment plays ", facts.name));
+  }
+  const auto options = ResolveOptions(facts.name, beginning.options);
+  if (!options.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
+  }
+  std::unique_ptr<Environment> environment(new Environment(facts, *options, beginning.episode_end));
+  // The level is made anew: what its seed determines is not in the snapshot.
+  environment->result_.level_seed = beginning.level_seed;
+  environment->game_->StartLevel(beginning.level_seed);
+  environment->VisitState(*archive);
+  if (absl::Status status = archive->Close(); !status.ok()) {
+    return status;
+  }
+  return environment;
+}
+
+void Environment::VisitState(StateArchive& archive) {
+  archive.Group("level_stream", [&] { level_stream_.VisitState(archive); });
+  bool has_next_level = next_level_.has_value();
+  int32_t next_level = next_level_.value_or(0);
+  archive.Bool("has_next_level", has_next_level);
+  archive.Int("next_level", next_level, kIntMin, kIntMax);
+  if (archive.restores() && has_next_level) {
+    next_level_ = next_level;
+  }
+  archive.Bool("ended", ended_);
+  archive.Check(!ended_ || episode_end_ != EpisodeEnd::kSameStep,
+                "has ended, but where episode_end is 0 the next episode begins in the same step");
+  archive.Float("episode_return", episode_return_, -kFloatMax, kFloatMax);
+  archive.Int("episode_length", episode_length_, 0, kEpisodeLengthMax);
+  uint64_t fingerprint = fingerprint_.value();
+  archive.Bits("fingerprint", fingerprint);
+  fingerprint_.Restore(fingerprint);
+  archive.Group("result", [&] { VisitResult(archive, result_); });
+  archive.Group("level", [&] { game_->VisitState(archive, step_limit_); });
+}
+
+}  // namespace procgen

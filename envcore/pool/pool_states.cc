@@ -1,0 +1,112 @@
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+namespace {
+
+constexpr absl::string_view kTaken =
+    "another call steps or reads this pool; repeat when it is done";
+
+absl::Status NamedTwice(int32_t environment) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("environment ", environment, " is to be restored twice"));
+}
+
+// The same error, with the environment that it concerns.
+absl::Status OfEnvironment(int32_t environment, const absl::Status& status) {
+  return {status.code(), absl::StrCat("environment ", environment, ": ", status.message())};
+}
+
+}  // namespace
+
+absl::Status Pool::CheckIndex(int32_t environment) const {
+  if (environment < 0 || environment >= env_count()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("environment ", environment, " is not in [0, ", env_count(), ")"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> Pool::SaveStates(absl::Span<const int32_t> environments) {
+  if (!Take()) {
+    return absl::AbortedError(kTaken);
+  }
+  auto snapshots = SaveTaken(environments);
+  Release();
+  return snapshots;
+}
+
+absl::Status Pool::RestoreStates(absl::Span<const StateToRestore> states) {
+  if (!Take()) {
+    return absl::AbortedError(kTaken);
+  }
+  absl::Status status = RestoreTaken(states);
+  Release();
+  return status;
+}
+
+absl::Status Pool::CloneStates(absl::Span<const StateToClone> pairs) {
+  std::vector<int32_t> sources;
+  for (const StateToClone& pair : pairs) {
+    sources.push_back(pair.source_environment);
+  }
+  if (!Take()) {
+    return absl::AbortedError(kTaken);
+  }
+  const auto snapshots = SaveTaken(sources);
+  absl::Status status = snapshots.status();
+  if (status.ok()) {
+    std::vector<StateToRestore> states;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      states.push_back({.environment = pairs[i].target_environment, .snapshot = (*snapshots)[i]});
+    }
+    status = RestoreTaken(states);
+  }
+  Release();
+  return status;
+}
+
+absl::StatusOr<std::vector<std::string>> Pool::SaveTaken(absl::Span<const int32_t> environments) {
+  std::vector<std::string> snapshots;
+  for (const int32_t index : environments) {
+    if (absl::Status status = CheckIndex(index); !status.ok()) {
+      return status;
+    }
+    absl::StatusOr<std::string> snapshot = environments_[static_cast<size_t>(index)]->SaveState();
+    if (!snapshot.ok()) {
+      return OfEnvironment(index, snapshot.status());
+    }
+    snapshots.push_back(*std::move(snapshot));
+  }
+  return snapshots;
+}
+
+absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
+  std::set<int32_t> had;
+  std::vector<std::unique_ptr<Environment>> restored;
+  for (const StateToRestore& state : states) {
+    if (absl::Status status = CheckIndex(state.environment); !status.ok()) {
+      return status;
+    }
+    if (!had.insert(state.environment).second) {
+      return NamedTwice(state.environment);
+    }
+    const GameFacts& facts = environments_[static_cast<size_t>(state.environment)]->facts();
+    auto environment = Environment::Restore(facts, state.snapshot);
+    if (!environment.ok()) {
+      return OfEnvironment(state.environment, environment.status());
+    }
+    restored.push_back(*std::move(environment));
+  }
+  for (size_t i = 0; i < states.size(); ++i) {
+    const bool is_disabled = restored[i]->episode_end() == EpisodeEnd::kDisabled;
+    may_await_reset_ = may_await_reset_ || is_disabled;
+    environments_[static_cast<size_t>(states[i].environment)] = std::move(restored[i]);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace procgen

@@ -1,0 +1,176 @@
+// Saving and restoring one environment. That restored ones go on as the saved ones do is tested for
+// every game in tests/envcore/pool/pool_states_test.cc.
+
+#include <memory>
+#include <string>
+
+#include "envcore/environment/environment.h"
+#include "envcore/state/snapshot_frame.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::HasSubstr;
+
+using Json = nlohmann::ordered_json;
+
+Environment Made(absl::string_view game, const EnvironmentOptions& options = {},
+                 EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+  return {*FindGame(game), *ResolveOptions(game, options), 42, episode_end};
+}
+
+void Step(Environment& environment, int32_t action) {
+  environment.Step(action, 1, [] {});
+}
+
+std::string Saved(Environment& environment) {
+  absl::StatusOr<std::string> snapshot = environment.SaveState();
+  EXPECT_THAT(snapshot, IsOk());
+  return snapshot.value_or("");
+}
+
+absl::StatusOr<std::unique_ptr<Environment>> Restored(absl::string_view snapshot,
+                                                      absl::string_view game = "maze") {
+  return Environment::Restore(*FindGame(game), snapshot);
+}
+
+// A snapshot of a maze with one field set.
+std::string With(const std::string& field, const Json& value) {
+  Environment environment = Made("maze");
+  Json tree = Json::from_cbor(Saved(environment).substr(kSnapshotHeaderBytes));
+  tree[Json::json_pointer(field)] = value;
+  std::string body;
+  Json::to_cbor(tree, body);
+  return FrameSnapshot(body);
+}
+
+TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
+  Environment environment = Made("maze");
+  Step(environment, 7);
+  Step(environment, kEndEpisodeAction);
+  const auto restored = Restored(Saved(environment));
+  ASSERT_THAT(restored, IsOk());
+  const StepResult& expected = environment.result();
+  const StepResult& result = (*restored)->result();
+  EXPECT_EQ(result.first, true);
+  EXPECT_EQ(result.terminated, true);
+  EXPECT_EQ(result.level_seed, expected.level_seed);
+  EXPECT_EQ(result.prev_level_seed, expected.prev_level_seed);
+  EXPECT_EQ(result.episode_length, 2);
+  EXPECT_EQ(result.fingerprint, expected.fingerprint);
+}
+
+TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
+  Environment environment = Made("maze");
+  environment.SetNextLevel(77);
+  const auto restored = Restored(Saved(environment));
+  ASSERT_THAT(restored, IsOk());
+  Step(**restored, kEndEpisodeAction);
+  EXPECT_EQ((*restored)->result().level_seed, 77);
+}
+
+TEST(EnvironmentStateTest, AnEndedEpisodeComesBackEnded) {
+  Environment environment = Made("maze", {}, EpisodeEnd::kDisabled);
+  Step(environment, kEndEpisodeAction);
+  const auto restored = Restored(Saved(environment));
+  ASSERT_THAT(restored, IsOk());
+  EXPECT_TRUE((*restored)->awaits_reset());
+}
+
+TEST(EnvironmentStateTest, ExplorationComesBackAsWhatItStandsFor) {
+  EnvironmentOptions options;
+  options.distribution_mode = DistributionMode::kExploration;
+  Environment environment = Made("coinrun", options);
+  const auto restored = Restored(Saved(environment), "coinrun");
+  ASSERT_THAT(restored, IsOk());
+  Step(**restored, kEndEpisodeAction);
+  EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
+}
+
+TEST(EnvironmentStateTest, TheChoiceOfLevelsGoesOn) {
+  Environment environment = Made("maze");
+  const auto restored = Restored(Saved(environment));
+  ASSERT_THAT(restored, IsOk());
+  for (int i = 0; i < 20; ++i) {
+    Step(environment, kEndEpisodeAction);
+    Step(**restored, kEndEpisodeAction);
+    EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
+  }
+}
+
+TEST(EnvironmentStateTest, OptionsOutOfRangeAreNamed) {
+  EXPECT_THAT(Restored(With("/options/distribution_mode", 2)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "options: distribution_mode is extreme (2), maze has easy, hard, memory, "
+                       "exploration"));
+  EXPECT_THAT(Restored(With("/options/num_levels", -1)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("options.num_levels is -1")));
+}
+
+TEST(EnvironmentStateTest, FieldsOutOfRangeAreNamed) {
+  EXPECT_THAT(Restored(With("/level/world/entities/0/vx", 9.5)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "level.world.entities[0].vx is 9.5, must be in [-8, 8]"));
+  EXPECT_THAT(Restored(With("/level/step_number", 501)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "level.step_number is 501, must be in [0, 500]"));
+  EXPECT_THAT(Restored(With("/level/world/cells", Json::array({51, 100}))),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("level.world has cells that are not kinds")));
+  EXPECT_THAT(Restored(With("/level/random/seed", 1)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "level has a stream that was not seeded with level_seed"));
+  EXPECT_THAT(Restored(With("/ended", true)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("has ended, but")));
+}
+
+TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
+  EXPECT_THAT(
+      Restored(With(
+          "/level/world/entities/1",
+          {{"kind", 51}, {"x", 1.5}, {"y", 1.5}, {"rx", 0.5}, {"ry", 0.5}, {"image_kind", 51}})),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               "level has an entity of kind 51, which only cells can have"));
+}
+
+TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {
+  Environment environment = Made("maze");
+  const std::string snapshot = Saved(environment);
+  for (size_t length = 0; length < snapshot.size(); ++length) {
+    EXPECT_EQ(Restored(snapshot.substr(0, length)).status().code(), absl::StatusCode::kDataLoss);
+  }
+  for (size_t i = 0; i < snapshot.size(); ++i) {
+    std::string changed = snapshot;
+    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+    EXPECT_EQ(Restored(changed).status().code(), absl::StatusCode::kDataLoss) << i;
+  }
+}
+
+TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRefused) {
+  RandomStream random(1);
+  Environment environment = Made("maze");
+  const std::string body = Saved(environment).substr(kSnapshotHeaderBytes);
+  for (int i = 0; i < 2000; ++i) {
+    std::string bytes(static_cast<size_t>(random.Int(200)), '\0');
+    for (char& byte : bytes) {
+      byte = static_cast<char>(random.Int(256));
+    }
+    EXPECT_EQ(Restored(bytes).status().code(), absl::StatusCode::kDataLoss);
+    EXPECT_FALSE(Restored(FrameSnapshot(bytes)).ok());
+    // With the right checksum, a changed byte may make another good snapshot; it must not crash.
+    std::string changed = body;
+    changed[static_cast<size_t>(random.Int(static_cast<int32_t>(body.size())))] =
+        static_cast<char>(random.Int(256));
+    auto restored = Restored(FrameSnapshot(changed));
+    for (int step = 0; restored.ok() && step < 20; ++step) {
+      Step(**restored, random.Int(kActionCount));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace procgen

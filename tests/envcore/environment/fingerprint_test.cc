@@ -1,0 +1,49 @@
+#include "envcore/environment/fingerprint.h"
+
+#include <string>
+
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+// FNV-1a of 64 bits, as its authors give it.
+uint64_t HashOf(const std::string& bytes) {
+  uint64_t hash = 0xcbf29ce484222325U;
+  for (const char byte : bytes) {
+    hash ^= static_cast<uint8_t>(byte);
+    hash *= 0x100000001b3U;
+  }
+  return hash;
+}
+
+TEST(FingerprintTest, IsTheHashOfTheBytesThatTheHeaderDescribes) {
+  EnvironmentOptions options;
+  options.distribution_mode = DistributionMode::kEasy;
+  options.debug_mode = 258;
+  options.use_backgrounds = false;
+  Fingerprint fingerprint;
+  fingerprint.Begin("maze", options);
+  std::string bytes("maze\0\0\0\0\0\x02\x01\0\0\x01\0\0\0\0\0\0", 20);
+  EXPECT_EQ(fingerprint.value(), HashOf(bytes));
+
+  fingerprint.AddLevel(-2);
+  bytes += "L\xfe\xff\xff\xff";
+  EXPECT_EQ(fingerprint.value(), HashOf(bytes));
+
+  fingerprint.AddStep(-1, 10, /*level_complete=*/true, /*terminated=*/true, /*truncated=*/false);
+  bytes += std::string("S\xff\xff\xff\xff\x00\x00\x20\x41\x03", 10);
+  EXPECT_EQ(fingerprint.value(), HashOf(bytes));
+}
+
+TEST(FingerprintTest, AnEpisodeBeginsWithoutThoseBefore) {
+  Fingerprint used;
+  used.AddLevel(5);
+  used.Begin("maze", {});
+  Fingerprint fresh;
+  fresh.Begin("maze", {});
+  EXPECT_EQ(used.value(), fresh.value());
+}
+
+}  // namespace
+}  // namespace procgen

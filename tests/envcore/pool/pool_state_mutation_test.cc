@@ -1,0 +1,197 @@
+// Every field of a snapshot set to extreme values, for every game in each of its modes: it is
+// refused with a reason and changes nothing, or the environment can be played and drawn on. Run
+// under the sanitizers, this tells whether what a snapshot may hold can break the engine.
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/pool.h"
+#include "envcore/random/random_stream.h"
+#include "envcore/state/snapshot_frame.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/envcore/pool/small_pool.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::AnyOf;
+using Json = nlohmann::ordered_json;
+using Pointer = Json::json_pointer;
+
+constexpr int kStepsBefore = 30;
+constexpr int kStepsAfter = 200;
+constexpr int kStepsBetweenPictures = 25;
+
+Json Decoded(const std::string& snapshot) {
+  return Json::from_cbor(snapshot.substr(kSnapshotHeaderBytes));
+}
+
+std::string Encoded(const Json& tree) {
+  std::string body;
+  Json::to_cbor(tree, body);
+  return FrameSnapshot(body);
+}
+
+// The fields of a tree; of the entries of a list only those of the first and the last.
+void CollectFields(const Json& node, const Pointer& path, std::vector<Pointer>* fields) {
+  if (!path.empty()) {
+    fields->push_back(path);
+  }
+  if (node.is_object()) {
+    for (const auto& [name, value] : node.items()) {
+      CollectFields(value, path / name, fields);
+    }
+  } else if (node.is_array() && !node.empty()) {
+    CollectFields(node.front(), path / 0, fields);
+    if (node.size() > 1) {
+      CollectFields(node.back(), path / (node.size() - 1), fields);
+    }
+  }
+}
+
+// What a field of the type of `value` can be set to.
+std::vector<Json> ExtremesOf(const Json& value) {
+  if (value.is_boolean()) {
+    return {!value.get<bool>(), 1};
+  }
+  if (value.is_number_float()) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    std::vector<Json> extremes = {std::nanf(""), -0.0F, "0.5"};
+    for (const float extreme : {1e-30F, 0.5F, 1.0F, 1.5F, 8.0F, 256.0F, 1000.0F, 1e6F,
+                                std::numeric_limits<float>::max(), kInfinity}) {
+      extremes.emplace_back(extreme);
+      extremes.emplace_back(-extreme);
+    }
+    return extremes;
+  }
+  if (value.is_number()) {
+    return {std::numeric_limits<int64_t>::min(),
+            std::numeric_limits<int32_t>::min(),
+            -1000000,
+            -1,
+            0,
+            1,
+            2,
+            8,
+            51,
+            54,
+            99,
+            100,
+            1000,
+            1000000,
+            1 << 30,
+            std::numeric_limits<int32_t>::max(),
+            std::numeric_limits<uint64_t>::max(),
+            0.5};
+  }
+  if (value.is_array() && !value.empty()) {
+    Json shorter = value;
+    shorter.erase(shorter.size() - 1);
+    Json longer = value;
+    longer.push_back(value.back());
+    Json long_list = value;
+    while (long_list.size() < 3000) {
+      long_list.push_back(value.back());
+    }
+    return {Json::array(), shorter, longer, long_list, Json::object()};
+  }
+  return {Json::object(), Json::array(), "", "maze", 0};
+}
+
+void PlayOn(Pool& pool) {
+  RandomStream random(3);
+  std::vector<uint8_t> picture(kObservationBytes);
+  std::vector<uint8_t> final_picture(kObservationBytes);
+  for (int step = 0; step < kStepsAfter; ++step) {
+    const int32_t action = random.Int(kActionCount);
+    Batch batch;
+    batch.final_observations = absl::MakeSpan(final_picture);
+    if (step % kStepsBetweenPictures == 0) {
+      batch.observations = absl::MakeSpan(picture);
+    }
+    const absl::Status status = pool.Step({.count = 1, .actions = {&action, 1}}, batch);
+    if (status.code() == absl::StatusCode::kFailedPrecondition) {
+      return;  // episode_end was set to "disabled", and an episode has ended
+    }
+    ASSERT_THAT(status, IsOk());
+  }
+}
+
+struct Played {
+  std::string name;
+  PoolOptions options;
+};
+
+std::vector<Played> AllThatCanBePlayed() {
+  std::vector<Played> all;
+  for (const GameFacts& game : GameCatalog()) {
+    for (const DistributionMode mode : game.modes) {
+      PoolOptions options = OptionsOf({std::string(game.name)}, 1);
+      options.environment.distribution_mode = mode;
+      options.environment.rand_seed = 4;
+      options.episode_end = EpisodeEnd::kNextStep;
+      all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)), options});
+    }
+  }
+  return all;
+}
+
+class PoolStateMutationTest : public ::testing::TestWithParam<Played> {
+ protected:
+  // Restores `tree`; where that works, plays on, and goes back to `snapshot`.
+  void Try(Pool& pool, const std::string& snapshot, const Json& tree) {
+    const std::string mutant = Encoded(tree);
+    const absl::Status status = pool.RestoreStates({{0, mutant}});
+    if (!status.ok()) {
+      EXPECT_THAT(status.code(),
+                  AnyOf(absl::StatusCode::kInvalidArgument, absl::StatusCode::kDataLoss))
+          << status;
+      EXPECT_EQ(pool.SaveStates({0}).value()[0], snapshot);
+      return;
+    }
+    PlayOn(pool);
+    ASSERT_THAT(pool.RestoreStates({{0, snapshot}}), IsOk());
+  }
+};
+
+TEST_P(PoolStateMutationTest, ExtremeValuesAreRefusedOrPlayable) {
+  const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
+  RandomStream random(8);
+  for (int step = 0; step < kStepsBefore; ++step) {
+    const int32_t action = random.Int(kActionCount);
+    ASSERT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());
+  }
+  const std::string snapshot = pool->SaveStates({0}).value()[0];
+  const Json tree = Decoded(snapshot);
+  ASSERT_EQ(Encoded(tree), snapshot);
+  std::vector<Pointer> fields;
+  CollectFields(tree, Pointer(), &fields);
+  for (const Pointer& field : fields) {
+    SCOPED_TRACE(field.to_string());
+    for (const Json& extreme : ExtremesOf(tree.at(field))) {
+      Json mutant = tree;
+      mutant[field] = extreme;
+      Try(*pool, snapshot, mutant);
+    }
+    Json without = tree;
+    Json& group = without[field.parent_pointer()];
+    if (group.is_object()) {
+      group.erase(field.back());
+      Try(*pool, snapshot, without);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryGame, PoolStateMutationTest,
+                         ::testing::ValuesIn(AllThatCanBePlayed()),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,215 @@
+#include "envcore/state/state_archive.h"
+
+#include <cmath>
+#include <limits>
+
+#include "absl/functional/function_ref.h"
+#include "envcore/state/snapshot_frame.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using Visit = absl::FunctionRef<void(StateArchive&)>;
+
+std::string Saved(Visit visit) {
+  StateArchive archive;
+  visit(archive);
+  const absl::StatusOr<std::string> snapshot = archive.Finish();
+  EXPECT_THAT(snapshot, IsOk());
+  return snapshot.value_or("");
+}
+
+absl::Status Restored(const std::string& snapshot, Visit visit) {
+  absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+  if (!archive.ok()) {
+    return archive.status();
+  }
+  visit(*archive);
+  return archive->Close();
+}
+
+absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
+
+struct Ball {
+  float x = 0;
+  int32_t bounces = 0;
+  bool marked = false;
+};
+
+void VisitBall(StateArchive& archive, Ball& ball) {
+  archive.Float("x", ball.x, -10, 10);
+  archive.Int("bounces", ball.bounces, 0, 100, 0);
+  archive.Bool("marked", ball.marked, false);
+}
+
+std::string SavedInt(int32_t value) {
+  return Saved([&](StateArchive& archive) { archive.Int("count", value, -1000, 1000); });
+}
+
+std::string SavedFloat(float value) {
+  return Saved([&](StateArchive& archive) { archive.Float("x", value, -1e9F, 1e9F); });
+}
+
+TEST(StateArchiveTest, EveryTypeComesBack) {
+  bool flag = true;
+  int32_t number = -7;
+  float real = 0.1F;
+  uint64_t bits = 0xfedcba9876543210U;
+  std::string text = "caveflyer";
+  std::vector<int32_t> numbers = {3, -1, 4};
+  std::vector<Ball> balls = {{.x = 1.5F, .bounces = 2, .marked = true}, {.x = -2}};
+  const auto visit = [&](StateArchive& archive) {
+    archive.Bool("flag", flag);
+    archive.Int("number", number, -10, 10);
+    archive.Group("inner", [&] {
+      archive.Float("real", real, 0, 1);
+      archive.Bits("bits", bits);
+    });
+    archive.Text("text", text, 20);
+    archive.Ints("numbers", numbers, 3, -1, 9);
+    archive.Groups<Ball>("balls", balls, 1, 2, [&](Ball& ball) { VisitBall(archive, ball); });
+  };
+  const std::string snapshot = Saved(visit);
+  flag = false;
+  number = 0;
+  real = 0;
+  bits = 0;
+  text.clear();
+  numbers.clear();
+  balls.clear();
+
+  ASSERT_THAT(Restored(snapshot, visit), IsOk());
+
+  EXPECT_TRUE(flag);
+  EXPECT_EQ(number, -7);
+  EXPECT_EQ(real, 0.1F);
+  EXPECT_EQ(bits, 0xfedcba9876543210U);
+  EXPECT_EQ(text, "caveflyer");
+  EXPECT_THAT(numbers, ElementsAre(3, -1, 4));
+  ASSERT_EQ(balls.size(), 2);
+  EXPECT_EQ(balls[0].bounces, 2);
+  EXPECT_TRUE(balls[0].marked);
+  EXPECT_EQ(balls[1].x, -2);
+  EXPECT_EQ(balls[1].bounces, 0);
+}
+
+TEST(StateArchiveTest, FloatsComeBackToTheLastBit) {
+  for (const float value : {-0.0F, 0.0F, std::numeric_limits<float>::denorm_min(), 1 / 3.0F,
+                            std::nextafter(1.0F, 2.0F), 1e-30F, 999999.94F}) {
+    float restored = 5;
+    ASSERT_THAT(Restored(SavedFloat(value),
+                         [&](StateArchive& archive) { archive.Float("x", restored, -1e9F, 1e9F); }),
+                IsOk());
+    EXPECT_EQ(restored, value);
+    EXPECT_EQ(std::signbit(restored), std::signbit(value));
+  }
+}
+
+TEST(StateArchiveTest, MinusZeroIsNotLeftOutWherePlainIsZero) {
+  float value = -0.0F;
+  const auto visit = [&](StateArchive& archive) { archive.Float("x", value, -1, 1, 0.0F); };
+  const std::string snapshot = Saved(visit);
+  value = 1;
+  ASSERT_THAT(Restored(snapshot, visit), IsOk());
+  EXPECT_TRUE(std::signbit(value));
+}
+
+TEST(StateArchiveTest, ValuesOutOfRangeAreNamedWithTheirRange) {
+  int32_t count = 0;
+  EXPECT_EQ(Restored(SavedInt(11), [&](StateArchive& a) { a.Int("count", count, 0, 10); }),
+            Invalid("count is 11, must be in [0, 10]"));
+  EXPECT_EQ(count, 0);
+  float x = 0;
+  EXPECT_EQ(Restored(SavedFloat(2), [&](StateArchive& a) { a.Float("x", x, -1, 1); }),
+            Invalid("x is 2, must be in [-1, 1]"));
+  EXPECT_EQ(x, 0);
+}
+
+TEST(StateArchiveTest, AValueOutOfRangeCannotBeSaved) {
+  StateArchive archive;
+  float x = std::numeric_limits<float>::quiet_NaN();
+  archive.Float("x", x, -1, 1);
+  EXPECT_THAT(archive.Finish(),
+              StatusIs(absl::StatusCode::kInternal, "x is nan, must be in [-1, 1]"));
+}
+
+TEST(StateArchiveTest, PathsLeadIntoGroupsAndLists) {
+  std::vector<Ball> balls = {{.x = 0}, {.x = 9}};
+  const std::string snapshot = Saved([&](StateArchive& archive) {
+    archive.Group("game", [&] {
+      archive.Groups<Ball>("balls", balls, 0, 9, [&](Ball& ball) { VisitBall(archive, ball); });
+    });
+  });
+  EXPECT_EQ(Restored(snapshot,
+                     [&](StateArchive& archive) {
+                       archive.Group("game", [&] {
+                         archive.Groups<Ball>("balls", balls, 0, 9, [&](Ball& ball) {
+                           archive.Float("x", ball.x, 0, 1);
+                         });
+                       });
+                     }),
+            Invalid("game.balls[1].x is 9, must be in [0, 1]"));
+}
+
+TEST(StateArchiveTest, MissingUnknownAndMistypedFieldsAreRefused) {
+  const std::string snapshot = SavedInt(3);
+  int32_t count = 0;
+  bool flag = false;
+  EXPECT_EQ(Restored(snapshot, [&](StateArchive& a) { a.Int("size", count, 0, 9); }),
+            Invalid("size is missing"));
+  EXPECT_EQ(Restored(snapshot, [&](StateArchive& a) { a.Bool("count", flag); }),
+            Invalid("count is not a boolean"));
+  EXPECT_EQ(Restored(snapshot, [](StateArchive& /*archive*/) {}),
+            Invalid("the snapshot has 1 fields, this engine knows 0 of them"));
+}
+
+TEST(StateArchiveTest, ListsThatAreTooLongAreNotMade) {
+  std::vector<int32_t> numbers(10, 1);
+  const std::string snapshot =
+      Saved([&](StateArchive& archive) { archive.Ints("numbers", numbers, 10, 0, 1); });
+  EXPECT_EQ(Restored(snapshot, [&](StateArchive& a) { a.Ints("numbers", numbers, 9, 0, 1); }),
+            Invalid("numbers has 10 entries, must have from 0 to 9"));
+}
+
+TEST(StateArchiveTest, AfterAnErrorNothingIsVisited) {
+  int32_t count = 0;
+  int32_t other = 5;
+  const absl::Status status = Restored(SavedInt(3), [&](StateArchive& archive) {
+    archive.Int("size", count, 0, 9);
+    archive.Int("count", other, 0, 9);
+    archive.Check(false, "is too late");
+  });
+  EXPECT_EQ(status, Invalid("size is missing"));
+  EXPECT_EQ(other, 5);
+}
+
+TEST(StateArchiveTest, BodiesThatAreNoGroupOfFieldsAreLost) {
+  // Nothing; a number; a list; half a group; nested without end; of 2^60 entries; a null field.
+  const std::string bodies[] = {"",
+                                "\x01",
+                                "\x80",
+                                "\xa1\x61",
+                                std::string(100000, '\x81'),
+                                std::string("\xa1\x61x\x9b\x10\0\0\0\0\0\0\0", 12),
+                                "\xa1\x61x\xf6"};
+  for (const std::string& body : bodies) {
+    EXPECT_THAT(StateArchive::Open(FrameSnapshot(body)).status(),
+                StatusIs(absl::StatusCode::kDataLoss, HasSubstr("not a group of fields")))
+        << body.size();
+  }
+}
+
+TEST(SnapshotAsJsonTest, ShowsFieldsInTheOrderOfSaving) {
+  Ball ball = {.x = 0.5F, .bounces = 2};
+  EXPECT_EQ(*SnapshotAsJson(Saved([&](StateArchive& archive) { VisitBall(archive, ball); })),
+            "{\n  \"x\": 0.5,\n  \"bounces\": 2\n}");
+}
+
+}  // namespace
+}  // namespace procgen
