@@ -3,6 +3,7 @@
 // makes the enemies slow and edible for a while; an eaten one comes back as an egg. The level is
 // complete when no small orb is left (+10); an enemy that is not edible ends the episode.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -33,6 +34,7 @@ constexpr float kAgentSpeed = 0.5F;  // cells a step, on each axis
 constexpr float kEnemySpeed = 0.5F;
 constexpr float kEdibleEnemySpeed = 0.25F;
 constexpr int kEdibleSteps = 75;  // steps after a large orb was taken
+constexpr int kEggCountMax = 64;  // in a snapshot
 constexpr int kHatchSteps = 50;   // steps that an egg lies, counted down in its health
 constexpr float kOrbReward = 0.04F;
 constexpr float kCompletionReward = 10;
@@ -326,6 +328,11 @@ class Chaser final : public Game {
   void VisitOwnState(StateArchive& archive) override {
     archive.Int("small_orbs_left", small_orbs_left_, 0, world_.grid.size());
     archive.Int("large_orb_step", large_orb_step_, -kEdibleSteps, kRememberedStepMax);
+    // Each egg becomes an enemy, whose motion looks at all others.
+    const auto egg_count =
+        std::count_if(world_.entities.begin(), world_.entities.end(),
+                      [](const Entity& entity) { return entity.kind == kEggKind; });
+    archive.Check(egg_count <= kEggCountMax, "has more than 64 eggs");
   }
 
   const ModeFigures figures_;
