@@ -22,7 +22,7 @@ namespace procgen {
 inline constexpr absl::string_view kSnapshotMagic = "PGST";
 inline constexpr uint32_t kSnapshotVersion = 1;
 inline constexpr size_t kSnapshotHeaderBytes = 16;
-// The longest snapshot, header included. Those of the games had 0.8 to 12 kB after 300 random steps.
+// The longest snapshot, header included. Those of the games had 1 to 12 kB after 300 random steps.
 inline constexpr size_t kSnapshotBytesMax = size_t{1} << 20;
 
 // `body` with its header before it. REQUIRES: it is no longer than a snapshot can be.
