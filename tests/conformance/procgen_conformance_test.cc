@@ -1,6 +1,5 @@
 // The program procgen-conformance must be able to fail: it is run on recordings that were changed.
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -10,7 +9,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
-#include "envcore/games/game_catalog.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -111,26 +109,6 @@ TEST(ProcgenConformanceTest, AnUnknownGameFails) {
               contents.substr(header_size)));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr("no game is named \"mazes\""));
-}
-
-// Written for a game of the suite that is not there yet, while there is one.
-TEST(ProcgenConformanceTest, AGameThatIsNotThereIsSkipped) {
-  const auto* found = std::find_if(GameCatalog().begin(), GameCatalog().end(),
-                                   [](const GameFacts& game) { return game.make == nullptr; });
-  if (found == GameCatalog().end()) {
-    GTEST_SKIP() << "all games are there";
-  }
-  const absl::string_view missing = found->name;
-  const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
-  const size_t header_size = contents.find('\n');
-  const Outcome outcome =
-      RunProgram(Written(absl::StrReplaceAll(contents.substr(0, header_size),
-                                             {{"\"maze\"", absl::StrCat("\"", missing, "\"")}}) +
-                         contents.substr(header_size)));
-  EXPECT_EQ(outcome.exit_status, 0);
-  EXPECT_THAT(outcome.output,
-              HasSubstr(absl::StrCat(": skipped: the game ", missing, " is not there yet")));
-  EXPECT_THAT(outcome.output, HasSubstr("0 passed, 0 failed, 1 skipped\n"));
 }
 
 TEST(ProcgenConformanceTest, WithoutFilesItSaysHowItIsUsed) {
