@@ -1,0 +1,88 @@
+// procgen-benchmark-create: the time that it takes to make a large pool, and the memory that its
+// environments take, per game and mode. README.md beside this file says what the figures mean.
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/pool/crew.h"
+#include "envcore/pool/pool.h"
+#include "tests/benchmark/benchmark_run.h"
+#include "tests/benchmark/resident_memory.h"
+#include "tests/benchmark/round_clock.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kEnvCount = 10000;
+// A round, so that also what takes less is made a few times.
+constexpr double kMinTimeSeconds = 0.3;
+
+absl::StatusOr<std::unique_ptr<Pool>> MakePool(const std::string& game, DistributionMode mode,
+                                               int32_t env_count) {
+  PoolOptions options;
+  options.games = {game};
+  options.env_count = env_count;
+  options.environment.distribution_mode = mode;
+  return Pool::Create(options, std::make_shared<Crew>(0));
+}
+
+void RunCourse(const std::string& game, DistributionMode mode, benchmark::State& state) {
+  // Art is shared by all pools of a game: it is there before, and does not count.
+  const auto small_pool = MakePool(game, mode, 1);
+  absl::Status status = small_pool.status();
+  int64_t bytes = 0;
+  RoundClock clock(TimeKind::kThread);
+  for ([[maybe_unused]] const auto iteration : state) {
+    if (!status.ok()) {
+      state.SkipWithError(status.ToString().c_str());
+      break;
+    }
+    state.PauseTiming();
+    const int64_t bytes_before = ResidentBytes();
+    bool round_is_over = false;
+    {
+      state.ResumeTiming();
+      clock.Start();
+      const auto pool = MakePool(game, mode, kEnvCount);
+      round_is_over = clock.Lap();
+      state.PauseTiming();
+      status = pool.status();
+      bytes = ResidentBytes() - bytes_before;
+    }
+    if (round_is_over) {
+      clock.MeasureUnit();
+    }
+    state.ResumeTiming();
+  }
+  if (status.ok()) {
+    clock.MeasureUnit();
+    state.counters["bytes_per_environment"] = static_cast<double>(bytes) / kEnvCount;
+    state.counters["yardstick_units"] = clock.BestInUnits() / kEnvCount;
+    state.counters["seconds"] = absl::ToDoubleSeconds(clock.Best());
+  }
+}
+
+void RegisterCourses() {
+  for (const GameFacts& game : GameCatalog()) {
+    for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
+      const std::string name = absl::StrCat("create/", game.name, "/", DistributionModeName(mode),
+                                            "/environments:", kEnvCount);
+      benchmark::RegisterBenchmark(name.c_str(), [&game, mode](benchmark::State& state) {
+        RunCourse(std::string(game.name), mode, state);
+      })->Unit(benchmark::kMillisecond);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCourses);
+}
