@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -11,6 +12,7 @@
 #include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/envcore/pool/painted_art.h"
 
 namespace procgen {
 namespace {
@@ -86,6 +88,25 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
   const Outcome outcome = RunProgram(Written(contents));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
+}
+
+// Pictures that were drawn with art are compared where there is art, and only there.
+TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
+  const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.released-art.trace");
+  const std::string folder = absl::StrCat(testing::TempDir(), "/procgen_conformance_painted");
+  PaintArtFolder(folder);
+  const Outcome painted = RunProgram(absl::StrCat("--art ", folder, " ", recording));
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(painted.exit_status, 1);
+  EXPECT_THAT(painted.output, HasSubstr(": step 0, environment 0, observation_fnv1a: expected "));
+  EXPECT_EQ(RunProgram(recording).exit_status, 0);
+}
+
+TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
+  const Outcome outcome =
+      RunProgram(absl::StrCat("--art ", kGoldenFolder, " ", kGoldenFolder, kMaze));
+  EXPECT_EQ(outcome.exit_status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 pictures cannot be used"));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {
