@@ -18,6 +18,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "envcore/pool/shared_art.h"
 #include "server/config.h"
 #include "server/rpc/server.h"
 #include "server/session/event_log.h"
@@ -38,6 +39,9 @@ ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_
           "unanswered requests of one stream that a client may ask for");
 ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
           "after SIGTERM or SIGINT, running requests have this long to be answered");
+ABSL_FLAG(
+    std::string, art, "",
+    "folder of art in the released layout, which all pools draw with; empty: the built-in art");
 ABSL_FLAG(std::string, log_level, "info",
           "least level of log lines: debug, info, warning or error");
 
@@ -81,6 +85,13 @@ absl::StatusOr<Config> ReadConfig() {
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;
   }
+  if (const std::string folder = absl::GetFlag(FLAGS_art); !folder.empty()) {
+    auto art = SharedArt::LoadFolder(folder);
+    if (!art.ok()) {
+      return absl::Status(art.status().code(), absl::StrCat("--art: ", art.status().message()));
+    }
+    config.server.art = *std::move(art);
+  }
   return config;
 }
 
@@ -105,7 +116,8 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
   LogEvent(LogLevel::kInfo, "listening",
            {{"address", (*server)->address()},
             {"version", PROCGEN_SERVER_VERSION},
-            {"workers", absl::StrCat(config.server.worker_count)}});
+            {"workers", absl::StrCat(config.server.worker_count)},
+            {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "clients/libenv/art_folders.h"
 #include "clients/libenv/local_environments.h"
 #include "clients/libenv/remote_environments.h"
 #include "clients/libenv/report.h"
@@ -13,13 +14,30 @@ namespace {
 // Holds the address of a server that the environments are made on.
 constexpr char kServerVariable[] = "PROCGEN_SERVER";
 
+// Draws with the folder of art that the host names. A folder that cannot be used is told and stops
+// nothing: the built-in art shows the same things.
+absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeLocalEnvironments(
+    const procgen::MakeOptions& options) {
+  procgen::PoolOptions pool = options.pool;
+  const auto art = procgen::FindArt(options.resource_root);
+  if (art.ok()) {
+    pool.art = *art;
+  }
+  auto environments = procgen::LocalEnvironments::Create(pool, options.num_threads);
+  if (environments.ok() && !art.ok()) {
+    procgen::Report(absl::StrCat("pictures are of the built-in art; option resource_root: ",
+                                 art.status().message()));
+  }
+  return environments;
+}
+
 absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
     const procgen::MakeOptions& options) {
   const char* address = std::getenv(kServerVariable);
   if (address != nullptr && *address != '\0') {
     return procgen::RemoteEnvironments::Create(address, options.pool);
   }
-  return procgen::LocalEnvironments::Create(options.pool, options.num_threads);
+  return MakeLocalEnvironments(options);
 }
 
 }  // namespace

@@ -141,11 +141,8 @@ void ReadEnvironmentOptions(OptionReader& reader, EnvironmentOptions* options) {
   reader.ReadBoolean("paint_vel_info", &options->paint_vel_info);
 }
 
-// Options that are taken and change nothing: the folder of the released art (ours is inside), and
-// those of a game that is not part of the suite.
+// Options that are taken and change nothing: those of a game that is not part of the suite.
 void ReadIdleOptions(OptionReader& reader) {
-  std::string text;
-  reader.ReadString("resource_root", &text);
   int32_t number = 0;
   for (const char* name : {"plain_assets", "physics_mode", "game_type"}) {
     reader.ReadInteger(name, kInt32Min, kInt32Max, &number);
@@ -186,6 +183,7 @@ absl::StatusOr<MakeOptions> ReadOptions(int environment_count, const LibenvOptio
                  reader.ReadInteger("num_actions", 1, kActionCount, &made.num_actions));
   reader.ReadInteger("num_threads", 0, kLibenvThreadCountMax, &made.num_threads);
   reader.ReadBoolean("render_human", &made.render_human);
+  reader.ReadString("resource_root", &made.resource_root);
   ReadEnvironmentOptions(reader, &made.pool.environment);
   ReadIdleOptions(reader);
   absl::Status status = reader.Finish();

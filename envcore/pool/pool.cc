@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/notification.h"
-#include "envcore/pool/shared_art.h"
 #include "envcore/render/rasteriser.h"
 
 namespace procgen {
@@ -216,6 +215,8 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
   for (int32_t i = 0; i < options.first_environment; ++i) {
     stream_seeds.Raw();
   }
+  const std::shared_ptr<const SharedArt> art =
+      options.art == nullptr ? SharedArt::Embedded() : options.art;
   const size_t game_count = options.games.size();
   for (int32_t i = 0; i < options.env_count; ++i) {
     const size_t game_index = static_cast<size_t>(options.first_environment + i) % game_count;
@@ -224,7 +225,7 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
                                       stream_seeds.Raw(), options.episode_end));
     if (pool->art_[game_index] == nullptr) {
       pool->art_[game_index] =
-          SharedArt(*FindGame(options.games[game_index]), pool->environments_.back()->game().art());
+          art->Of(*FindGame(options.games[game_index]), pool->environments_.back()->game().art());
     }
   }
   return pool;

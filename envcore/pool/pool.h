@@ -17,10 +17,9 @@
 #include "envcore/environment/environment_options.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
+#include "envcore/pool/shared_art.h"
 
 namespace procgen {
-
-class GameArt;
 
 // The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
 // green, blue.
@@ -44,6 +43,8 @@ struct PoolOptions {
   // first_environment + i of the whole.
   int32_t first_environment = 0;
   int32_t total_environments = 0;  // 0: first_environment + env_count
+  // What is drawn with: pixels depend on it, nothing else does. Null: the built-in art.
+  std::shared_ptr<const SharedArt> art;
 };
 
 // The level seed that an environment plays next, in place of one drawn.

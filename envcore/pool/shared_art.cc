@@ -1,37 +1,43 @@
 #include "envcore/pool/shared_art.h"
 
-#include <map>
-#include <string>
+#include <utility>
 
-#include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/pool/released_pictures.h"
+#include "envcore/render/art_folder.h"
+#include "envcore/render/art_pack.h"
+#include "envcore/render/game_art.h"
 
 namespace procgen {
-namespace {
 
-// The art of the games that were asked for. What is in it never changes, so sharing it is no state.
-class Shelf {
- public:
-  std::shared_ptr<const GameArt> Find(const GameFacts& game, const GameArtFacts& art) {
-    absl::MutexLock lock(&mutex_);
-    std::shared_ptr<const GameArt>& found = arts_[std::string(game.name)];
-    if (found == nullptr) {
-      found = std::make_shared<GameArt>(ArtPack::Embedded(), game.name, art.slots, game.ArtSeed(),
-                                        art.block_shaped_kinds);
-    }
-    return found;
+std::shared_ptr<const SharedArt> SharedArt::Embedded() {
+  // Never destroyed: pools may outlive static objects.
+  static const auto* const art =
+      new std::shared_ptr<const SharedArt>(std::make_shared<const SharedArt>(ArtPack::Embedded()));
+  return *art;
+}
+
+absl::StatusOr<std::shared_ptr<const SharedArt>> SharedArt::LoadFolder(const std::string& folder) {
+  auto pack = ReadArtFolder(folder, ReleasedPictures());
+  if (!pack.ok()) {
+    return pack.status();
   }
+  return std::make_shared<const SharedArt>(*std::move(pack));
+}
 
- private:
-  absl::Mutex mutex_;
-  std::map<std::string, std::shared_ptr<const GameArt>> arts_ ABSL_GUARDED_BY(mutex_);
-};
+SharedArt::SharedArt(std::shared_ptr<const ArtPack> pack) : pack_(std::move(pack)) {}
 
-}  // namespace
+SharedArt::~SharedArt() = default;
 
-std::shared_ptr<const GameArt> SharedArt(const GameFacts& game, const GameArtFacts& art) {
-  static Shelf shelf;
-  return shelf.Find(game, art);
+std::shared_ptr<const GameArt> SharedArt::Of(const GameFacts& game,
+                                             const GameArtFacts& facts) const {
+  absl::MutexLock lock(&mutex_);
+  std::shared_ptr<const GameArt>& found = arts_[std::string(game.name)];
+  if (found == nullptr) {
+    found = std::make_shared<GameArt>(pack_, game.name, facts.slots, game.ArtSeed(),
+                                      facts.block_shaped_kinds);
+  }
+  return found;
 }
 
 }  // namespace procgen

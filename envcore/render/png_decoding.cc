@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "png.h"
+#include "zlib.h"
 
 namespace procgen {
 namespace {
@@ -34,6 +35,10 @@ void ReadBytes(png_structp png, png_bytep out, size_t count) {
 }
 
 void OnWarning(png_structp /*png*/, png_const_charp /*message*/) {}
+
+const png_byte* Unsigned(absl::string_view bytes) {
+  return reinterpret_cast<const png_byte*>(bytes.data());
+}
 
 // Everything to red, green, blue, alpha of 8 bits each. No gamma: the stored values count.
 void AskForRgba(png_structp png) {
@@ -66,6 +71,28 @@ bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
   png_read_image(png, rows->data());
   png_read_end(png, nullptr);
   return true;
+}
+
+uint32_t BigEndian(absl::string_view bytes) { return png_get_uint_32(Unsigned(bytes)); }
+
+// One part of a PNG file.
+struct Chunk {
+  absl::string_view type;  // four letters
+  absl::string_view content;
+};
+
+// Takes the next chunk off `rest`. Returns false if it is cut off or damaged.
+bool TakeChunk(absl::string_view* rest, Chunk* chunk) {
+  constexpr size_t kFrameBytes = 12;  // length, type, checksum
+  if (rest->size() < kFrameBytes || BigEndian(*rest) > rest->size() - kFrameBytes) {
+    return false;
+  }
+  const size_t length = BigEndian(*rest);
+  const absl::string_view checked = rest->substr(4, 4 + length);
+  const uint32_t checksum = BigEndian(rest->substr(8 + length));
+  rest->remove_prefix(kFrameBytes + length);
+  *chunk = {checked.substr(0, 4), checked.substr(4)};
+  return crc32(0, Unsigned(checked), static_cast<uInt>(checked.size())) == checksum;
 }
 
 Image ToImage(const std::vector<uint8_t>& bytes, int width, int height, AlphaUse alpha_use) {
@@ -103,6 +130,30 @@ absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
     return absl::InvalidArgumentError(absl::StrCat("not a sound PNG: ", source.message));
   }
   return ToImage(pixels, width, height, alpha_use);
+}
+
+absl::StatusOr<PngSize> CheckPng(absl::string_view bytes) {
+  constexpr size_t kSignatureBytes = 8;
+  if (bytes.size() < kSignatureBytes || png_sig_cmp(Unsigned(bytes), 0, kSignatureBytes) != 0) {
+    return absl::InvalidArgumentError("is no PNG");
+  }
+  absl::string_view rest = bytes.substr(kSignatureBytes);
+  Chunk chunk;
+  if (!TakeChunk(&rest, &chunk) || chunk.type != "IHDR" || chunk.content.size() != 13) {
+    return absl::InvalidArgumentError("is no sound PNG: its header is damaged");
+  }
+  const uint32_t width = BigEndian(chunk.content);
+  const uint32_t height = BigEndian(chunk.content.substr(4));
+  if (width < 1 || width > kPngSidePxMax || height < 1 || height > kPngSidePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "is ", width, " x ", height, " pixels, allowed: sides of 1 to ", kPngSidePxMax));
+  }
+  while (chunk.type != "IEND") {
+    if (!TakeChunk(&rest, &chunk)) {
+      return absl::InvalidArgumentError("is no sound PNG: it is damaged, or ends early");
+    }
+  }
+  return PngSize{static_cast<int>(width), static_cast<int>(height)};
 }
 
 }  // namespace procgen

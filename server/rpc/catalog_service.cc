@@ -6,7 +6,9 @@
 namespace procgen {
 
 CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions)
-    : sessions_(sessions), catalog_(CatalogMessageOf(PROCGEN_SERVER_VERSION, sessions->limits())) {}
+    : sessions_(sessions),
+      catalog_(CatalogMessageOf(PROCGEN_SERVER_VERSION, sessions->limits(),
+                                sessions->art() != nullptr)) {}
 
 grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* /*context*/,
                                                          const grpc::ByteBuffer* request,

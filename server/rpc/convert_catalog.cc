@@ -114,7 +114,8 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
 
 }  // namespace
 
-v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits) {
+v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
+                             bool has_own_art) {
   v1::Catalog catalog;
   catalog.set_server_version(std::string(server_version));
   catalog.add_protocols("procgen.v1");
@@ -134,6 +135,8 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
   catalog.mutable_features()->set_render(true);
   FillLimits(limits, catalog.mutable_limits());
+  // Where the folder lies is nobody's business but the operator's.
+  catalog.set_art(has_own_art ? "folder" : "built-in");
   return catalog;
 }
 

@@ -8,8 +8,10 @@
 
 namespace procgen {
 
-// What a server of `server_version` with `limits` offers.
-v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits);
+// What a server of `server_version` with `limits` offers. `has_own_art`: it draws with art that its
+// operator gave.
+v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
+                             bool has_own_art);
 
 v1::Load LoadMessageOf(const Load& load);
 

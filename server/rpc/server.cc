@@ -33,7 +33,7 @@ std::string BoundAddress(const std::string& address, int port) {
 class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
-      : sessions_(options.limits, options.worker_count),
+      : sessions_(options.limits, options.worker_count, options.art),
         catalog_service_(&sessions_),
         pool_service_(&sessions_),
         step_service_(&sessions_),

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "envcore/pool/shared_art.h"
 #include "server/session/limits.h"
 
 namespace procgen {
@@ -16,6 +17,7 @@ struct ServerOptions {
   std::string address = "127.0.0.1:50051";
   int32_t worker_count = 1;  // threads that step environments, >= 1
   Limits limits;
+  std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
 };
 
 // The whole server in one object: services on a port, pools behind them.

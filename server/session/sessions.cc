@@ -58,9 +58,10 @@ absl::Status CheckEnvCount(int32_t env_count, int32_t environment_count, const L
 
 }  // namespace
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count)
+Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art)
     : limits_(limits),
       worker_count_(worker_count),
+      art_(std::move(art)),
       crew_(std::make_shared<Crew>(worker_count)),
       side_crew_(kSideThreadCount) {}
 
@@ -83,9 +84,12 @@ void Sessions::Create(absl::string_view id, const PoolOptions& options, CreateDo
     done(name.status());
     return;
   }
-  side_crew_.Run([this, name = *std::move(name), options, done = std::move(done)]() mutable {
-    Finish(name, Pool::Create(options, crew_), std::move(done));
-  });
+  PoolOptions drawn = options;
+  drawn.art = art_;
+  side_crew_.Run(
+      [this, name = *std::move(name), drawn = std::move(drawn), done = std::move(done)]() mutable {
+        Finish(name, Pool::Create(drawn, crew_), std::move(done));
+      });
 }
 
 absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOptions& options) {

@@ -38,14 +38,17 @@ class Sessions {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
-  // `worker_count` >= 1 threads step environments.
-  Sessions(const Limits& limits, int32_t worker_count);
+  // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  Sessions(const Limits& limits, int32_t worker_count,
+           std::shared_ptr<const SharedArt> art = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
   Sessions& operator=(const Sessions&) = delete;
 
   const Limits& limits() const { return limits_; }
+  // What pools draw with; null: the built-in art.
+  const SharedArt* art() const { return art_.get(); }
 
   // Makes the pool `pools/ID` (an empty id: a number is chosen) and calls `done` once, on another
   // thread or, with an error, on this one. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
@@ -93,6 +96,7 @@ class Sessions {
 
   const Limits limits_;
   const int32_t worker_count_;
+  const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
 
   mutable absl::Mutex mutex_;

@@ -43,11 +43,13 @@ class LocalPlayer final : public Player {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int32_t worker_count,
-                                                        bool with_pictures) {
+                                                        bool with_pictures,
+                                                        std::shared_ptr<const SharedArt> art) {
   PoolOptions options;
   options.games = trace.games;
   options.env_count = trace.env_count;
   options.environment = trace.options;
+  options.art = std::move(art);
   // The calling thread is a worker, too.
   auto pool = Pool::Create(options, std::make_shared<Crew>(worker_count - 1));
   if (!pool.ok()) {

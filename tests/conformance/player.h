@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "envcore/pool/shared_art.h"
 #include "tests/conformance/trace.h"
 
 namespace procgen {
@@ -32,11 +33,13 @@ class Player {
   virtual absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) = 0;
 };
 
-// Plays in this process with `worker_count` >= 1 workers. Errors: as Pool::Create.
+// Plays in this process with `worker_count` >= 1 workers and draws with `art` (null: the built-in
+// art). Errors: as Pool::Create.
 absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int32_t worker_count,
-                                                        bool with_pictures);
+                                                        bool with_pictures,
+                                                        std::shared_ptr<const SharedArt> art);
 
-// Plays on the server at `address`. Errors: as the server's.
+// Plays on the server at `address`, which draws with its own art. Errors: as the server's.
 absl::StatusOr<std::unique_ptr<Player>> MakeRemotePlayer(const Trace& trace,
                                                          const std::string& address,
                                                          bool with_pictures);

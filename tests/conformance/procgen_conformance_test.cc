@@ -1,5 +1,6 @@
 // The program procgen-conformance must be able to fail: it is run on recordings that were changed.
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -9,6 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/envcore/pool/painted_art.h"
 #include "tests/program_run.h"
 
 namespace procgen {
@@ -72,6 +74,25 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
   const ProgramRun outcome = Replay(Written(contents));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
+}
+
+// Pictures that were drawn with art are compared where there is art, and only there.
+TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
+  const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.released-art.trace");
+  const std::string folder = absl::StrCat(testing::TempDir(), "/procgen_conformance_painted");
+  PaintArtFolder(folder);
+  const ProgramRun painted = Replay(absl::StrCat("--art ", folder, " ", recording));
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(painted.exit_status, 1);
+  EXPECT_THAT(painted.output, HasSubstr(": step 0, environment 0, observation_fnv1a: expected "));
+  EXPECT_EQ(Replay(recording).exit_status, 0);
+}
+
+TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
+  const ProgramRun outcome =
+      Replay(absl::StrCat("--art ", kGoldenFolder, " ", kGoldenFolder, kMaze));
+  EXPECT_EQ(outcome.exit_status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 pictures cannot be used"));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {

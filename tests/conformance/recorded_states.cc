@@ -1,7 +1,6 @@
 #include "tests/conformance/recorded_states.h"
 
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
 
 #include "zlib.h"
@@ -53,11 +52,6 @@ Json EncodeEntity(const Entity& entity) {
 }
 
 }  // namespace
-
-std::string ReferenceFolder() {
-  const std::string folder = std::string(PROCGEN_SOURCE_DIR) + "/../shared/reference";
-  return std::filesystem::is_directory(folder) ? folder : "";
-}
 
 std::vector<Json> ReadGzippedJsonLines(const std::string& path) {
   gzFile file = gzopen(path.c_str(), "rb");

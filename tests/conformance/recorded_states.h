@@ -9,10 +9,6 @@
 
 namespace procgen {
 
-// The folder of recordings of the released benchmark beside a checkout, or an empty text where
-// there is none.
-std::string ReferenceFolder();
-
 // The lines of a gzipped file, each a JSON object. Ends the program if the file cannot be read.
 std::vector<nlohmann::json> ReadGzippedJsonLines(const std::string& path);
 

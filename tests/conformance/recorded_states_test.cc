@@ -10,6 +10,7 @@
 #include "envcore/games/game_catalog.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/conformance/recordings.h"
 
 namespace procgen {
 namespace {

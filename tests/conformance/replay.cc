@@ -37,7 +37,8 @@ std::string ComparePictures(const Trace& trace, int32_t step, const Observed& ob
   return CompareField(step, "observation_fnv1a", trace.observation_digests, digests);
 }
 
-std::string Compare(const Trace& trace, int32_t step, const Observed& observed) {
+std::string Compare(const Trace& trace, int32_t step, const Observed& observed,
+                    bool with_pictures) {
   for (const std::string& difference :
        {CompareField(step, "reward", trace.rewards, observed.rewards),
         CompareField(step, "first", trace.first, observed.first),
@@ -49,18 +50,18 @@ std::string Compare(const Trace& trace, int32_t step, const Observed& observed) 
       return difference;
     }
   }
-  return trace.HasComparablePictures() ? ComparePictures(trace, step, observed) : "";
+  return with_pictures ? ComparePictures(trace, step, observed) : "";
 }
 
 }  // namespace
 
-std::string FirstDifference(const Trace& trace, Player& player) {
+std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures) {
   Observed observed;
   absl::Status status = player.Observe(&observed);
   const absl::Span<const int32_t> actions = trace.actions;
   const auto row = static_cast<size_t>(trace.env_count);
   for (int32_t step = 0; status.ok(); ++step) {
-    const std::string difference = Compare(trace, step, observed);
+    const std::string difference = Compare(trace, step, observed, with_pictures);
     if (!difference.empty() || step == trace.step_count) {
       return difference;
     }

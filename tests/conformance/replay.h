@@ -8,10 +8,10 @@
 
 namespace procgen {
 
-// Replays `trace` with `player` and compares all that is observed, rewards as bits, pictures where
-// they are comparable. Returns the first difference (step, environment, field, expected, got), or
-// an empty text.
-std::string FirstDifference(const Trace& trace, Player& player);
+// Replays `trace` with `player` and compares all that is observed, rewards as bits, pictures if
+// `with_pictures` (REQUIRES: the player was made with them, and the trace has digests). Returns the
+// first difference (step, environment, field, expected, got), or an empty text.
+std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures);
 
 }  // namespace procgen
 

@@ -3,47 +3,39 @@
 
 #include "tests/conformance/replay.h"
 
-#include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "absl/strings/str_replace.h"
-#include "envcore/games/game_catalog.h"
+#include "envcore/pool/shared_art.h"
 #include "gtest/gtest.h"
 #include "tests/conformance/player.h"
-#include "tests/conformance/recorded_states.h"
+#include "tests/conformance/recordings.h"
 #include "tests/conformance/trace.h"
+#include "tests/status_matchers.h"
 
 namespace procgen {
 namespace {
-
-std::vector<std::string> TracesIn(const std::string& folder) {
-  std::vector<std::string> paths;
-  if (std::filesystem::is_directory(folder)) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      if (entry.path().extension() == ".trace") {
-        paths.push_back(entry.path().string());
-      }
-    }
-  }
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
 
 std::string NameOf(const std::string& path) {
   return absl::StrReplaceAll(std::filesystem::path(path).stem().string(), {{".", "_"}, {"-", "_"}});
 }
 
-// Replays the file and returns the first difference, or what else is wrong; empty: none.
-std::string Replayed(const std::string& path, int32_t worker_count) {
+// Replays the file, drawing with `art` where the recording did, and returns the first difference,
+// or what else is wrong; empty: none.
+std::string Replayed(const std::string& path, int32_t worker_count,
+                     const std::shared_ptr<const SharedArt>& art = nullptr) {
   const absl::StatusOr<Trace> trace = ReadTrace(path);
   if (!trace.ok()) {
     return trace.status().ToString();
   }
-  auto player = MakeLocalPlayer(*trace, worker_count, trace->HasComparablePictures());
-  return player.ok() ? FirstDifference(*trace, **player) : player.status().ToString();
+  const bool with_pictures = trace->HasComparablePictures(art != nullptr);
+  auto player = MakeLocalPlayer(*trace, worker_count, with_pictures, art);
+  return player.ok() ? FirstDifference(*trace, **player, with_pictures)
+                     : player.status().ToString();
 }
 
 class GoldenReplayTest : public testing::TestWithParam<std::tuple<std::string, int32_t>> {};
@@ -60,27 +52,14 @@ INSTANTIATE_TEST_SUITE_P(
       return NameOf(std::get<0>(info.param)) + "_by_" + std::to_string(std::get<1>(info.param));
     });
 
-std::vector<std::string> GamesThatAreThere() {
-  std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
-    if (game.make != nullptr) {
-      names.emplace_back(game.name);
-    }
-  }
-  return names;
-}
-
 class ReferenceReplayTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
   int count = 0;
   for (const char* folder : {"/rollouts", "/solved"}) {
-    for (const std::string& path : TracesIn(ReferenceFolder() + folder)) {
-      const std::string file = std::filesystem::path(path).filename().string();
-      if (file.substr(0, file.find('.')) == GetParam()) {
-        ++count;
-        EXPECT_EQ(Replayed(path, 1), "") << file;
-      }
+    for (const std::string& path : TracesOf(GetParam(), ReferenceFolder() + folder)) {
+      ++count;
+      EXPECT_EQ(Replayed(path, 1), "") << path;
     }
   }
   if (count == 0) {
@@ -88,7 +67,21 @@ TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalog, ReferenceReplayTest, testing::ValuesIn(GamesThatAreThere()),
+// With the released art every pixel of the agent's view is as released.
+TEST_P(ReferenceReplayTest, AllPicturesAreAsRecordedWithTheReleasedArt) {
+  const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
+  if (paths.empty() || ReleasedArtFolder().empty()) {
+    GTEST_SKIP() << "no released art, or no recordings of it, beside the checkout";
+  }
+  const auto art = SharedArt::LoadFolder(ReleasedArtFolder());
+  ASSERT_THAT(art, IsOk());
+  for (const std::string& path : paths) {
+    EXPECT_EQ(Replayed(path, 1, *art), "") << path;
+    EXPECT_EQ(Replayed(path, 2, *art), "") << path << " by two workers";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalog, ReferenceReplayTest, testing::ValuesIn(GamesOfTheCatalog()),
                          [](const auto& info) { return info.param; });
 
 }  // namespace

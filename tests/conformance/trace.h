@@ -27,10 +27,12 @@ struct Trace {
   std::vector<uint8_t> prev_level_complete;   // [T + 1, E]
   std::vector<uint32_t> observation_digests;  // [T + 1, E] FNV-1a, or empty
 
-  // Whether the pictures do not depend on an art pack, so that their digests can be compared.
-  bool HasComparablePictures() const {
-    return !observation_digests.empty() && options.use_monochrome_assets &&
-           !options.use_backgrounds;
+  // Whether there are digests of pictures that can be compared: those that the recording drew
+  // without an art folder always, the others where the player draws `with_released_art`.
+  bool HasComparablePictures(bool with_released_art) const {
+    const bool is_flat = options.use_monochrome_assets && !options.use_backgrounds;
+    return !observation_digests.empty() &&
+           (is_flat || options.use_generated_assets || with_released_art);
   }
 };
 

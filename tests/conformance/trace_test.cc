@@ -3,6 +3,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
@@ -59,7 +60,19 @@ TEST(TraceTest, ReadsWhatTheHeaderSays) {
   EXPECT_EQ(trace->step_count, 59);
   EXPECT_EQ(trace->actions.size(), 59U);
   EXPECT_EQ(trace->rewards.size(), 60U);
-  EXPECT_FALSE(trace->HasComparablePictures());
+  EXPECT_FALSE(trace->HasComparablePictures(true));
+}
+
+TEST(TraceTest, OnlyPicturesOfTheReleasedArtNeedItToBeCompared) {
+  for (const auto& [file, need_art] : {std::pair("maze.easy.released-art.trace", true),
+                                       std::pair("maze.easy.generated-pictures.trace", false),
+                                       std::pair("maze.memory.mono-restrict.trace", false)}) {
+    const auto trace =
+        ReadTrace(absl::StrCat(PROCGEN_SOURCE_DIR, "/tests/conformance/golden/", file));
+    ASSERT_TRUE(trace.ok()) << trace.status();
+    EXPECT_EQ(trace->HasComparablePictures(false), !need_art) << file;
+    EXPECT_TRUE(trace->HasComparablePictures(true)) << file;
+  }
 }
 
 TEST(TraceTest, AMissingFileIsNotFound) {

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
+#include "tests/envcore/pool/painted_art.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
 
@@ -124,11 +126,28 @@ TEST_P(SignalTest, DrainsAndExitsWithZero) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, SignalTest, testing::Values(SIGTERM, SIGINT));
 
+// What a maze looks like on the server at `address`, whose catalog must tell of `art`.
+std::string FirstPictureOf(const std::string& address, const std::string& art) {
+  const auto client = procgen_client::Client::Connect(address);
+  EXPECT_THAT(client, IsOk());
+  const auto catalog = (*client)->GetCatalog();
+  EXPECT_THAT(catalog, IsOk());
+  EXPECT_EQ(catalog->art(), art);
+  const auto pool = (*client)->CreatePool(MazeSpec(1));
+  EXPECT_THAT(pool, IsOk());
+  const auto stream = (*client)->Attach(pool->name());
+  EXPECT_THAT(stream, IsOk());
+  procgen_client::Batch batch;
+  EXPECT_THAT((*stream)->Observe(&batch), IsOk());
+  return {batch.observations().begin(), batch.observations().end()};
+}
+
 TEST(BinaryTest, HelpListsTheFlags) {
   ServerProcess process({"--help"});
   process.Wait();
-  for (const char* flag : {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-                           "--requests_in_flight_max", "--drain_deadline", "--log_level"}) {
+  for (const char* flag :
+       {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
+        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }
 }
@@ -137,6 +156,27 @@ TEST(BinaryTest, WrongFlagsAreExplained) {
   ServerProcess process({"--workers=-3"});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(), HasSubstr("--workers is -3, allowed: 1 to 1024"));
+}
+
+TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
+  const std::string folder = testing::TempDir() + "/procgen-binary-test-art";
+  PaintArtFolder(folder);
+  ServerProcess plain({"--address=127.0.0.1:0"});
+  ServerProcess painted({"--address=127.0.0.1:0", "--art=" + folder});
+  const std::string painted_address = painted.Address();
+  std::filesystem::remove_all(folder);
+  const std::string own = FirstPictureOf(plain.Address(), "built-in");
+  const std::string other = FirstPictureOf(painted_address, "folder");
+  EXPECT_EQ(own.size(), other.size());
+  EXPECT_NE(own, other);
+}
+
+TEST(BinaryTest, FolderWithoutArtIsExplained) {
+  const std::string folder = testing::TempDir() + "/procgen-binary-test-no-art";
+  ServerProcess process({"--address=127.0.0.1:0", "--art=" + folder});
+  EXPECT_EQ(process.Wait(), 2);
+  EXPECT_THAT(process.rest(),
+              HasSubstr("--art: art folder '" + folder + "': there is no such folder"));
 }
 
 TEST(BinaryTest, AddressInUseIsAnError) {

@@ -25,7 +25,14 @@ void ThreadsChangeNothing(void);
 void JointGamesAreDealtInTurn(void);
 void HumanViewIsDrawnAtEachObserve(void);
 void RecordingsAreTheSame(void);
+void ReleasedPicturesAreTheSame(void);
 void SnapshotsAreRefusedInOneLine(void);
+
+// Of the art that is drawn with: art_claims.c.
+void ArtOfTheFolderIsShown(void);
+void FolderWithoutArtIsToldInOneLine(void);
+void FolderIsReadOnceWhileAHandleUsesIt(void);
+void FolderIsTheServersAffair(void);
 
 // Of life and death: life_claims.c.
 void MisuseIsToldInOneLine(void);

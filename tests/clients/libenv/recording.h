@@ -16,8 +16,8 @@ struct Recording {
   const int32_t* level_seeds;          // [T + 1, E]
   const int32_t* prev_level_seeds;     // [T + 1, E]
   const uint8_t* prev_level_complete;  // [T + 1, E]
-  // [T + 1, E], FNV-1a; null where there are none, or where they depend on the art.
-  const uint32_t* picture_digests;
+  const uint32_t* picture_digests;     // [T + 1, E], FNV-1a; null: there are none
+  int has_released_art;                // the pictures were drawn with it
   char games[64];
   char* content;  // of the file; the arrays are copies out of it
   void* arrays[8];

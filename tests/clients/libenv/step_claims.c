@@ -1,5 +1,6 @@
 #include <dirent.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "tests/clients/libenv/claim.h"
 #include "tests/clients/libenv/claims.h"
@@ -142,7 +143,8 @@ void HumanViewIsDrawnAtEachObserve(void) {
   CloseHost(&host);
 }
 
-static void ClaimRow(const struct Recording* recording, int row, struct Host* host) {
+static void ClaimRow(const struct Recording* recording, int row, int with_pictures,
+                     struct Host* host) {
   for (int i = 0; i < recording->environment_count; ++i) {
     const int at = row * recording->environment_count + i;
     CLAIM(memcmp(&host->rewards[i], &recording->rewards[at], sizeof(float)) == 0);
@@ -150,17 +152,23 @@ static void ClaimRow(const struct Recording* recording, int row, struct Host* ho
     CLAIM(*host->level_seeds[i] == recording->level_seeds[at]);
     CLAIM(*host->prev_level_seeds[i] == recording->prev_level_seeds[at]);
     CLAIM(*host->prev_level_complete[i] == recording->prev_level_complete[at]);
-    CLAIM(recording->picture_digests == NULL ||
+    CLAIM(!with_pictures ||
           recording->picture_digests[at] == Digest(kDigestBegin, host->pictures[i], kPictureBytes));
   }
 }
 
-static void Replay(const char* path) {
+// `art_folder`: the released art with a slash at the end, or null for the library's own art.
+static void Replay(const char* path, const char* art_folder) {
   struct Recording recording;
   ReadRecording(path, &recording);
+  if (art_folder != NULL) {
+    AddString(&recording.options, "resource_root", art_folder);
+  }
+  const int with_pictures =
+      recording.picture_digests != NULL && (art_folder != NULL || !recording.has_released_art);
   struct Host host = OpenHost(recording.environment_count, &recording.options);
   libenv.observe(host.handle);
-  ClaimRow(&recording, 0, &host);
+  ClaimRow(&recording, 0, with_pictures, &host);
   for (int step = 0; step < recording.step_count; ++step) {
     for (int i = 0; i < recording.environment_count; ++i) {
       const uint8_t action = recording.actions[step * recording.environment_count + i];
@@ -168,29 +176,43 @@ static void Replay(const char* path) {
     }
     libenv.act(host.handle);
     libenv.observe(host.handle);
-    ClaimRow(&recording, step + 1, &host);
+    ClaimRow(&recording, step + 1, with_pictures, &host);
   }
   CloseHost(&host);
   FreeRecording(&recording);
 }
 
-void RecordingsAreTheSame(void) {
-  DIR* folder = opendir(golden_folder);
+// Replays all recordings of a folder and returns how many there are.
+static int ReplayFolder(const char* recordings_folder, const char* art_folder) {
+  DIR* folder = opendir(recordings_folder);
   CLAIM(folder != NULL);
   int count = 0;
   for (const struct dirent* entry = readdir(folder); entry != NULL; entry = readdir(folder)) {
     const char* suffix = strstr(entry->d_name, ".trace");
     if (suffix != NULL && suffix[6] == '\0') {
       char path[4096];
-      snprintf(path, sizeof(path), "%s/%s", golden_folder, entry->d_name);
+      snprintf(path, sizeof(path), "%s/%s", recordings_folder, entry->d_name);
       printf("%s\n", entry->d_name);
       fflush(stdout);
-      Replay(path);
+      Replay(path, art_folder);
       ++count;
     }
   }
   closedir(folder);
-  CLAIM(count >= 20);
+  return count;
+}
+
+void RecordingsAreTheSame(void) { CLAIM(ReplayFolder(golden_folder, NULL) >= 20); }
+
+void ReleasedPicturesAreTheSame(void) {
+  const char* art_folder = getenv("PROCGEN_RELEASED_ART");
+  const char* recordings_folder = getenv("PROCGEN_RELEASED_PICTURES");
+  CLAIM(art_folder != NULL && recordings_folder != NULL);
+  if (access(art_folder, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
+    printf("skipped: no released art, or no recordings of it, beside the checkout\n");
+    exit(kSkipped);
+  }
+  CLAIM(ReplayFolder(recordings_folder, art_folder) > 0);
 }
 
 void SnapshotsAreRefusedInOneLine(void) {

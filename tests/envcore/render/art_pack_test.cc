@@ -10,25 +10,12 @@
 #include "envcore/render/png_decoding.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "png.h"
+#include "tests/envcore/render/one_colour_png.h"
 
 namespace procgen {
 namespace {
 
-// A PNG file of one half transparent pixel, written by libpng.
-std::string TranslucentPng() {
-  png_image image = {};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = 1;
-  image.height = 1;
-  image.format = PNG_FORMAT_RGBA;
-  const uint8_t pixel[4] = {200, 100, 50, 128};
-  png_alloc_size_t size = 0;
-  png_image_write_to_memory(&image, nullptr, &size, 0, pixel, 0, nullptr);
-  std::string bytes(size, '\0');
-  png_image_write_to_memory(&image, bytes.data(), &size, 0, pixel, 0, nullptr);
-  return bytes;
-}
+std::string TranslucentPng() { return OneColourPng(1, 1, Rgba{200, 100, 50, 128}); }
 
 constexpr ArtSlot kSlot = {0, 3, "fish", "misc_assets/fish.png", 1, 1};
 

@@ -11,7 +11,7 @@ namespace procgen {
 namespace {
 
 TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
-  const v1::Catalog catalog = CatalogMessageOf("1.2.3", Limits());
+  const v1::Catalog catalog = CatalogMessageOf("1.2.3", Limits(), false);
   EXPECT_EQ(catalog.server_version(), "1.2.3");
   ASSERT_EQ(catalog.games_size(), 16);
   for (int i = 1; i < catalog.games_size(); ++i) {
@@ -20,7 +20,7 @@ TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
 }
 
 TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   for (const v1::Game& game : catalog.games()) {
     if (game.name() != "maze") {
       continue;
@@ -38,7 +38,7 @@ TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
 }
 
 TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   const auto* fields = v1::EnvironmentOptions::descriptor();
   ASSERT_EQ(catalog.options_size(), fields->field_count());
   for (int i = 0; i < fields->field_count(); ++i) {
@@ -46,8 +46,13 @@ TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
   }
 }
 
+TEST(ConvertCatalogTest, ArtIsToldWithoutItsFolder) {
+  EXPECT_EQ(CatalogMessageOf("", Limits(), false).art(), "built-in");
+  EXPECT_EQ(CatalogMessageOf("", Limits(), true).art(), "folder");
+}
+
 TEST(ConvertCatalogTest, ActionsNameTheirKeys) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits());
+  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   ASSERT_EQ(catalog.actions_size(), 15);
   EXPECT_THAT(catalog.actions(0).keys(), testing::ElementsAre("LEFT", "DOWN"));
   EXPECT_TRUE(catalog.actions(4).keys().empty());

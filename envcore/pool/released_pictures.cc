@@ -1,0 +1,45 @@
+#include "envcore/pool/released_pictures.h"
+
+#include <map>
+#include <memory>
+
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/scene/art_slot.h"
+
+namespace procgen {
+namespace {
+
+using PicturesByPath = std::map<absl::string_view, WantedPicture>;
+
+void AddSlots(absl::Span<const ArtSlot> slots, PicturesByPath* pictures) {
+  for (const ArtSlot& slot : slots) {
+    (*pictures)[slot.released] = {slot.released, slot.width_px, slot.height_px};
+  }
+}
+
+void AddBackgrounds(BackgroundGroup group, PicturesByPath* pictures) {
+  for (const BackgroundSlot& slot : BackgroundsOf(group)) {
+    pictures->try_emplace(slot.released, WantedPicture{slot.released});
+  }
+}
+
+}  // namespace
+
+std::vector<WantedPicture> ReleasedPictures() {
+  PicturesByPath pictures;
+  AddSlots(SharedArtSlots(), &pictures);
+  for (const GameFacts& facts : GameCatalog()) {
+    const std::unique_ptr<Game> game = facts.make(GameOptions());
+    AddSlots(game->art().slots, &pictures);
+    AddBackgrounds(game->art().background_group, &pictures);
+  }
+  std::vector<WantedPicture> sorted;
+  for (const auto& [path, picture] : pictures) {
+    sorted.push_back(picture);
+  }
+  return sorted;
+}
+
+}  // namespace procgen

@@ -1,0 +1,98 @@
+#include <string.h>
+#include <unistd.h>
+
+#include "tests/clients/libenv/claim.h"
+#include "tests/clients/libenv/claims.h"
+#include "tests/clients/libenv/host.h"
+#include "tests/clients/libenv/standard_error.h"
+
+// What two environments look like in their first steps, and what they tell besides.
+struct Course {
+  uint32_t pictures;
+  uint32_t facts;
+  int line_count;  // that were said
+};
+
+static struct Course Play(const char* art_folder) {
+  struct OptionList list = RequiredOptions("coinrun,starpilot");
+  if (art_folder != NULL) {
+    AddString(&list, "resource_root", art_folder);
+  }
+  BeginListening();
+  struct Host host = OpenHost(2, &list);
+  struct Course course = {kDigestBegin, kDigestBegin, 0};
+  for (int step = 0; step < 40; ++step) {
+    ActAll(&host, step % 15);
+    libenv.observe(host.handle);
+    for (int i = 0; i < host.environment_count; ++i) {
+      course.pictures = Digest(course.pictures, host.pictures[i], kPictureBytes);
+      course.facts = Digest(course.facts, &host.rewards[i], sizeof(float));
+      course.facts = Digest(course.facts, &host.firsts[i], 1);
+      course.facts = Digest(course.facts, host.level_seeds[i], sizeof(int32_t));
+    }
+  }
+  CloseHost(&host);
+  course.line_count = EndListening().line_count;
+  return course;
+}
+
+// A folder that holds art for all games; it belongs to all claims, which may run at the same time.
+static const char* PaintedFolder(void) {
+  const char* folder = getenv("PROCGEN_PAINTED_ART");
+  CLAIM(folder != NULL);
+  return folder;
+}
+
+void ArtOfTheFolderIsShown(void) {
+  const struct Course own = Play(NULL);
+  const struct Course painted = Play(PaintedFolder());
+  CLAIM(own.line_count == 0 && painted.line_count == 0);
+  CLAIM(painted.pictures != own.pictures);
+  CLAIM(painted.facts == own.facts);
+}
+
+void FolderWithoutArtIsToldInOneLine(void) {
+  const struct Course own = Play(NULL);
+  const struct Course empty_name = Play("");
+  CLAIM(empty_name.line_count == 0 && empty_name.pictures == own.pictures);
+  static const char* const kFolders[] = {"/nowhere/at/all/", "/"};
+  for (size_t i = 0; i < sizeof(kFolders) / sizeof(*kFolders); ++i) {
+    struct OptionList list = RequiredOptions("coinrun");
+    AddString(&list, "resource_root", kFolders[i]);
+    BeginListening();
+    struct LibenvHandle* handle = Make(1, &list);
+    const struct Said said = EndListening();
+    CLAIM(handle != NULL);
+    CLAIM(said.line_count == 1);
+    CLAIM(strstr(said.text, "resource_root") != NULL && strstr(said.text, kFolders[i]) != NULL);
+    libenv.close(handle);
+    const struct Course course = Play(kFolders[i]);
+    CLAIM(course.pictures == own.pictures && course.facts == own.facts);
+  }
+}
+
+// By a link of its own to the folder, which goes away meanwhile.
+void FolderIsReadOnceWhileAHandleUsesIt(void) {
+  char folder[] = "/tmp/libenv_test_XXXXXX";
+  CLAIM(mkdtemp(folder) != NULL);
+  char link[64];
+  snprintf(link, sizeof(link), "%s/art", folder);
+  CLAIM(symlink(PaintedFolder(), link) == 0);
+  struct OptionList list = RequiredOptions("coinrun");
+  AddString(&list, "resource_root", link);
+  struct LibenvHandle* handle = Make(1, &list);
+  CLAIM(handle != NULL);
+  CLAIM(unlink(link) == 0 && rmdir(folder) == 0);
+  const struct Course shared = Play(link);
+  CLAIM(shared.line_count == 0);
+  CLAIM(shared.pictures == Play(PaintedFolder()).pictures);
+  libenv.close(handle);
+  CLAIM(Play(link).line_count == 1);
+}
+
+void FolderIsTheServersAffair(void) {
+  const struct Course own = Play(NULL);
+  const struct Course painted = Play(PaintedFolder());
+  CLAIM(painted.line_count == 0);
+  CLAIM(painted.pictures == own.pictures && painted.facts == own.facts);
+}

@@ -1,0 +1,45 @@
+// Pictures drawn with the released art, through a server that was started with it.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "server/rpc/server.h"
+#include "tests/conformance/player.h"
+#include "tests/conformance/recordings.h"
+#include "tests/conformance/replay.h"
+#include "tests/conformance/trace.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+class ServedReplayTest : public testing::TestWithParam<std::string> {};
+
+TEST_P(ServedReplayTest, PicturesAreAsRecordedWithTheReleasedArt) {
+  const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
+  if (paths.empty() || ReleasedArtFolder().empty()) {
+    GTEST_SKIP() << "no released art, or no recordings of it, beside the checkout";
+  }
+  const auto art = SharedArt::LoadFolder(ReleasedArtFolder());
+  ASSERT_THAT(art, IsOk());
+  ServerOptions options;
+  options.address = "127.0.0.1:0";
+  options.art = *art;
+  const auto server = Server::Start(options);
+  ASSERT_THAT(server, IsOk());
+  for (const std::string& path : paths) {
+    const auto trace = ReadTrace(path);
+    ASSERT_THAT(trace, IsOk());
+    const auto player = MakeRemotePlayer(*trace, (*server)->address(), true);
+    ASSERT_THAT(player, IsOk());
+    EXPECT_EQ(FirstDifference(*trace, **player, true), "") << path;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalog, ServedReplayTest, testing::ValuesIn(GamesOfTheCatalog()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,15 @@
+#ifndef TESTS_ENVCORE_POOL_PAINTED_ART_H_
+#define TESTS_ENVCORE_POOL_PAINTED_ART_H_
+
+#include <string>
+
+namespace procgen {
+
+// Fills a folder, which is made if need be, with art of the released layout: every picture that a
+// game can show, by its released name and in its size, but of one colour. A program that loads it
+// has all that it asks of a folder. Fails the test if the disk does.
+void PaintArtFolder(const std::string& folder);
+
+}  // namespace procgen
+
+#endif  // TESTS_ENVCORE_POOL_PAINTED_ART_H_
