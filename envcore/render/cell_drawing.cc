@@ -87,16 +87,33 @@ void CellDrawing::FindCells() {
   shown_.clear();
   const Grid& grid = *cells_->grid;
   Look* outside = LookOf(cells_->out_of_bounds_kind);
+  const int column_count = static_cast<int>(columns_.size());
   const int row_count = static_cast<int>(rows_.size());
-  for (int column = 0; column < static_cast<int>(columns_.size()); ++column) {
+  // The rows of the view that the grid has.
+  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
+  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
+  for (int column = 0; column < column_count; ++column) {
+    const auto add_outside = [&](int first, int end) {
+      for (int row = first; row < end && outside != nullptr; ++row) {
+        shown_.push_back({outside, column, row});
+      }
+    };
     const int x = cells_->first_column + column;
-    for (int row = 0; row < row_count; ++row) {
-      const int y = cells_->first_row + row;
-      Look* look = grid.Contains(x, y) ? LookOf(grid.At(x, y)) : outside;
-      if (look != nullptr) {
+    if (x < 0 || x >= grid.width()) {
+      add_outside(0, row_count);
+      continue;
+    }
+    add_outside(0, grid_first);
+    for (int row = grid_first; row < grid_end; ++row) {
+      const int kind = grid.At(x, cells_->first_row + row);
+      if (kind == kEmptyKind) {
+        continue;
+      }
+      if (Look* look = LookOf(kind)) {
         shown_.push_back({look, column, row});
       }
     }
+    add_outside(grid_end, row_count);
   }
 }
 

@@ -37,7 +37,7 @@ class Picture {
   // Whether it may be shown scaled (Levels::kAll) in place of pixel by pixel.
   bool scales() const { return scaled_ != nullptr; }
   // The picture in exactly that many pixels; it lives as long as this.
-  // REQUIRES: scales(); 1 <= width, height <= ScaledPictures::kSidePxMax.
+  // REQUIRES: scales(); 1 <= width, height.
   const ScaledPicture& ScaledTo(const ScaledSize& size) const;
 
   // The picture with its columns reversed, at all its levels.

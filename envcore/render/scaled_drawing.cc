@@ -84,6 +84,23 @@ void DrawScaled(const ScaledPicture& picture, int left, int top, const Frame& fr
   }
 }
 
+void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
+                     const Frame& frame) {
+  if (hidden == nullptr) {
+    ForEachRow(picture.image, left, top, frame, CopyPixels);
+    return;
+  }
+  const Image& image = picture.image;
+  const int end = std::min(top + image.height(), frame.side_px);
+  for (int y = std::max(top, 0); y < end; ++y) {
+    const Rgba* source = image.Row(y - top);
+    hidden->ForEachShown(
+        y, left, std::min(left + image.width(), frame.side_px), [&](int from, int to) {
+          std::copy(source + (from - left), source + (to - left), frame.At(from, y));
+        });
+  }
+}
+
 void DrawScaledFaded(const ScaledPicture& picture, int left, int top, uint32_t opacity,
                      const Frame& frame) {
   ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {

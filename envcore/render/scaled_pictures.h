@@ -37,7 +37,7 @@ Image Scaled(const Image& source, const ScaledSize& size);
 // thread; what is kept is never locked.
 class ScaledPictures {
  public:
-  // Larger pictures are not kept.
+  // Sprites and cells that are larger are not kept.
   static constexpr int kSidePxMax = 32;
 
   ScaledPictures() = default;

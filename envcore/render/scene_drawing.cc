@@ -59,15 +59,12 @@ class Drawing {
         art_(art),
         frame_(frame),
         viewport_(scene.camera, frame.side_px),
-        cells_(cells) {
-    if (cells_ != nullptr && scene_.cells.grid != nullptr) {
-      cells_->Begin(scene_, art_, viewport_, frame_);
-    }
-  }
+        cells_(scene.cells.grid == nullptr ? nullptr : cells) {}
 
   // All that lies below the first sprites: the background and, if there is no sprite below them,
   // the cells.
   void DrawStill(const Picture* background) const {
+    BeginCells();
     std::fill_n(frame_.pixels,
                 static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
     if (background != nullptr) {
@@ -81,6 +78,7 @@ class Drawing {
   // The rest.
   void DrawMoving() const {
     if (!scene_.below_cells.empty()) {
+      BeginCells();
       for (const Sprite& sprite : scene_.below_cells) {
         DrawSprite(sprite);
       }
@@ -102,6 +100,12 @@ class Drawing {
   }
 
  private:
+  void BeginCells() const {
+    if (cells_ != nullptr) {
+      cells_->Begin(scene_, art_, viewport_, frame_);
+    }
+  }
+
   void DrawFlat(const ScreenRect& rect, const Rgba& color) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
       DrawFlatSharp(rect, color, frame_);
@@ -131,7 +135,7 @@ class Drawing {
   }
 
   void DrawBackground(const Picture& picture) const {
-    if (cells_ == nullptr || scene_.cells.grid == nullptr || frame_.side_px > kHiddenSidePxMax) {
+    if (cells_ == nullptr || frame_.side_px > kHiddenSidePxMax) {
       DrawBackground(picture, nullptr);
       return;
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include "envcore/render/scaled_drawing.h"
@@ -13,6 +14,10 @@ namespace {
 
 constexpr double kLargeSidePx = 16;
 constexpr uint32_t kOpaque = 255;
+// Of a background that is kept scaled: those of worlds that are a few views large.
+constexpr int64_t kScaledBackdropPixelsMax = 1 << 16;
+// How many source pixels a pixel of a larger background has at least, on each axis.
+constexpr double kLargeBackdropShare = 0.6;
 
 // Whether the turned rectangle's bounding box has a large picture's size.
 bool IsLarge(const TurnedRect& turned) {
@@ -96,7 +101,18 @@ void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float ro
 
 void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const HiddenPixels* hidden,
                        const Frame& frame) {
-  DrawBackdrop(picture.LevelFor(rect.width, rect.height), rect, hidden, frame);
+  const int left = RoundPx(rect.x);
+  const int top = RoundPx(rect.y);
+  const ScaledSize size = {RoundPx(rect.x + rect.width) - left, RoundPx(rect.y + rect.height) - top,
+                           0};
+  if (picture.scales() && size.width > 0 && size.height > 0 &&
+      int64_t{size.width} * size.height <= kScaledBackdropPixelsMax) {
+    DrawScaledShown(picture.ScaledTo(size), left, top, hidden, frame);
+    return;
+  }
+  // Of a large one a view shows a small part, which should fit the caches.
+  const double share = picture.scales() ? kLargeBackdropShare : 1;
+  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, hidden, frame);
 }
 
 }  // namespace procgen
