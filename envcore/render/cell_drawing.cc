@@ -117,17 +117,19 @@ void CellDrawing::FindCells() {
   }
 }
 
-void CellDrawing::AddHidden(HiddenPixels* hidden) const {
+void CellDrawing::AddHidden(HiddenPixels* hidden) {
+  hidden_of_rows_.assign(rows_.size(), 0);
   for (const Cell& cell : shown_) {
-    if (!cell.look->opaque) {
-      continue;
+    if (cell.look->opaque) {
+      const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+      hidden_of_rows_[static_cast<size_t>(cell.row)] |=
+          HiddenPixels::Columns(across.first, across.end);
     }
-    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-    const PixelRange down = rows_[static_cast<size_t>(cell.row)];
-    const uint64_t columns = HiddenPixels::Columns(across.first, across.end);
-    const int end = std::min(down.end, frame_->side_px);
-    for (int y = std::max(down.first, 0); y < end; ++y) {
-      hidden->Add(y, columns);
+  }
+  for (size_t row = 0; row < rows_.size(); ++row) {
+    const int end = std::min(rows_[row].end, frame_->side_px);
+    for (int y = std::max(rows_[row].first, 0); y < end; ++y) {
+      hidden->Add(y, hidden_of_rows_[row]);
     }
   }
 }

@@ -27,7 +27,7 @@ class CellDrawing {
 
   // Which pixels the cells will cover wholly. REQUIRES: the frame's side is kHiddenSidePxMax at
   // most.
-  void AddHidden(HiddenPixels* hidden) const;
+  void AddHidden(HiddenPixels* hidden);
 
   void Draw();
 
@@ -78,6 +78,8 @@ class CellDrawing {
   int height_min_ = 0;
   bool scales_ = false;  // the ranges are small enough for scaled pictures
   std::vector<Cell> shown_;
+  std::vector<uint64_t>
+      hidden_of_rows_;  // by place in rows_: the pixels hidden in each of its lines
   int64_t frame_number_ = 0;
   std::array<Look, kKindCount> looks_;  // by kind
   Look dot_;

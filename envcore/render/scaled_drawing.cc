@@ -1,10 +1,13 @@
 #include "envcore/render/scaled_drawing.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
+#else
+#include <array>
 #endif
 
 namespace procgen {
@@ -22,41 +25,85 @@ void CopyPixels(const Rgba* from, int count, Rgba* to) {
 
 #if defined(__SSE2__)
 
-// Lays four pixels over four others.
-void LayFour(const Rgba* from, Rgba* to) {
-  const __m128i zero = _mm_setzero_si128();
-  const __m128i source = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-  const __m128i below = _mm_loadu_si128(reinterpret_cast<const __m128i*>(to));
-  // What is left of each pixel below, in both halves of its 32 bits.
-  const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(source, 24));
-  const __m128i rests = _mm_or_si128(rest, _mm_slli_epi32(rest, 16));
-  const auto mul = [](__m128i channels, __m128i factors) {
-    const __m128i t = _mm_mullo_epi16(channels, factors);
-    const __m128i sum = _mm_add_epi16(_mm_add_epi16(t, _mm_srli_epi16(t, 8)), _mm_set1_epi16(128));
-    return _mm_srli_epi16(sum, 8);
-  };
-  const __m128i low = mul(_mm_unpacklo_epi8(below, zero), _mm_unpacklo_epi32(rests, rests));
-  const __m128i high = mul(_mm_unpackhi_epi8(below, zero), _mm_unpackhi_epi32(rests, rests));
-  _mm_storeu_si128(reinterpret_cast<__m128i*>(to),
-                   _mm_add_epi8(source, _mm_packus_epi16(low, high)));
-}
+// Four pixels, and what is done to them at once.
+class FourPixels {
+ public:
+  explicit FourPixels(const Rgba* from)
+      : bytes_(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))) {}
+
+  void Mul(uint32_t factor) {
+    const __m128i factors = _mm_set1_epi16(static_cast<int16_t>(factor));
+    bytes_ = Products(bytes_, factors, factors);
+  }
+
+  void LayOver(Rgba* below) const {
+    const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(below));
+    // What is left of each pixel below, in both halves of its 32 bits.
+    const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(bytes_, 24));
+    const __m128i rests = _mm_or_si128(rest, _mm_slli_epi32(rest, 16));
+    const __m128i left =
+        Products(pixels, _mm_unpacklo_epi32(rests, rests), _mm_unpackhi_epi32(rests, rests));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(below), _mm_add_epi8(bytes_, left));
+  }
+
+ private:
+  // As procgen::Mul, each channel by its factor of 16 bits.
+  static __m128i Products(__m128i pixels, __m128i low_factors, __m128i high_factors) {
+    const __m128i zero = _mm_setzero_si128();
+    const auto mul = [](__m128i channels, __m128i factors) {
+      const __m128i t = _mm_mullo_epi16(channels, factors);
+      const __m128i sum =
+          _mm_add_epi16(_mm_add_epi16(t, _mm_srli_epi16(t, 8)), _mm_set1_epi16(128));
+      return _mm_srli_epi16(sum, 8);
+    };
+    return _mm_packus_epi16(mul(_mm_unpacklo_epi8(pixels, zero), low_factors),
+                            mul(_mm_unpackhi_epi8(pixels, zero), high_factors));
+  }
+
+  __m128i bytes_;
+};
 
 #else
 
-void LayFour(const Rgba* from, Rgba* to) {
-  for (int i = 0; i < 4; ++i) {
-    LayOver(from[i], to[i]);
+class FourPixels {
+ public:
+  explicit FourPixels(const Rgba* from) { std::copy(from, from + 4, pixels_.begin()); }
+
+  void Mul(uint32_t factor) {
+    for (Rgba& pixel : pixels_) {
+      pixel = procgen::Mul(pixel, factor);
+    }
   }
-}
+
+  void LayOver(Rgba* below) const {
+    for (const Rgba& pixel : pixels_) {
+      procgen::LayOver(pixel, *below++);
+    }
+  }
+
+ private:
+  std::array<Rgba, 4> pixels_;
+};
 
 #endif
 
 void LayPixels(const Rgba* from, int count, Rgba* to) {
   for (; count >= 4; count -= 4, from += 4, to += 4) {
-    LayFour(from, to);
+    FourPixels(from).LayOver(to);
   }
   for (; count > 0; --count, ++from, ++to) {
     LayOver(*from, *to);
+  }
+}
+
+void LayFadedPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
+  for (; count >= 4; count -= 4, from += 4, to += 4) {
+    FourPixels four(from);
+    four.Mul(opacity);
+    four.LayOver(to);
+  }
+  for (; count > 0; --count, ++from, ++to) {
+    LayOver(Mul(*from, opacity), *to);
   }
 }
 
@@ -104,9 +151,7 @@ void DrawScaledShown(const ScaledPicture& picture, int left, int top, const Hidd
 void DrawScaledFaded(const ScaledPicture& picture, int left, int top, uint32_t opacity,
                      const Frame& frame) {
   ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {
-    for (int i = 0; i < count; ++i) {
-      LayOver(Mul(from[i], opacity), to[i]);
-    }
+    LayFadedPixels(from, count, opacity, to);
   });
 }
 

@@ -1,7 +1,6 @@
 #include "envcore/render/sharp_picture.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <numbers>
 
@@ -40,9 +39,9 @@ void DrawScaledAt(const ScaledPicture& scaled, int left, int top, uint32_t opaci
 
 // The turn of a picture that scales, in [0, kTurnCount).
 int TurnOf(float rotation) {
-  const double turns = static_cast<double>(rotation) / (2 * std::numbers::pi);
-  const double part = (turns - std::floor(turns)) * kTurnCount;
-  return part < kTurnCount ? RoundPx(part) % kTurnCount : 0;
+  constexpr double kTurnsPerRadian = kTurnCount / (2 * std::numbers::pi);
+  static_assert((kTurnCount & (kTurnCount - 1)) == 0);
+  return RoundPx(static_cast<double>(rotation) * kTurnsPerRadian) & (kTurnCount - 1);
 }
 
 // Draws a picture that scales into the whole pixels that it covers. False: it is too large.
