@@ -61,8 +61,7 @@ class Drawing {
         viewport_(scene.camera, frame.side_px),
         cells_(scene.cells.grid == nullptr ? nullptr : cells) {}
 
-  // All that lies below the first sprites: the background and, if there is no sprite below them,
-  // the cells.
+  // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
     BeginCells();
     std::fill_n(frame_.pixels,
@@ -70,20 +69,14 @@ class Drawing {
     if (background != nullptr) {
       DrawBackground(*background);
     }
-    if (scene_.below_cells.empty()) {
-      DrawCells();
+    for (const Sprite& sprite : scene_.below_cells) {
+      DrawSprite(sprite);
     }
+    DrawCells();
   }
 
   // The rest.
   void DrawMoving() const {
-    if (!scene_.below_cells.empty()) {
-      BeginCells();
-      for (const Sprite& sprite : scene_.below_cells) {
-        DrawSprite(sprite);
-      }
-      DrawCells();
-    }
     for (const Sprite& sprite : scene_.above_cells) {
       DrawSprite(sprite);
     }

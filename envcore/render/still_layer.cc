@@ -8,10 +8,6 @@
 namespace procgen {
 namespace {
 
-bool HasStillCells(const Scene& scene) {
-  return scene.cells.grid != nullptr && scene.below_cells.empty();
-}
-
 // Calls `use` with the kinds of each row of the grid that is in view, as far as it is; stops and
 // returns false when that does.
 template <typename Use>
@@ -63,7 +59,7 @@ bool StillLayer::Knows(const Scene& scene) const {
   if (!met_ || scene.background.generated != nullptr || !(scene.camera == camera_) ||
       !(scene.background == background_) || scene.world_width != world_width_ ||
       scene.world_height != world_height_ || scene.art_style != art_style_ ||
-      HasStillCells(scene) != has_cells_) {
+      scene.below_cells != below_cells_ || (scene.cells.grid != nullptr) != has_cells_) {
     return false;
   }
   if (!has_cells_) {
@@ -88,7 +84,8 @@ void StillLayer::Remember(const Scene& scene) {
   world_width_ = scene.world_width;
   world_height_ = scene.world_height;
   art_style_ = scene.art_style;
-  has_cells_ = HasStillCells(scene);
+  below_cells_ = scene.below_cells;
+  has_cells_ = scene.cells.grid != nullptr;
   kinds_.clear();
   if (!has_cells_) {
     return;

@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// What one environment's scenes have shown of what seldom moves: the background and, where no
-// sprite lies below them, the cells. Where the camera stands still, it is drawn once a level and
+// What one environment's scenes have shown of what seldom moves: the background, the sprites below
+// the cells, and the cells. Where the camera stands still, it is drawn once a level and
 // copied after that. It is known again by all that it depends on, so nobody need tell it of new
 // levels or restored states. Threads: compatible (one thread at a time).
 class StillLayer {
@@ -40,6 +40,7 @@ class StillLayer {
   int world_height_ = 0;
   ArtStyle art_style_ = ArtStyle::kPictures;
   Background background_;
+  std::vector<Sprite> below_cells_;
   bool has_cells_ = false;
   CellLayer cells_;
   int grid_width_ = 0;

@@ -31,6 +31,8 @@ struct Sprite {
   // `art_height`. Flat colours keep to the box.
   double art_top = 0;
   double art_height = 1;
+
+  bool operator==(const Sprite&) const = default;
 };
 
 // How a kind of cell looks. Cells are never rotated, mirrored, tiled or translucent.
