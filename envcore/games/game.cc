@@ -186,7 +186,7 @@ void Game::FillScene(Scene* scene) const {
       .offset = background_offset_,
       .tile_ratio = art_.background_tile_ratio,
       .scrolls = art_.background_scrolls,
-      .scrolled_steps = step_number_};
+      .scrolled_steps = art_.background_scrolls ? step_number_ : 0};
   AddSprites(-1, &scene->below_cells);
   FillCells(scene->camera, &scene->cells);
   AddSprites(0, &scene->above_cells);

@@ -169,6 +169,7 @@ class Pool::StepJob final : public CrewJob {
     }
     environment.FillScene(&workbench.scene);
     workbench.rasteriser.DrawAgentView(workbench.scene, *pool_->ArtOf(index),
+                                       &pool_->still_layers_[index],
                                        frames.subspan(row * kObservationBytes, kObservationBytes));
   }
 
@@ -235,6 +236,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
     : options_(options),
       crew_(std::move(crew)),
       art_(options.games.size()),
+      still_layers_(static_cast<size_t>(options.env_count)),
       resets_(static_cast<size_t>(options.env_count)),
       job_(std::make_unique<StepJob>(this)),
       may_await_reset_(options.episode_end == EpisodeEnd::kDisabled) {

@@ -21,6 +21,8 @@
 
 namespace procgen {
 
+class StillLayer;
+
 // The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
 // green, blue.
 inline constexpr int kObservationSidePx = 64;
@@ -192,6 +194,7 @@ class Pool {
   const std::shared_ptr<Crew> crew_;
   std::vector<std::unique_ptr<Environment>> environments_;
   std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
+  std::vector<StillLayer> still_layers_;                 // [N]
   std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
   std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
   std::unique_ptr<StepJob> job_;

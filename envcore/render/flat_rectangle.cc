@@ -35,20 +35,25 @@ Rgba PremultipliedFlat(const Rgba& plain) {
 
 void DrawFlatSharp(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
   const PixelBox box = CoveredPixels(rect, frame.side_px, frame.side_px);
+  if (plain.alpha == 255) {
+    FillPixels(box, plain, frame);
+    return;
+  }
   const Rgba color = PremultipliedFlat(plain);
   for (int y = box.top; y < box.bottom; ++y) {
-    uint8_t* pixel = frame.At(box.left, y);
-    if (color.alpha == 255) {
-      for (int x = box.left; x < box.right; ++x, pixel += 3) {
-        pixel[0] = color.red;
-        pixel[1] = color.green;
-        pixel[2] = color.blue;
-      }
-    } else {
-      for (int x = box.left; x < box.right; ++x, pixel += 3) {
-        LayOver(color, pixel);
-      }
+    Rgba* pixel = frame.At(box.left, y);
+    for (int x = box.left; x < box.right; ++x, ++pixel) {
+      LayOver(color, *pixel);
     }
+  }
+}
+
+void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame) {
+  const int left = std::max(box.left, 0);
+  const int right = std::min(box.right, frame.side_px);
+  const int bottom = std::min(box.bottom, frame.side_px);
+  for (int y = std::max(box.top, 0); y < bottom && left < right; ++y) {
+    std::fill(frame.At(left, y), frame.At(left, y) + (right - left), color);
   }
 }
 
@@ -58,10 +63,10 @@ void DrawFlatSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& fram
   const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.side_px);
   for (int y = rows.first; y < rows.end; ++y) {
     const double row_share = rows.ShareOf(y);
-    uint8_t* pixel = frame.At(columns.first, y);
-    for (int x = columns.first; x < columns.end; ++x, pixel += 3) {
+    Rgba* pixel = frame.At(columns.first, y);
+    for (int x = columns.first; x < columns.end; ++x, ++pixel) {
       const auto coverage = static_cast<uint32_t>(255 * (row_share * columns.ShareOf(x)));
-      LayOver(Mul(color, coverage), pixel);
+      LayOver(Mul(color, coverage), *pixel);
     }
   }
 }

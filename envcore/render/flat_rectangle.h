@@ -25,6 +25,9 @@ Rgba PremultipliedFlat(const Rgba& plain);
 // Draws a rectangle of `plain` (not premultiplied), without smoothing.
 void DrawFlatSharp(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 
+// Fills the part of `box` that is in the frame with an opaque colour.
+void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame);
+
 // Draws it with each pixel weighted by the part of it that is covered.
 void DrawFlatSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 

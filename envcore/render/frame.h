@@ -2,22 +2,23 @@
 #define ENVCORE_RENDER_FRAME_H_
 
 #include <cstddef>
-#include <cstdint>
+
+#include "envcore/render/pixel.h"
 
 namespace procgen {
 
 // The largest side of a picture that can be drawn.
 inline constexpr int kFrameSidePxMax = 2048;
 
-// The caller's buffer that a picture is drawn into: red, green, blue, top row first,
-// uint8 [side_px, side_px, 3]. Does not own the memory.
+// The picture that is being drawn: opaque pixels, top row first, Rgba [side_px, side_px]. Four
+// bytes a pixel, so that a pixel is one load and one store. Does not own the memory.
 struct Frame {
-  uint8_t* rgb = nullptr;
+  Rgba* pixels = nullptr;
   int side_px = 0;
 
   // The pixel (x, y). REQUIRES: it lies in the frame.
-  uint8_t* At(int x, int y) const {
-    return rgb + 3 * (static_cast<ptrdiff_t>(y) * side_px + static_cast<ptrdiff_t>(x));
+  Rgba* At(int x, int y) const {
+    return pixels + (static_cast<ptrdiff_t>(y) * side_px + static_cast<ptrdiff_t>(x));
   }
 };
 

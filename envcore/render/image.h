@@ -1,6 +1,7 @@
 #ifndef ENVCORE_RENDER_IMAGE_H_
 #define ENVCORE_RENDER_IMAGE_H_
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -36,6 +37,17 @@ class Image {
   int height_ = 0;
   std::vector<Rgba> pixels_;
 };
+
+// Whether every pixel is opaque.
+inline bool IsOpaque(const Image& image) {
+  for (int y = 0; y < image.height(); ++y) {
+    const Rgba* row = image.Row(y);
+    if (!std::all_of(row, row + image.width(), [](const Rgba& p) { return p.alpha == 255; })) {
+      return false;
+    }
+  }
+  return true;
+}
 
 }  // namespace procgen
 

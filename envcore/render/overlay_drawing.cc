@@ -63,7 +63,7 @@ void FillSmooth(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
       }
       if (hits > 0) {
         const uint32_t coverage = 255 * hits / (kSamplesPerSide * kSamplesPerSide);
-        LayOver(Mul(color, coverage), frame.At(x, y));
+        LayOver(Mul(color, coverage), *frame.At(x, y));
       }
     }
   }
@@ -108,7 +108,7 @@ void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Fr
   const auto lay = [&frame](const Rgba& plain) {
     return [&frame, color = PremultipliedFlat(plain)](int row, int first, int end) {
       for (int x = first; x < end; ++x) {
-        LayOver(color, frame.At(x, row));
+        LayOver(color, *frame.At(x, row));
       }
     };
   };

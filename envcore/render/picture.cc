@@ -27,16 +27,6 @@ Image Halved(const Image& image) {
   return half;
 }
 
-bool IsOpaque(const Image& image) {
-  for (int y = 0; y < image.height(); ++y) {
-    const Rgba* row = image.Row(y);
-    if (!std::all_of(row, row + image.width(), [](const Rgba& p) { return p.alpha == 255; })) {
-      return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 Picture::Picture(Image image, Levels levels) {
@@ -49,6 +39,7 @@ Picture::Picture(Image image, Levels levels) {
     while (levels_.back().width() > 1 || levels_.back().height() > 1) {
       levels_.push_back(Halved(levels_.back()));
     }
+    scaled_ = std::make_unique<ScaledPictures>();
   }
 }
 
@@ -61,12 +52,22 @@ const Image& Picture::LevelFor(double width_px, double height_px) const {
   return levels_[level];
 }
 
+const ScaledPicture& Picture::ScaledTo(const ScaledSize& size) const {
+  const ScaledPicture* scaled = scaled_->Find(size);
+  return scaled != nullptr ? *scaled : scaled_->Make(LevelFor(size.width, size.height), size);
+}
+
 Picture Picture::Mirrored() const {
-  Picture mirrored = *this;
+  Picture mirrored;
+  mirrored.opaque_ = opaque_;
+  mirrored.levels_ = levels_;
   for (Image& image : mirrored.levels_) {
     for (int y = 0; y < image.height(); ++y) {
       std::reverse(image.Row(y), image.Row(y) + image.width());
     }
+  }
+  if (scaled_ != nullptr) {
+    mirrored.scaled_ = std::make_unique<ScaledPictures>();
   }
   return mirrored;
 }

@@ -1,20 +1,24 @@
 #ifndef ENVCORE_RENDER_PICTURE_H_
 #define ENVCORE_RENDER_PICTURE_H_
 
+#include <memory>
 #include <vector>
 
 #include "envcore/render/image.h"
+#include "envcore/render/scaled_pictures.h"
 
 namespace procgen {
 
 // Whether a picture is also kept reduced.
 enum class Levels {
   kOne,  // as it is, whatever size it is drawn at: released art, generated art
-  kAll,  // also at half, a quarter, ... of its size, so that few pixels still show what it is
+  kAll,  // also at half, a quarter, ... of its size, and scaled, so that few pixels still show what
+         // it is
 };
 
 // A picture at one or more sizes: level 0 as it is, each further level half the size of the one
 // before (rounded up), averaged, down to 1 x 1. Immutable after it was made.
+// Threads: any method from any thread.
 class Picture {
  public:
   Picture() = default;
@@ -30,11 +34,18 @@ class Picture {
   // REQUIRES: !empty().
   const Image& LevelFor(double width_px, double height_px) const;
 
+  // Whether it may be shown scaled (Levels::kAll) in place of pixel by pixel.
+  bool scales() const { return scaled_ != nullptr; }
+  // The picture in exactly that many pixels; it lives as long as this.
+  // REQUIRES: scales(); 1 <= width, height.
+  const ScaledPicture& ScaledTo(const ScaledSize& size) const;
+
   // The picture with its columns reversed, at all its levels.
   Picture Mirrored() const;
 
  private:
   std::vector<Image> levels_;
+  std::unique_ptr<ScaledPictures> scaled_;  // null: one level only
   bool opaque_ = false;
 };
 

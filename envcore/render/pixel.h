@@ -1,6 +1,7 @@
 #ifndef ENVCORE_RENDER_PIXEL_H_
 #define ENVCORE_RENDER_PIXEL_H_
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -22,8 +23,15 @@ constexpr uint8_t Mul(uint32_t c, uint32_t a) {
   return static_cast<uint8_t>((t + (t >> 8) + 128) >> 8);
 }
 
+// The same for all four channels, two at a time.
 constexpr Rgba Mul(const Rgba& p, uint32_t a) {
-  return {Mul(p.red, a), Mul(p.green, a), Mul(p.blue, a), Mul(p.alpha, a)};
+  constexpr uint32_t kOdd = 0x00ff00ff;
+  const auto bits = std::bit_cast<uint32_t>(p);
+  const auto mul = [a](uint32_t pair) {
+    const uint32_t t = pair * a;
+    return ((t + ((t >> 8) & kOdd) + 0x00800080) >> 8) & kOdd;
+  };
+  return std::bit_cast<Rgba>(mul(bits & kOdd) | mul((bits >> 8) & kOdd) << 8);
 }
 
 // A plain colour of an art file, premultiplied.
@@ -31,12 +39,10 @@ constexpr Rgba Premultiplied(const Rgba& p) {
   return {Mul(p.red, p.alpha), Mul(p.green, p.alpha), Mul(p.blue, p.alpha), p.alpha};
 }
 
-// Lays `source` over the opaque pixel red, green, blue at `rgb`.
-inline void LayOver(const Rgba& source, uint8_t* rgb) {
-  const uint32_t rest = 255U - source.alpha;
-  rgb[0] = static_cast<uint8_t>(source.red + Mul(rgb[0], rest));
-  rgb[1] = static_cast<uint8_t>(source.green + Mul(rgb[1], rest));
-  rgb[2] = static_cast<uint8_t>(source.blue + Mul(rgb[2], rest));
+// Lays `source` over `below`. No channel overflows, as none is above its alpha.
+constexpr void LayOver(const Rgba& source, Rgba& below) {
+  below = std::bit_cast<Rgba>(std::bit_cast<uint32_t>(source) +
+                              std::bit_cast<uint32_t>(Mul(below, 255U - source.alpha)));
 }
 
 // Where places are cut to what an int holds, pixels.
@@ -44,11 +50,15 @@ inline constexpr double kFarPx = 1e9;
 
 // The whole pixel next to a place: halves go up, also below zero. Far places are cut.
 inline int RoundPx(double v) {
-  const double rounded = std::floor(v + 0.5);
-  if (!(rounded > -kFarPx)) {
+  const double half_up = v + 0.5;
+  if (!(half_up > -kFarPx)) {
     return static_cast<int>(-kFarPx);
   }
-  return static_cast<int>(rounded < kFarPx ? rounded : kFarPx);
+  if (!(half_up < kFarPx)) {
+    return static_cast<int>(kFarPx);
+  }
+  const int cut = static_cast<int>(half_up);  // towards 0
+  return cut - (half_up < cut ? 1 : 0);
 }
 
 // `opacity` in [0, 1] as the factor of Mul: 255 for what is fully opaque, otherwise of 256 steps.

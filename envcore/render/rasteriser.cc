@@ -4,7 +4,7 @@
 #include <bit>
 
 #include "envcore/level/generated_art.h"
-#include "envcore/render/frame.h"
+#include "envcore/render/frame_packing.h"
 #include "envcore/render/generated_painting.h"
 #include "envcore/render/scene_drawing.h"
 
@@ -38,14 +38,23 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 
 }  // namespace
 
-void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame) {
-  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSharp,
-            Frame{frame.data(), kAgentViewSidePx});
+void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
+                               absl::Span<uint8_t> frame) {
+  const Frame canvas = CanvasOf(kAgentViewSidePx);
+  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, still, canvas);
+  PackRgb(pixels_, frame);
 }
 
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                                absl::Span<uint8_t> frame) {
-  DrawScene(scene, art, BackgroundOf(scene, art), Smoothing::kSmooth, Frame{frame.data(), side_px});
+  const Frame canvas = CanvasOf(side_px);
+  DrawSmoothScene(scene, art, BackgroundOf(scene, art), canvas);
+  PackRgb(pixels_, frame);
+}
+
+Frame Rasteriser::CanvasOf(int32_t side_px) {
+  pixels_.resize(static_cast<size_t>(side_px) * static_cast<size_t>(side_px));
+  return {pixels_.data(), side_px};
 }
 
 const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {

@@ -3,10 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "absl/types/span.h"
+#include "envcore/render/cell_drawing.h"
+#include "envcore/render/frame.h"
 #include "envcore/render/game_art.h"
 #include "envcore/render/picture.h"
+#include "envcore/render/still_layer.h"
 #include "envcore/scene/scene.h"
 
 namespace procgen {
@@ -20,8 +24,10 @@ inline constexpr int kAgentViewSidePx = 64;
 class Rasteriser {
  public:
   // Draws what the agent sees, pixel by pixel as the released benchmark does where the art is the
-  // same. `frame`: uint8 [64, 64, 3]. REQUIRES: `frame` has that size.
-  void DrawAgentView(const Scene& scene, const GameArt& art, absl::Span<uint8_t> frame);
+  // same. `still`: what this environment's scenes showed before, of the same art; null: nothing is
+  // known. `frame`: uint8 [64, 64, 3]. REQUIRES: `frame` has that size.
+  void DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
+                     absl::Span<uint8_t> frame);
   // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3].
   // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
   void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
@@ -35,9 +41,12 @@ class Rasteriser {
     Picture picture;
   };
 
+  Frame CanvasOf(int32_t side_px);
   const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
   const Picture& Painted(const GeneratedArt& art);
 
+  std::vector<Rgba> pixels_;  // of the picture that is drawn
+  CellDrawing cells_;
   std::array<PaintedBackground, 8> painted_;
   uint64_t uses_ = 0;
 };

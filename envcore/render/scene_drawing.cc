@@ -1,7 +1,6 @@
 #include "envcore/render/scene_drawing.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "envcore/render/flat_rectangle.h"
 #include "envcore/render/overlay_drawing.h"
@@ -11,6 +10,7 @@
 namespace procgen {
 namespace {
 
+constexpr Rgba kBlack = {0, 0, 0, 255};
 constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
 constexpr int kStripCellsInView = 16;         // a background that scrolls
 constexpr double kStripWidth = 54;            // in picture sides
@@ -47,25 +47,36 @@ void ForEachTile(const ScreenRect& rect, float ratio, Draw draw) {
   }
 }
 
+enum class Smoothing { kSharp, kSmooth };
+
 // Draws one scene on one frame.
 template <Smoothing kSmoothing>
 class Drawing {
  public:
-  Drawing(const Scene& scene, const GameArt& art, const Frame& frame)
-      : scene_(scene), art_(art), frame_(frame), viewport_(scene.camera, frame.side_px) {}
+  // `cells`: draws the cells of a sharp view; null for a smooth one.
+  Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells)
+      : scene_(scene),
+        art_(art),
+        frame_(frame),
+        viewport_(scene.camera, frame.side_px),
+        cells_(scene.cells.grid == nullptr ? nullptr : cells) {}
 
-  void Draw(const Picture* background) const {
-    std::memset(frame_.rgb, 0,
-                3 * static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px));
+  // The background, the sprites below the cells and the cells.
+  void DrawStill(const Picture* background) const {
+    BeginCells();
+    std::fill_n(frame_.pixels,
+                static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
     if (background != nullptr) {
       DrawBackground(*background);
     }
     for (const Sprite& sprite : scene_.below_cells) {
       DrawSprite(sprite);
     }
-    if (scene_.cells.grid != nullptr) {
-      DrawCells();
-    }
+    DrawCells();
+  }
+
+  // The rest.
+  void DrawMoving() const {
     for (const Sprite& sprite : scene_.above_cells) {
       DrawSprite(sprite);
     }
@@ -82,6 +93,12 @@ class Drawing {
   }
 
  private:
+  void BeginCells() const {
+    if (cells_ != nullptr) {
+      cells_->Begin(scene_, art_, viewport_, frame_);
+    }
+  }
+
   void DrawFlat(const ScreenRect& rect, const Rgba& color) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
       DrawFlatSharp(rect, color, frame_);
@@ -101,17 +118,28 @@ class Drawing {
     }
   }
 
-  void DrawBackdrop(const Picture& picture, const ScreenRect& rect) const {
+  void DrawBackdrop(const Picture& picture, const ScreenRect& rect,
+                    const HiddenPixels* hidden) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
-      DrawSharpBackdrop(picture, rect, frame_);
+      DrawSharpBackdrop(picture, rect, hidden, frame_);
     } else {
       DrawSmooth(picture, rect, 0, 1, frame_);
     }
   }
 
   void DrawBackground(const Picture& picture) const {
+    if (cells_ == nullptr || frame_.side_px > kHiddenSidePxMax) {
+      DrawBackground(picture, nullptr);
+      return;
+    }
+    HiddenPixels hidden;
+    cells_->AddHidden(&hidden);
+    DrawBackground(picture, &hidden);
+  }
+
+  void DrawBackground(const Picture& picture, const HiddenPixels* hidden) const {
     if (scene_.background.scrolls) {
-      DrawStrip(picture);
+      DrawStrip(picture, hidden);
       return;
     }
     const auto world_w = static_cast<float>(scene_.world_width);
@@ -119,7 +147,8 @@ class Drawing {
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
     const float tile_ratio = scene_.background.tile_ratio;
     if (tile_ratio != 0) {
-      ForEachTile(world, tile_ratio, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
+      ForEachTile(world, tile_ratio,
+                  [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
       return;
     }
     const Image& image = picture.level(0);
@@ -129,18 +158,20 @@ class Drawing {
         static_cast<float>(static_cast<double>(world_w) / static_cast<double>(world_h));
     const float shift = scene_.background.offset * (picture_ratio - world_ratio);
     const float stretch = picture_ratio / world_ratio;
-    DrawBackdrop(picture, {world.x + world.width * static_cast<double>(-shift), world.y,
-                           world.width * static_cast<double>(stretch), world.height});
+    DrawBackdrop(picture,
+                 {world.x + world.width * static_cast<double>(-shift), world.y,
+                  world.width * static_cast<double>(stretch), world.height},
+                 hidden);
   }
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
-  void DrawStrip(const Picture& picture) const {
+  void DrawStrip(const Picture& picture, const HiddenPixels* hidden) const {
     const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
     const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
     const double side = frame_.side_px;
     ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
-                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile); });
+                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
   }
 
   SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
@@ -169,6 +200,13 @@ class Drawing {
 
   void DrawCells() const {
     const CellLayer& cells = scene_.cells;
+    if (cells.grid == nullptr) {
+      return;
+    }
+    if constexpr (kSmoothing == Smoothing::kSharp) {
+      cells_->Draw();
+      return;
+    }
     for (int x = cells.first_column; x <= cells.last_column; ++x) {
       for (int y = cells.first_row; y <= cells.last_row; ++y) {
         const int kind =
@@ -223,17 +261,31 @@ class Drawing {
   const GameArt& art_;
   const Frame& frame_;
   const Viewport viewport_;
+  CellDrawing* const cells_;
 };
 
 }  // namespace
 
-void DrawScene(const Scene& scene, const GameArt& art, const Picture* background,
-               Smoothing smoothing, const Frame& frame) {
-  if (smoothing == Smoothing::kSharp) {
-    Drawing<Smoothing::kSharp>(scene, art, frame).Draw(background);
+void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
+                    CellDrawing* cells, StillLayer* still, const Frame& frame) {
+  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells);
+  const StillLayer::Use use = still == nullptr ? StillLayer::Use::kDrawOnly : still->Meet(scene);
+  if (use == StillLayer::Use::kCopy) {
+    still->CopyTo(frame);
   } else {
-    Drawing<Smoothing::kSmooth>(scene, art, frame).Draw(background);
+    drawing.DrawStill(background);
+    if (use == StillLayer::Use::kKeep) {
+      still->Keep(frame);
+    }
   }
+  drawing.DrawMoving();
+}
+
+void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
+                     const Frame& frame) {
+  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr);
+  drawing.DrawStill(background);
+  drawing.DrawMoving();
 }
 
 }  // namespace procgen

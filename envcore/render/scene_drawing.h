@@ -1,19 +1,25 @@
 #ifndef ENVCORE_RENDER_SCENE_DRAWING_H_
 #define ENVCORE_RENDER_SCENE_DRAWING_H_
 
+#include "envcore/render/cell_drawing.h"
 #include "envcore/render/frame.h"
 #include "envcore/render/game_art.h"
 #include "envcore/render/picture.h"
+#include "envcore/render/still_layer.h"
 #include "envcore/scene/scene.h"
 
 namespace procgen {
 
-enum class Smoothing { kSharp, kSmooth };
-
 // Draws `scene` in its order on `frame`: black, background, sprites below the cells, cells, sprites
 // above them, velocity, overlays. `background`: null for black.
-void DrawScene(const Scene& scene, const GameArt& art, const Picture* background,
-               Smoothing smoothing, const Frame& frame);
+//
+// As the agent sees it. `cells`: kept from frame to frame. `still`: of this environment; null: all
+// is drawn.
+void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
+                    CellDrawing* cells, StillLayer* still, const Frame& frame);
+// For the eye.
+void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
+                     const Frame& frame);
 
 }  // namespace procgen
 

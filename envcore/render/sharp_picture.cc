@@ -1,7 +1,10 @@
 #include "envcore/render/sharp_picture.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <numbers>
 
+#include "envcore/render/scaled_drawing.h"
 #include "envcore/render/turned_picture.h"
 #include "envcore/render/upright_picture.h"
 
@@ -9,6 +12,11 @@ namespace procgen {
 namespace {
 
 constexpr double kLargeSidePx = 16;
+constexpr uint32_t kOpaque = 255;
+// Of a background that is kept scaled: those of worlds that are a few views large.
+constexpr int64_t kScaledBackdropPixelsMax = 1 << 16;
+// How many source pixels a pixel of a larger background has at least, on each axis.
+constexpr double kLargeBackdropShare = 0.6;
 
 // Whether the turned rectangle's bounding box has a large picture's size.
 bool IsLarge(const TurnedRect& turned) {
@@ -20,11 +28,53 @@ bool IsLarge(const TurnedRect& turned) {
   return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
 }
 
+void DrawScaledAt(const ScaledPicture& scaled, int left, int top, uint32_t opacity,
+                  const Frame& frame) {
+  if (opacity == kOpaque) {
+    DrawScaled(scaled, left, top, frame);
+  } else {
+    DrawScaledFaded(scaled, left, top, opacity, frame);
+  }
+}
+
+// The turn of a picture that scales, in [0, kTurnCount).
+int TurnOf(float rotation) {
+  constexpr double kTurnsPerRadian = kTurnCount / (2 * std::numbers::pi);
+  static_assert((kTurnCount & (kTurnCount - 1)) == 0);
+  return RoundPx(static_cast<double>(rotation) * kTurnsPerRadian) & (kTurnCount - 1);
+}
+
+// Draws a picture that scales into the whole pixels that it covers. False: it is too large.
+bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, uint32_t opacity,
+               const Frame& frame) {
+  const int left = RoundPx(rect.x);
+  const int top = RoundPx(rect.y);
+  ScaledSize size = {RoundPx(rect.x + rect.width) - left, RoundPx(rect.y + rect.height) - top, 0};
+  if (size.width > ScaledPictures::kSidePxMax || size.height > ScaledPictures::kSidePxMax) {
+    return false;
+  }
+  if (rotation == 0) {
+    if (size.width > 0 && size.height > 0) {
+      DrawScaledAt(picture.ScaledTo(size), left, top, opacity, frame);
+    }
+    return true;
+  }
+  // A turned picture keeps its size from place to place.
+  size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), TurnOf(rotation)};
+  const ScaledPicture& scaled = picture.ScaledTo(size);
+  DrawScaledAt(scaled, RoundPx(rect.x + (rect.width - scaled.image.width()) / 2),
+               RoundPx(rect.y + (rect.height - scaled.image.height()) / 2), opacity, frame);
+  return true;
+}
+
 }  // namespace
 
 void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
                const Frame& frame) {
   const uint32_t factor = OpacityFactor(opacity);
+  if (picture.scales() && DrawWhole(picture, rect, rotation, factor, frame)) {
+    return;
+  }
   const Image& image = picture.LevelFor(rect.width, rect.height);
   if (rotation == 0) {
     DrawUpright(image, picture.opaque(), factor, rect, frame);
@@ -48,8 +98,20 @@ void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float ro
                 TurnedRect(rect, rotation), frame);
 }
 
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const Frame& frame) {
-  DrawBackdrop(picture.LevelFor(rect.width, rect.height), rect, frame);
+void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const HiddenPixels* hidden,
+                       const Frame& frame) {
+  const int left = RoundPx(rect.x);
+  const int top = RoundPx(rect.y);
+  const ScaledSize size = {RoundPx(rect.x + rect.width) - left, RoundPx(rect.y + rect.height) - top,
+                           0};
+  if (picture.scales() && size.width > 0 && size.height > 0 &&
+      int64_t{size.width} * size.height <= kScaledBackdropPixelsMax) {
+    DrawScaledShown(picture.ScaledTo(size), left, top, hidden, frame);
+    return;
+  }
+  // Of a large one a view shows a small part, which should fit the caches.
+  const double share = picture.scales() ? kLargeBackdropShare : 1;
+  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, hidden, frame);
 }
 
 }  // namespace procgen

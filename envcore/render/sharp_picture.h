@@ -2,20 +2,23 @@
 #define ENVCORE_RENDER_SHARP_PICTURE_H_
 
 #include "envcore/render/frame.h"
+#include "envcore/render/hidden_pixels.h"
 #include "envcore/render/picture.h"
 #include "envcore/scene/camera.h"
 
 namespace procgen {
 
 // Draws a picture into a rectangle without smoothing, as the agent sees it: turned by `rotation`
-// radians around the rectangle's centre, with `opacity` in [0, 1].
+// radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
+// the whole pixels that it covers; one that does not, pixel by pixel by the released rules.
 void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
                const Frame& frame);
 // Draws a sprite made from random numbers, which follows other rules of rounding.
 void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
                         float opacity, const Frame& frame);
-// Draws a background, upright and opaque.
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const Frame& frame);
+// Draws a background, upright and opaque. `hidden`: pixels that may be left out; null: none.
+void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const HiddenPixels* hidden,
+                       const Frame& frame);
 
 }  // namespace procgen
 

@@ -45,14 +45,14 @@ Rgba Interpolated(const Image& image, const Neighbours& across, const Neighbours
   return {mix(&Rgba::red), mix(&Rgba::green), mix(&Rgba::blue), mix(&Rgba::alpha)};
 }
 
-void LayCovered(const Rgba& source, uint32_t opacity, double coverage, uint8_t* pixel) {
+void LayCovered(const Rgba& source, uint32_t opacity, double coverage, Rgba* pixel) {
   const auto weight = static_cast<uint32_t>(255 * coverage);
   Rgba shown = opacity == 255 ? source : Mul(source, opacity);
   if (weight != 255) {
     shown = Mul(shown, weight);
   }
   if (shown.alpha != 0) {
-    LayOver(shown, pixel);
+    LayOver(shown, *pixel);
   }
 }
 
@@ -69,8 +69,8 @@ void DrawUprightSmooth(const Image& image, const ScreenRect& rect, uint32_t opac
   for (int y = rows.first; y < rows.end; ++y) {
     const Neighbours down = NeighboursOf((y + 0.5 - rect.y) * scale_y, image.height());
     const double row_share = rows.ShareOf(y);
-    uint8_t* pixel = frame.At(columns.first, y);
-    for (int x = columns.first; x < columns.end; ++x, pixel += 3) {
+    Rgba* pixel = frame.At(columns.first, y);
+    for (int x = columns.first; x < columns.end; ++x, ++pixel) {
       LayCovered(Interpolated(image, across[static_cast<size_t>(x)], down), opacity,
                  row_share * columns.ShareOf(x), pixel);
     }
@@ -95,8 +95,8 @@ void DrawTurnedSmooth(const Image& image, const TurnedRect& turned, uint32_t opa
   const double scale_x = image.width() / rect.width;
   const double scale_y = image.height() / rect.height;
   for (int y = rows.first; y < rows.end; ++y) {
-    uint8_t* pixel = frame.At(columns.first, y);
-    for (int x = columns.first; x < columns.end; ++x, pixel += 3) {
+    Rgba* pixel = frame.At(columns.first, y);
+    for (int x = columns.first; x < columns.end; ++x, ++pixel) {
       const double dx = x + 0.5 - center.x;
       const double dy = y + 0.5 - center.y;
       const double a = dx * turned.cos() + dy * turned.sin();

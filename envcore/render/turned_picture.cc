@@ -26,15 +26,15 @@ struct SourceWalk {
 // Draws the pixels [first, end) of a row, source places clamped into the picture.
 void DrawRun(const Image& image, uint32_t opacity, SourceWalk walk, int row, int first, int end,
              const Frame& frame) {
-  uint8_t* pixel = frame.At(first, row);
+  Rgba* pixel = frame.At(first, row);
   const int64_t last_column = image.width() - 1;
   const int64_t last_row = image.height() - 1;
-  for (int x = first; x < end; ++x, pixel += 3) {
+  for (int x = first; x < end; ++x, ++pixel) {
     const int64_t source_row = std::clamp<int64_t>(walk.row >> 16, 0, last_row);
     const int64_t source_column = std::clamp<int64_t>(walk.column >> 16, 0, last_column);
     const Rgba& source = image.At(static_cast<int>(source_column), static_cast<int>(source_row));
     if (source.alpha != 0) {
-      LayOver(Mul(source, opacity), pixel);
+      LayOver(Mul(source, opacity), *pixel);
     }
     walk.column += walk.column_step;
     walk.row += walk.row_step;

@@ -12,43 +12,46 @@ constexpr uint32_t kOpaque = 255;
 // How a source pixel meets what is below.
 enum class Mix { kCopy, kLayOver, kLayOverFaded };
 
-void Put(const Rgba& source, uint8_t* pixel) {
-  pixel[0] = source.red;
-  pixel[1] = source.green;
-  pixel[2] = source.blue;
-}
-
 template <Mix kMix>
-void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opacity,
-             uint8_t* pixel) {
-  for (int i = 0; i < count; ++i, pixel += 3) {
+void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opacity, Rgba* pixel) {
+  for (int i = 0; i < count; ++i, ++pixel) {
     const Rgba& shown = source[columns[i]];
     if constexpr (kMix == Mix::kCopy) {
-      Put(shown, pixel);
+      *pixel = shown;
     } else if constexpr (kMix == Mix::kLayOverFaded) {
-      LayOver(Mul(shown, opacity), pixel);
+      LayOver(Mul(shown, opacity), *pixel);
     } else if (shown.alpha == kOpaque) {
-      Put(shown, pixel);
+      *pixel = shown;
     } else if (shown.alpha != 0) {
-      LayOver(shown, pixel);
+      LayOver(shown, *pixel);
     }
+  }
+}
+
+using SourceColumns = std::array<int32_t, kFrameSidePxMax>;
+
+// Calls `draw(source row, row)` for each row, with the source columns of the columns found.
+template <typename Draw>
+void ForEachRow(const Image& image, const AxisSteps& across, const AxisSteps& down,
+                SourceColumns* columns, Draw draw) {
+  if (across.count <= 0 || down.count <= 0) {
+    return;
+  }
+  int64_t position = across.position;
+  for (int i = 0; i < across.count; ++i, position += across.step) {
+    (*columns)[static_cast<size_t>(i)] = static_cast<int32_t>(position >> 16);
+  }
+  position = down.position;
+  for (int i = 0; i < down.count; ++i, position += down.step) {
+    draw(image.Row(static_cast<int>(position >> 16)), down.first + i);
   }
 }
 
 void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps& across,
                  const AxisSteps& down, const Frame& frame) {
-  if (across.count <= 0 || down.count <= 0) {
-    return;
-  }
-  std::array<int32_t, kFrameSidePxMax> columns;  // NOLINT: all that is read is written first
-  int64_t position = across.position;
-  for (int i = 0; i < across.count; ++i, position += across.step) {
-    columns[static_cast<size_t>(i)] = static_cast<int32_t>(position >> 16);
-  }
-  position = down.position;
-  for (int i = 0; i < down.count; ++i, position += down.step) {
-    const Rgba* source = image.Row(static_cast<int>(position >> 16));
-    uint8_t* pixel = frame.At(across.first, down.first + i);
+  SourceColumns columns;  // NOLINT: all that is read is written first
+  ForEachRow(image, across, down, &columns, [&](const Rgba* source, int row) {
+    Rgba* pixel = frame.At(across.first, row);
     switch (mix) {
       case Mix::kCopy:
         DrawRow<Mix::kCopy>(source, columns.data(), across.count, opacity, pixel);
@@ -60,20 +63,22 @@ void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps&
         DrawRow<Mix::kLayOverFaded>(source, columns.data(), across.count, opacity, pixel);
         break;
     }
-  }
+  });
 }
 
-void DrawStretched(const Image& image, Mix mix, uint32_t opacity, FirstPosition first_position,
-                   const ScreenRect& rect, const Frame& frame) {
+struct StepsOfBoth {
+  AxisSteps across;
+  AxisSteps down;
+};
+
+StepsOfBoth StepsFor(const Image& image, FirstPosition first_position, const ScreenRect& rect,
+                     int side_px) {
   if (rect.width == image.width() && rect.height == image.height()) {
-    DrawStepped(image, mix, opacity, CopiedSteps(rect.x, image.width(), frame.side_px),
-                CopiedSteps(rect.y, image.height(), frame.side_px), frame);
-    return;
+    return {CopiedSteps(rect.x, image.width(), side_px),
+            CopiedSteps(rect.y, image.height(), side_px)};
   }
-  DrawStepped(image, mix, opacity,
-              StretchedSteps(rect.x, rect.width, image.width(), frame.side_px, first_position),
-              StretchedSteps(rect.y, rect.height, image.height(), frame.side_px, first_position),
-              frame);
+  return {StretchedSteps(rect.x, rect.width, image.width(), side_px, first_position),
+          StretchedSteps(rect.y, rect.height, image.height(), side_px, first_position)};
 }
 
 Mix MixFor(bool opaque, uint32_t opacity) {
@@ -91,7 +96,8 @@ FirstPosition FirstPositionFor(uint32_t opacity) {
 
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
                  const Frame& frame) {
-  DrawStretched(image, MixFor(opaque, opacity), opacity, FirstPositionFor(opacity), rect, frame);
+  const StepsOfBoth steps = StepsFor(image, FirstPositionFor(opacity), rect, frame.side_px);
+  DrawStepped(image, MixFor(opaque, opacity), opacity, steps.across, steps.down, frame);
 }
 
 void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
@@ -107,8 +113,23 @@ void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const Tur
               frame);
 }
 
-void DrawBackdrop(const Image& image, const ScreenRect& rect, const Frame& frame) {
-  DrawStretched(image, Mix::kCopy, kOpaque, FirstPosition::kExactStep, rect, frame);
+void DrawBackdrop(const Image& image, const ScreenRect& rect, const HiddenPixels* hidden,
+                  const Frame& frame) {
+  const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.side_px);
+  const AxisSteps& across = steps.across;
+  const AxisSteps& down = steps.down;
+  if (hidden == nullptr) {
+    DrawStepped(image, Mix::kCopy, kOpaque, across, down, frame);
+    return;
+  }
+  SourceColumns columns;  // NOLINT: all that is read is written first
+  const int left = across.first;
+  ForEachRow(image, across, down, &columns, [&](const Rgba* source, int row) {
+    hidden->ForEachShown(row, left, left + across.count, [&](int first, int end) {
+      DrawRow<Mix::kCopy>(source, columns.data() + (first - left), end - first, kOpaque,
+                          frame.At(first, row));
+    });
+  });
 }
 
 }  // namespace procgen

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "envcore/render/frame.h"
+#include "envcore/render/hidden_pixels.h"
 #include "envcore/render/image.h"
 #include "envcore/render/turn.h"
 
@@ -16,8 +17,10 @@ void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const Screen
 // The same upside down. REQUIRES: turned.IsHalfTurn().
 void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
                     const Frame& frame);
-// Draws a background: its colours are copied as they are.
-void DrawBackdrop(const Image& image, const ScreenRect& rect, const Frame& frame);
+// Draws a background: its colours are copied as they are. `hidden`: pixels that may be left out;
+// null: none.
+void DrawBackdrop(const Image& image, const ScreenRect& rect, const HiddenPixels* hidden,
+                  const Frame& frame);
 
 }  // namespace procgen
 

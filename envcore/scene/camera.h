@@ -9,6 +9,8 @@ struct Camera {
   float center_x = 0;
   float center_y = 0;
   float cells = 16;
+
+  bool operator==(const Camera&) const = default;
 };
 
 // A rectangle on the screen in pixels, y down. A negative size swaps the edges.

@@ -31,12 +31,16 @@ struct Sprite {
   // `art_height`. Flat colours keep to the box.
   double art_top = 0;
   double art_height = 1;
+
+  bool operator==(const Sprite&) const = default;
 };
 
 // How a kind of cell looks. Cells are never rotated, mirrored, tiled or translucent.
 struct CellLook {
   int16_t image_kind = 0;  // negative: not drawn
   int16_t theme = 0;
+
+  bool operator==(const CellLook&) const = default;
 };
 
 // A kind of cell that shows a flat square in its middle, in every art style, in place of a picture.
@@ -44,6 +48,8 @@ struct CellDots {
   int kind = kOutsideKind;                   // kOutsideKind: none
   float share = 0;                           // of the square's side in the cell's
   std::array<uint8_t, 3> color = {0, 0, 0};  // red, green, blue
+
+  bool operator==(const CellDots&) const = default;
 };
 
 // The cells of a grid that are in view. Empty cells (kEmptyKind) are not drawn, nor are cells
@@ -71,7 +77,9 @@ struct Background {
   float offset = 0;  // how far the picture is shifted to the left, in [0, 1]
   float tile_ratio = 0;
   bool scrolls = false;        // then offset and tile_ratio are not used
-  int32_t scrolled_steps = 0;  // how far
+  int32_t scrolled_steps = 0;  // how far; 0 for one that does not scroll
+
+  bool operator==(const Background&) const = default;
 };
 
 // Two squares in the top left corner whose grey tells the agent's velocity.

@@ -46,9 +46,4 @@ void Entity::Step() {
   opacity = fading * opacity;
 }
 
-bool Overlap(const Entity& a, const Entity& b, float margin) {
-  return std::fabs(a.x - b.x) < (a.rx + b.rx) + margin &&
-         std::fabs(a.y - b.y) < (a.ry + b.ry) + margin;
-}
-
 }  // namespace procgen

@@ -1,6 +1,8 @@
 #ifndef ENVCORE_WORLD_ENTITY_H_
 #define ENVCORE_WORLD_ENTITY_H_
 
+#include <cmath>
+
 namespace procgen {
 
 // A box with a centre and half-sizes, in cells, and all that the rules remember of it. Velocities
@@ -48,7 +50,10 @@ struct Entity {
 
 // Whether the boxes overlap, `margin` added to the sum of the half-sizes; touching is not
 // overlapping.
-bool Overlap(const Entity& a, const Entity& b, float margin);
+inline bool Overlap(const Entity& a, const Entity& b, float margin) {
+  return std::fabs(a.x - b.x) < (a.rx + b.rx) + margin &&
+         std::fabs(a.y - b.y) < (a.ry + b.ry) + margin;
+}
 
 }  // namespace procgen
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/types/span.h"
+
 namespace procgen {
 
 // A grid of unit cells, each holding a kind.
@@ -33,6 +35,11 @@ class Grid {
   // REQUIRES: 0 <= index < size().
   int At(int index) const { return cells_[static_cast<size_t>(index)]; }
   void Set(int index, int kind) { cells_[static_cast<size_t>(index)] = static_cast<int16_t>(kind); }
+  // The kinds of the cells (0, y) ... (width() - 1, y). REQUIRES: 0 <= y < height().
+  absl::Span<const int16_t> Row(int y) const {
+    return absl::MakeConstSpan(cells_).subspan(static_cast<size_t>(IndexOf(0, y)),
+                                               static_cast<size_t>(width_));
+  }
   // REQUIRES: Contains(x, y).
   int At(int x, int y) const { return At(IndexOf(x, y)); }
   void Set(int x, int y, int kind) { Set(IndexOf(x, y), kind); }

@@ -52,17 +52,17 @@ TEST(FlatRectangleTest, TranslucentColoursAreLaidOver) {
   TextFrame frame(1);
   DrawFlatSharp({0, 0, 1, 1}, {100, 0, 0, 255}, frame.frame());
   DrawFlatSharp({0, 0, 1, 1}, {255, 255, 255, 120}, frame.frame());
-  EXPECT_EQ(frame.At(0, 0)[0], 120 + Mul(100, 135));
-  EXPECT_EQ(frame.At(0, 0)[1], 120);
+  EXPECT_EQ(frame.At(0, 0).red, 120 + Mul(100, 135));
+  EXPECT_EQ(frame.At(0, 0).green, 120);
 }
 
 TEST(FlatRectangleTest, SmoothEdgesAreWeightedByCoverage) {
   TextFrame frame(4);
   DrawFlatSmooth({0.5, 1, 2, 1}, {200, 200, 200, 255}, frame.frame());
-  EXPECT_EQ(frame.At(0, 1)[0], Mul(200, 127));
-  EXPECT_EQ(frame.At(1, 1)[0], 200);
-  EXPECT_EQ(frame.At(2, 1)[0], Mul(200, 127));
-  EXPECT_EQ(frame.At(1, 0)[0], 0);
+  EXPECT_EQ(frame.At(0, 1).red, Mul(200, 127));
+  EXPECT_EQ(frame.At(1, 1).red, 200);
+  EXPECT_EQ(frame.At(2, 1).red, Mul(200, 127));
+  EXPECT_EQ(frame.At(1, 0).red, 0);
 }
 
 TEST(FlatRectangleTest, MonochromeColoursFollowKindAndTheme) {

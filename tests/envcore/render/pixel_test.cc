@@ -1,14 +1,11 @@
 #include "envcore/render/pixel.h"
 
-#include <array>
+#include <limits>
 
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
 namespace procgen {
 namespace {
-
-using ::testing::ElementsAre;
 
 TEST(PixelTest, MulIsExactAtBothEnds) {
   for (uint32_t c = 0; c < 256; ++c) {
@@ -28,21 +25,37 @@ TEST(PixelTest, LayingOverNeverOverflows) {
 }
 
 TEST(PixelTest, LayingOverKeepsWhatATransparentPixelCovers) {
-  std::array<uint8_t, 3> below = {1, 127, 255};
-  LayOver({0, 0, 0, 0}, below.data());
-  EXPECT_THAT(below, ElementsAre(1, 127, 255));
+  Rgba below = {1, 127, 255, 255};
+  LayOver({0, 0, 0, 0}, below);
+  EXPECT_EQ(below, (Rgba{1, 127, 255, 255}));
 }
 
 TEST(PixelTest, LayingOverReplacesWhatAnOpaquePixelCovers) {
-  std::array<uint8_t, 3> below = {1, 127, 255};
-  LayOver({4, 5, 6, 255}, below.data());
-  EXPECT_THAT(below, ElementsAre(4, 5, 6));
+  Rgba below = {1, 127, 255, 255};
+  LayOver({4, 5, 6, 255}, below);
+  EXPECT_EQ(below, (Rgba{4, 5, 6, 255}));
+}
+
+TEST(PixelTest, ChannelsAreMultipliedAsOneAlone) {
+  for (uint32_t c = 0; c < 256; ++c) {
+    for (uint32_t a = 0; a < 256; ++a) {
+      const auto channel = [c](uint32_t shift) { return static_cast<uint8_t>(c + shift); };
+      const Rgba product = Mul(Rgba{channel(0), channel(60), channel(130), channel(200)}, a);
+      ASSERT_EQ(product, (Rgba{Mul(channel(0), a), Mul(channel(60), a), Mul(channel(130), a),
+                               Mul(channel(200), a)}))
+          << c << " * " << a;
+    }
+  }
 }
 
 TEST(PixelTest, HalvesAreRoundedUp) {
   EXPECT_EQ(RoundPx(0.5), 1);
   EXPECT_EQ(RoundPx(-0.5), 0);
   EXPECT_EQ(RoundPx(-0.51), -1);
+  EXPECT_EQ(RoundPx(-3), -3);
+  EXPECT_EQ(RoundPx(1e300), 1000000000);
+  EXPECT_EQ(RoundPx(-1e300), -1000000000);
+  EXPECT_EQ(RoundPx(std::numeric_limits<double>::quiet_NaN()), -1000000000);
 }
 
 TEST(PixelTest, OpacityIsCutIntoSteps) {

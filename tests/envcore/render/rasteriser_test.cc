@@ -28,7 +28,7 @@ class RasteriserTest : public ::testing::Test {
 
   std::vector<uint8_t> AgentView() {
     std::vector<uint8_t> frame(kSidePx * kSidePx * 3, 99);
-    rasteriser_.DrawAgentView(scene_, art_, absl::MakeSpan(frame));
+    rasteriser_.DrawAgentView(scene_, art_, nullptr, absl::MakeSpan(frame));
     return frame;
   }
 

@@ -107,12 +107,12 @@ TEST(SharpPictureTest, QuarterTurnIsClockwise) {
 TEST(SharpPictureTest, LargeQuarterTurnIsClockwiseToo) {
   TextFrame frame(20);
   DrawSharp(Abcd(), {2, 2, 16, 16}, -kQuarterTurn, 1, frame.frame());
-  EXPECT_EQ(frame.At(3, 3)[0], 'b');
-  EXPECT_EQ(frame.At(16, 3)[0], 'd');
-  EXPECT_EQ(frame.At(3, 16)[0], 'a');
-  EXPECT_EQ(frame.At(16, 16)[0], 'c');
-  EXPECT_EQ(frame.At(1, 5)[0], 0);
-  EXPECT_EQ(frame.At(18, 5)[0], 0);
+  EXPECT_EQ(frame.At(3, 3).red, 'b');
+  EXPECT_EQ(frame.At(16, 3).red, 'd');
+  EXPECT_EQ(frame.At(3, 16).red, 'a');
+  EXPECT_EQ(frame.At(16, 16).red, 'c');
+  EXPECT_EQ(frame.At(1, 5).red, 0);
+  EXPECT_EQ(frame.At(18, 5).red, 0);
 }
 
 TEST(SharpPictureTest, TurnedPicturesCoverAboutTheirArea) {
@@ -144,7 +144,7 @@ TEST(SharpPictureTest, OpacityFadesEachChannel) {
   Image white(1, 1);
   white.At(0, 0) = {255, 255, 255, 255};
   DrawSharp(Picture(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
-  EXPECT_EQ(frame.At(0, 0)[0], 127);
+  EXPECT_EQ(frame.At(0, 0).red, 127);
 }
 
 TEST(SharpPictureTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
@@ -158,7 +158,7 @@ TEST(SharpPictureTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
 
 TEST(SharpPictureTest, BackdropsReplaceWhatIsThere) {
   TextFrame frame(6);
-  DrawSharpBackdrop(Abcd(), {0, 0, 6, 6}, frame.frame());
+  DrawSharpBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 aaabbb
 aaabbb

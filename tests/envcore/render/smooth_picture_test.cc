@@ -22,10 +22,10 @@ Picture Grey(int side, uint8_t level) {
 TEST(SmoothPictureTest, EdgesAreWeightedByCoverage) {
   TextFrame frame(8);
   DrawSmooth(Grey(2, 200), {1.25, 2, 4, 4}, 0, 1, frame.frame());
-  EXPECT_EQ(frame.At(1, 3)[0], Mul(200, 191));
-  EXPECT_EQ(frame.At(2, 3)[0], 200);
-  EXPECT_EQ(frame.At(5, 3)[0], Mul(200, 63));
-  EXPECT_EQ(frame.At(6, 3)[0], 0);
+  EXPECT_EQ(frame.At(1, 3).red, Mul(200, 191));
+  EXPECT_EQ(frame.At(2, 3).red, 200);
+  EXPECT_EQ(frame.At(5, 3).red, Mul(200, 63));
+  EXPECT_EQ(frame.At(6, 3).red, 0);
 }
 
 TEST(SmoothPictureTest, ColoursGoOverIntoOneAnother) {
@@ -34,18 +34,18 @@ TEST(SmoothPictureTest, ColoursGoOverIntoOneAnother) {
   image.At(1, 0) = {200, 200, 200, 255};
   TextFrame frame(8);
   DrawSmooth(Picture(image, Levels::kOne), {0, 0, 8, 8}, 0, 1, frame.frame());
-  EXPECT_EQ(frame.At(0, 4)[0], 0);
-  EXPECT_GT(frame.At(4, 4)[0], frame.At(3, 4)[0]);
-  EXPECT_EQ(frame.At(7, 4)[0], 200);
+  EXPECT_EQ(frame.At(0, 4).red, 0);
+  EXPECT_GT(frame.At(4, 4).red, frame.At(3, 4).red);
+  EXPECT_EQ(frame.At(7, 4).red, 200);
 }
 
 TEST(SmoothPictureTest, TurnedByAHalfCircleCoversTheSamePixels) {
   TextFrame frame(8);
   DrawSmooth(Grey(4, 200), {2, 2, 4, 4}, std::numbers::pi_v<float>, 1, frame.frame());
-  EXPECT_EQ(frame.At(2, 2)[0], 200);
-  EXPECT_EQ(frame.At(5, 5)[0], 200);
-  EXPECT_LE(frame.At(1, 3)[0], 1);
-  EXPECT_LE(frame.At(6, 3)[0], 1);
+  EXPECT_EQ(frame.At(2, 2).red, 200);
+  EXPECT_EQ(frame.At(5, 5).red, 200);
+  EXPECT_LE(frame.At(1, 3).red, 1);
+  EXPECT_LE(frame.At(6, 3).red, 1);
 }
 
 TEST(SmoothPictureTest, WithoutASizeIsNotDrawn) {

@@ -58,17 +58,18 @@ inline Image ImageOf(const std::vector<std::string_view>& rows) {
 class TextFrame {
  public:
   explicit TextFrame(int side_px)
-      : side_px_(side_px), rgb_(3 * static_cast<size_t>(side_px) * static_cast<size_t>(side_px)) {}
+      : side_px_(side_px),
+        pixels_(static_cast<size_t>(side_px) * static_cast<size_t>(side_px), Rgba{0, 0, 0, 255}) {}
 
-  Frame frame() { return {rgb_.data(), side_px_}; }
-  const uint8_t* At(int x, int y) { return frame().At(x, y); }
+  Frame frame() { return {pixels_.data(), side_px_}; }
+  const Rgba& At(int x, int y) { return *frame().At(x, y); }
 
   std::string Text() const {
     std::string text = "\n";
-    for (size_t i = 0; i < rgb_.size(); i += 3) {
-      const uint8_t red = rgb_[i];
+    for (size_t i = 0; i < pixels_.size(); ++i) {
+      const uint8_t red = pixels_[i].red;
       text += red == 0 ? '.' : red >= 'a' && red <= 'z' ? static_cast<char>(red) : '?';
-      if ((i / 3 + 1) % static_cast<size_t>(side_px_) == 0) {
+      if ((i + 1) % static_cast<size_t>(side_px_) == 0) {
         text += '\n';
       }
     }
@@ -77,7 +78,7 @@ class TextFrame {
 
  private:
   int side_px_;
-  std::vector<uint8_t> rgb_;
+  std::vector<Rgba> pixels_;
 };
 
 }  // namespace procgen

@@ -1,0 +1,190 @@
+#include "envcore/render/cell_drawing.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "envcore/render/flat_rectangle.h"
+#include "envcore/render/scaled_drawing.h"
+#include "envcore/render/sharp_picture.h"
+
+namespace procgen {
+
+void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& viewport,
+                        const Frame& frame) {
+  cells_ = &scene.cells;
+  art_ = &art;
+  style_ = scene.art_style;
+  viewport_ = &viewport;
+  frame_ = &frame;
+  ++frame_number_;
+  FindRanges(viewport);
+  FindCells();
+}
+
+void CellDrawing::FindRanges(const Viewport& viewport) {
+  columns_.clear();
+  rows_.clear();
+  for (int x = cells_->first_column; x <= cells_->last_column; ++x) {
+    const ScreenRect rect = viewport.OfCell(x, 0);
+    columns_.push_back({RoundPx(rect.x), RoundPx(rect.x + rect.width)});
+  }
+  for (int y = cells_->first_row; y <= cells_->last_row; ++y) {
+    const ScreenRect rect = viewport.OfCell(0, y);
+    rows_.push_back({RoundPx(rect.y), RoundPx(rect.y + rect.height)});
+  }
+  const auto least = [](const std::vector<PixelRange>& ranges) {
+    int size = ScaledPictures::kSidePxMax;
+    for (const PixelRange& range : ranges) {
+      size = std::min(size, range.end - range.first);
+    }
+    return size;
+  };
+  width_min_ = least(columns_);
+  height_min_ = least(rows_);
+  // No two ranges of one axis differ by more than a pixel.
+  scales_ = width_min_ > 0 && width_min_ < ScaledPictures::kSidePxMax && height_min_ > 0 &&
+            height_min_ < ScaledPictures::kSidePxMax;
+}
+
+CellDrawing::Look CellDrawing::FindLook(int kind) const {
+  Look look;
+  look.frame_number = frame_number_;
+  const CellLook& cell = cells_->looks[static_cast<size_t>(kind)];
+  if (cell.image_kind < 0) {
+    return look;
+  }
+  if (style_ == ArtStyle::kMonochrome) {
+    look.way = Look::Way::kFlat;
+    look.color = MonochromeColor(cell.image_kind, cell.theme);
+    look.opaque = true;
+    return look;
+  }
+  look.art = style_ == ArtStyle::kGenerated ? art_->GeneratedOf(cell.image_kind, false)
+                                            : art_->SpriteOf(cell.image_kind, cell.theme, false);
+  look.way = Look::Way::kPicture;
+  if (scales_ && look.art.picture->scales()) {
+    look.way = Look::Way::kScaled;
+    look.opaque = look.art.picture->opaque();
+  }
+  return look;
+}
+
+CellDrawing::Look* CellDrawing::LookOf(int kind) {
+  if (kind == cells_->dots.kind && kind != kOutsideKind) {
+    return &dot_;
+  }
+  if (kind < 0 || kind >= kKindCount) {
+    return nullptr;
+  }
+  Look& look = looks_[static_cast<size_t>(kind)];
+  if (look.frame_number != frame_number_) {
+    look = FindLook(kind);
+  }
+  return look.way == Look::Way::kNothing ? nullptr : &look;
+}
+
+void CellDrawing::FindCells() {
+  shown_.clear();
+  const Grid& grid = *cells_->grid;
+  Look* outside = LookOf(cells_->out_of_bounds_kind);
+  const int column_count = static_cast<int>(columns_.size());
+  const int row_count = static_cast<int>(rows_.size());
+  // The rows of the view that the grid has.
+  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
+  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
+  for (int column = 0; column < column_count; ++column) {
+    const auto add_outside = [&](int first, int end) {
+      for (int row = first; row < end && outside != nullptr; ++row) {
+        shown_.push_back({outside, column, row});
+      }
+    };
+    const int x = cells_->first_column + column;
+    if (x < 0 || x >= grid.width()) {
+      add_outside(0, row_count);
+      continue;
+    }
+    add_outside(0, grid_first);
+    for (int row = grid_first; row < grid_end; ++row) {
+      const int kind = grid.At(x, cells_->first_row + row);
+      if (kind == kEmptyKind) {
+        continue;
+      }
+      if (Look* look = LookOf(kind)) {
+        shown_.push_back({look, column, row});
+      }
+    }
+    add_outside(grid_end, row_count);
+  }
+}
+
+void CellDrawing::AddHidden(HiddenPixels* hidden) {
+  hidden_of_rows_.assign(rows_.size(), 0);
+  for (const Cell& cell : shown_) {
+    if (cell.look->opaque) {
+      const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+      hidden_of_rows_[static_cast<size_t>(cell.row)] |=
+          HiddenPixels::Columns(across.first, across.end);
+    }
+  }
+  for (size_t row = 0; row < rows_.size(); ++row) {
+    const int end = std::min(rows_[row].end, frame_->side_px);
+    for (int y = std::max(rows_[row].first, 0); y < end; ++y) {
+      hidden->Add(y, hidden_of_rows_[row]);
+    }
+  }
+}
+
+void CellDrawing::Draw() {
+  for (const Cell& cell : shown_) {
+    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+    const PixelRange down = rows_[static_cast<size_t>(cell.row)];
+    switch (cell.look->way) {
+      case Look::Way::kNothing:
+        break;
+      case Look::Way::kFlat:
+        FillPixels({across.first, down.first, across.end, down.end}, cell.look->color, *frame_);
+        break;
+      case Look::Way::kScaled:
+        DrawScaledCell(*cell.look, across, down);
+        break;
+      case Look::Way::kPicture:
+        DrawPicture(*cell.look, cell.column, cell.row);
+        break;
+      case Look::Way::kDot:
+        DrawDot(cell.column, cell.row);
+        break;
+    }
+  }
+}
+
+void CellDrawing::DrawDot(int column, int row) const {
+  const CellDots& dots = cells_->dots;
+  const ScreenRect cell = viewport_->OfCell(cells_->first_column + column, cells_->first_row + row);
+  const auto share = static_cast<double>(dots.share);
+  const auto rest = static_cast<double>(1 - dots.share);
+  DrawFlatSharp({cell.x + cell.width * rest / 2, cell.y + cell.height * rest / 2,
+                 cell.width * share, cell.height * share},
+                {dots.color[0], dots.color[1], dots.color[2], 255}, *frame_);
+}
+
+void CellDrawing::DrawPicture(const Look& look, int column, int row) const {
+  const ScreenRect rect = viewport_->OfCell(cells_->first_column + column, cells_->first_row + row);
+  if (look.art.generated) {
+    DrawSharpGenerated(*look.art.picture, rect, 0, 1, *frame_);
+  } else {
+    DrawSharp(*look.art.picture, rect, 0, 1, *frame_);
+  }
+}
+
+void CellDrawing::DrawScaledCell(Look& look, PixelRange across, PixelRange down) const {
+  const int width = across.end - across.first;
+  const int height = down.end - down.first;
+  const ScaledPicture*& scaled = look.scaled[static_cast<size_t>(height - height_min_)]
+                                            [static_cast<size_t>(width - width_min_)];
+  if (scaled == nullptr) {
+    scaled = &look.art.picture->ScaledTo({.width = width, .height = height});
+  }
+  DrawScaled(*scaled, across.first, down.first, *frame_);
+}
+
+}  // namespace procgen

@@ -1,0 +1,60 @@
+#include "envcore/render/frame_packing.h"
+
+#include <cstddef>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace procgen {
+namespace {
+
+void PackOneByOne(const Rgba* pixels, size_t count, uint8_t* rgb) {
+  for (size_t i = 0; i < count; ++i) {
+    rgb[3 * i] = pixels[i].red;
+    rgb[3 * i + 1] = pixels[i].green;
+    rgb[3 * i + 2] = pixels[i].blue;
+  }
+}
+
+#if defined(__x86_64__)
+
+constexpr size_t kPixelsAtOnce = 16;
+
+// Four pixels as twelve bytes, and four that are 0.
+__attribute__((target("ssse3"))) __m128i LoadFour(const Rgba* pixels) {
+  const __m128i order = _mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1);
+  return _mm_shuffle_epi8(_mm_loadu_si128(reinterpret_cast<const __m128i*>(pixels)), order);
+}
+
+__attribute__((target("ssse3"))) void PackBySixteens(const Rgba* pixels, size_t count,
+                                                     uint8_t* rgb) {
+  size_t i = 0;
+  for (; i + kPixelsAtOnce <= count; i += kPixelsAtOnce) {
+    const __m128i a = LoadFour(pixels + i);
+    const __m128i b = LoadFour(pixels + i + 4);
+    const __m128i c = LoadFour(pixels + i + 8);
+    const __m128i d = LoadFour(pixels + i + 12);
+    auto* out = reinterpret_cast<__m128i*>(rgb + 3 * i);
+    _mm_storeu_si128(out, _mm_or_si128(a, _mm_slli_si128(b, 12)));
+    _mm_storeu_si128(out + 1, _mm_or_si128(_mm_srli_si128(b, 4), _mm_slli_si128(c, 8)));
+    _mm_storeu_si128(out + 2, _mm_or_si128(_mm_srli_si128(c, 8), _mm_slli_si128(d, 4)));
+  }
+  PackOneByOne(pixels + i, count - i, rgb + 3 * i);
+}
+
+#endif
+
+}  // namespace
+
+void PackRgb(absl::Span<const Rgba> pixels, absl::Span<uint8_t> rgb) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("ssse3")) {
+    PackBySixteens(pixels.data(), pixels.size(), rgb.data());
+    return;
+  }
+#endif
+  PackOneByOne(pixels.data(), pixels.size(), rgb.data());
+}
+
+}  // namespace procgen

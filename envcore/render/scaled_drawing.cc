@@ -1,0 +1,158 @@
+#include "envcore/render/scaled_drawing.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#else
+#include <array>
+#endif
+
+namespace procgen {
+namespace {
+
+// Rows are short: four pixels at a time cost less than a call of memcpy.
+void CopyPixels(const Rgba* from, int count, Rgba* to) {
+  for (; count >= 4; count -= 4, from += 4, to += 4) {
+    std::memcpy(to, from, 4 * sizeof(Rgba));
+  }
+  for (; count > 0; --count) {
+    *to++ = *from++;
+  }
+}
+
+#if defined(__SSE2__)
+
+// Four pixels, and what is done to them at once.
+class FourPixels {
+ public:
+  explicit FourPixels(const Rgba* from)
+      : bytes_(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))) {}
+
+  void Mul(uint32_t factor) {
+    const __m128i factors = _mm_set1_epi16(static_cast<int16_t>(factor));
+    bytes_ = Products(bytes_, factors, factors);
+  }
+
+  void LayOver(Rgba* below) const {
+    const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(below));
+    // What is left of each pixel below, in both halves of its 32 bits.
+    const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(bytes_, 24));
+    const __m128i rests = _mm_or_si128(rest, _mm_slli_epi32(rest, 16));
+    const __m128i left =
+        Products(pixels, _mm_unpacklo_epi32(rests, rests), _mm_unpackhi_epi32(rests, rests));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(below), _mm_add_epi8(bytes_, left));
+  }
+
+ private:
+  // As procgen::Mul, each channel by its factor of 16 bits.
+  static __m128i Products(__m128i pixels, __m128i low_factors, __m128i high_factors) {
+    const __m128i zero = _mm_setzero_si128();
+    const auto mul = [](__m128i channels, __m128i factors) {
+      const __m128i t = _mm_mullo_epi16(channels, factors);
+      const __m128i sum =
+          _mm_add_epi16(_mm_add_epi16(t, _mm_srli_epi16(t, 8)), _mm_set1_epi16(128));
+      return _mm_srli_epi16(sum, 8);
+    };
+    return _mm_packus_epi16(mul(_mm_unpacklo_epi8(pixels, zero), low_factors),
+                            mul(_mm_unpackhi_epi8(pixels, zero), high_factors));
+  }
+
+  __m128i bytes_;
+};
+
+#else
+
+class FourPixels {
+ public:
+  explicit FourPixels(const Rgba* from) { std::copy(from, from + 4, pixels_.begin()); }
+
+  void Mul(uint32_t factor) {
+    for (Rgba& pixel : pixels_) {
+      pixel = procgen::Mul(pixel, factor);
+    }
+  }
+
+  void LayOver(Rgba* below) const {
+    for (const Rgba& pixel : pixels_) {
+      procgen::LayOver(pixel, *below++);
+    }
+  }
+
+ private:
+  std::array<Rgba, 4> pixels_;
+};
+
+#endif
+
+void LayPixels(const Rgba* from, int count, Rgba* to) {
+  for (; count >= 4; count -= 4, from += 4, to += 4) {
+    FourPixels(from).LayOver(to);
+  }
+  for (; count > 0; --count, ++from, ++to) {
+    LayOver(*from, *to);
+  }
+}
+
+void LayFadedPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
+  for (; count >= 4; count -= 4, from += 4, to += 4) {
+    FourPixels four(from);
+    four.Mul(opacity);
+    four.LayOver(to);
+  }
+  for (; count > 0; --count, ++from, ++to) {
+    LayOver(Mul(*from, opacity), *to);
+  }
+}
+
+// Calls `draw(source, count, pixel)` for each row of the picture that is in the frame.
+template <typename Draw>
+void ForEachRow(const Image& image, int left, int top, const Frame& frame, Draw draw) {
+  const int first = std::max(left, 0);
+  const int count = std::min(left + image.width(), frame.side_px) - first;
+  const int end = std::min(top + image.height(), frame.side_px);
+  if (count <= 0) {
+    return;
+  }
+  for (int y = std::max(top, 0); y < end; ++y) {
+    draw(image.Row(y - top) + (first - left), count, frame.At(first, y));
+  }
+}
+
+}  // namespace
+
+void DrawScaled(const ScaledPicture& picture, int left, int top, const Frame& frame) {
+  if (picture.opaque) {
+    ForEachRow(picture.image, left, top, frame, CopyPixels);
+  } else {
+    ForEachRow(picture.image, left, top, frame, LayPixels);
+  }
+}
+
+void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
+                     const Frame& frame) {
+  if (hidden == nullptr) {
+    ForEachRow(picture.image, left, top, frame, CopyPixels);
+    return;
+  }
+  const Image& image = picture.image;
+  const int end = std::min(top + image.height(), frame.side_px);
+  for (int y = std::max(top, 0); y < end; ++y) {
+    const Rgba* source = image.Row(y - top);
+    hidden->ForEachShown(
+        y, left, std::min(left + image.width(), frame.side_px), [&](int from, int to) {
+          std::copy(source + (from - left), source + (to - left), frame.At(from, y));
+        });
+  }
+}
+
+void DrawScaledFaded(const ScaledPicture& picture, int left, int top, uint32_t opacity,
+                     const Frame& frame) {
+  ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {
+    LayFadedPixels(from, count, opacity, to);
+  });
+}
+
+}  // namespace procgen

@@ -1,0 +1,166 @@
+#include "envcore/render/scaled_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+
+namespace procgen {
+namespace {
+
+// The source columns (or rows) that one column of the scaled image stands for. Lengths are in parts
+// of a source column, of which it has as many as the scaled image has columns: so all are whole.
+struct Share {
+  int first = 0;
+  int end = 0;
+  int64_t first_weight = 0;  // of column `first`
+  int64_t last_weight = 0;   // of column `end - 1`, where that is another
+};
+
+Share ShareOf(int place, int source_size, int size) {
+  const int64_t from = int64_t{place} * source_size;
+  const int64_t to = from + source_size;
+  Share share;
+  share.first = static_cast<int>(from / size);
+  share.end = static_cast<int>((to + size - 1) / size);
+  share.first_weight = std::min<int64_t>(to, (int64_t{share.first} + 1) * size) - from;
+  share.last_weight = to - (int64_t{share.end} - 1) * size;
+  return share;
+}
+
+int64_t WeightOf(const Share& share, int at, int size) {
+  if (at == share.first) {
+    return share.first_weight;
+  }
+  return at == share.end - 1 ? share.last_weight : size;
+}
+
+struct Sums {
+  int64_t red = 0;
+  int64_t green = 0;
+  int64_t blue = 0;
+  int64_t alpha = 0;
+
+  void Add(const Rgba& pixel, int64_t weight) {
+    red += weight * pixel.red;
+    green += weight * pixel.green;
+    blue += weight * pixel.blue;
+    alpha += weight * pixel.alpha;
+  }
+
+  Rgba Mean(int64_t total) const {
+    const auto mean = [total](int64_t sum) {
+      return static_cast<uint8_t>((sum + total / 2) / total);
+    };
+    return {mean(red), mean(green), mean(blue), mean(alpha)};
+  }
+};
+
+Image ScaledUpright(const Image& source, int width, int height) {
+  Image image(width, height);
+  const int64_t total = int64_t{source.width()} * source.height();
+  for (int y = 0; y < height; ++y) {
+    const Share down = ShareOf(y, source.height(), height);
+    for (int x = 0; x < width; ++x) {
+      const Share across = ShareOf(x, source.width(), width);
+      Sums sums;
+      for (int row = down.first; row < down.end; ++row) {
+        const Rgba* pixels = source.Row(row);
+        const int64_t row_weight = WeightOf(down, row, height);
+        for (int column = across.first; column < across.end; ++column) {
+          sums.Add(pixels[column], row_weight * WeightOf(across, column, width));
+        }
+      }
+      image.At(x, y) = sums.Mean(total);
+    }
+  }
+  return image;
+}
+
+constexpr int kSamplesPerSide = 4;  // of a pixel of a turned image
+
+// Turned around the middle, sampled.
+Image ScaledTurned(const Image& source, const ScaledSize& size) {
+  const double angle = 2 * std::numbers::pi * size.turn / kTurnCount;
+  const double cos = std::cos(angle);
+  const double sin = std::sin(angle);
+  const auto side = [&](double along, double across) {
+    return static_cast<int>(std::ceil(std::abs(along) + std::abs(across) - 1e-9));
+  };
+  Image image(side(size.width * cos, size.height * sin), side(size.width * sin, size.height * cos));
+  constexpr int kSampleCount = kSamplesPerSide * kSamplesPerSide;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      Sums sums;
+      for (int i = 0; i < kSampleCount; ++i) {
+        const double dx = x + (i % kSamplesPerSide + 0.5) / kSamplesPerSide - image.width() / 2.0;
+        const double dy = y + (i / kSamplesPerSide + 0.5) / kSamplesPerSide - image.height() / 2.0;
+        const double column = ((dx * cos + dy * sin) / size.width + 0.5) * source.width();
+        const double row = ((dy * cos - dx * sin) / size.height + 0.5) * source.height();
+        if (column >= 0 && row >= 0 && column < source.width() && row < source.height()) {
+          sums.Add(source.At(static_cast<int>(column), static_cast<int>(row)), 1);
+        }
+      }
+      image.At(x, y) = sums.Mean(kSampleCount);
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+Image Scaled(const Image& source, const ScaledSize& size) {
+  return size.turn == 0 ? ScaledUpright(source, size.width, size.height)
+                        : ScaledTurned(source, size);
+}
+
+ScaledPictures::~ScaledPictures() {
+  for (std::atomic<const Entry*>& bucket : buckets_) {
+    for (const Entry* entry = bucket; entry != nullptr;) {
+      const std::unique_ptr<const Entry> owned(entry);
+      entry = entry->next;
+    }
+  }
+}
+
+ScaledPictures::Bucket& ScaledPictures::BucketOf(const ScaledSize& size) const {
+  return buckets_[static_cast<size_t>(size.width + 5 * size.height + 11 * size.turn) %
+                  buckets_.size()];
+}
+
+const ScaledPictures::Entry* ScaledPictures::FindIn(const Entry* first, const Entry* end,
+                                                    const ScaledSize& size) {
+  for (const Entry* entry = first; entry != end; entry = entry->next) {
+    if (entry->size == size) {
+      return entry;
+    }
+  }
+  return nullptr;
+}
+
+const ScaledPicture* ScaledPictures::Find(const ScaledSize& size) const {
+  const Entry* entry = FindIn(BucketOf(size).load(std::memory_order_acquire), nullptr, size);
+  return entry == nullptr ? nullptr : &entry->picture;
+}
+
+const ScaledPicture& ScaledPictures::Make(const Image& source, const ScaledSize& size) const {
+  auto made = std::make_unique<Entry>();
+  made->size = size;
+  made->picture.image = Scaled(source, size);
+  made->picture.opaque = IsOpaque(made->picture.image);
+  Bucket& bucket = BucketOf(size);
+  const Entry* head = bucket.load(std::memory_order_acquire);
+  const Entry* seen = nullptr;
+  do {
+    if (const Entry* entry = FindIn(head, seen, size)) {
+      return entry->picture;
+    }
+    seen = head;
+    made->next = head;
+  } while (!bucket.compare_exchange_weak(head, made.get(), std::memory_order_acq_rel,
+                                         std::memory_order_acquire));
+  return made.release()->picture;
+}
+
+}  // namespace procgen

@@ -1,0 +1,103 @@
+#include "envcore/render/still_layer.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "absl/types/span.h"
+
+namespace procgen {
+namespace {
+
+// Calls `use` with the kinds of each row of the grid that is in view, as far as it is; stops and
+// returns false when that does.
+template <typename Use>
+bool ForEachRow(const CellLayer& cells, Use use) {
+  const Grid& grid = *cells.grid;
+  const int first_column = std::max(cells.first_column, 0);
+  const int last_column = std::min(cells.last_column, grid.width() - 1);
+  const int last_row = std::min(cells.last_row, grid.height() - 1);
+  if (first_column > last_column) {
+    return true;
+  }
+  const auto count = static_cast<size_t>(last_column - first_column + 1);
+  for (int row = std::max(cells.first_row, 0); row <= last_row; ++row) {
+    if (!use(grid.Row(row).subspan(static_cast<size_t>(first_column), count))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// Whether all but the kinds of the cells are the same.
+bool SameWindow(const CellLayer& a, const CellLayer& b) {
+  return a.first_column == b.first_column && a.last_column == b.last_column &&
+         a.first_row == b.first_row && a.last_row == b.last_row &&
+         a.out_of_bounds_kind == b.out_of_bounds_kind && a.dots == b.dots && a.looks == b.looks;
+}
+
+}  // namespace
+
+StillLayer::Use StillLayer::Meet(const Scene& scene) {
+  if (!Knows(scene)) {
+    Remember(scene);
+    pixels_.clear();
+    return Use::kDrawOnly;
+  }
+  return pixels_.empty() ? Use::kKeep : Use::kCopy;
+}
+
+void StillLayer::CopyTo(const Frame& frame) const {
+  std::copy(pixels_.begin(), pixels_.end(), frame.pixels);
+}
+
+void StillLayer::Keep(const Frame& frame) {
+  pixels_.assign(frame.pixels, frame.At(0, frame.side_px));
+}
+
+bool StillLayer::Knows(const Scene& scene) const {
+  // What a painted background shows is not told by its place in memory.
+  if (!met_ || scene.background.generated != nullptr || !(scene.camera == camera_) ||
+      !(scene.background == background_) || scene.world_width != world_width_ ||
+      scene.world_height != world_height_ || scene.art_style != art_style_ ||
+      scene.below_cells != below_cells_ || (scene.cells.grid != nullptr) != has_cells_) {
+    return false;
+  }
+  if (!has_cells_) {
+    return true;
+  }
+  if (scene.cells.grid->width() != grid_width_ || scene.cells.grid->height() != grid_height_ ||
+      !SameWindow(scene.cells, cells_)) {
+    return false;
+  }
+  const int16_t* known = kinds_.data();
+  return ForEachRow(scene.cells, [&known](absl::Span<const int16_t> kinds) {
+    const bool same = std::equal(kinds.begin(), kinds.end(), known);
+    known += kinds.size();
+    return same;
+  });
+}
+
+void StillLayer::Remember(const Scene& scene) {
+  met_ = true;
+  camera_ = scene.camera;
+  background_ = scene.background;
+  world_width_ = scene.world_width;
+  world_height_ = scene.world_height;
+  art_style_ = scene.art_style;
+  below_cells_ = scene.below_cells;
+  has_cells_ = scene.cells.grid != nullptr;
+  kinds_.clear();
+  if (!has_cells_) {
+    return;
+  }
+  cells_ = scene.cells;
+  cells_.grid = nullptr;
+  grid_width_ = scene.cells.grid->width();
+  grid_height_ = scene.cells.grid->height();
+  ForEachRow(scene.cells, [this](absl::Span<const int16_t> kinds) {
+    kinds_.insert(kinds_.end(), kinds.begin(), kinds.end());
+    return true;
+  });
+}
+
+}  // namespace procgen
