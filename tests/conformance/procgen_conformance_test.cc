@@ -1,7 +1,5 @@
 // The program procgen-conformance must be able to fail: it is run on recordings that were changed.
 
-#include <array>
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -11,6 +9,7 @@
 #include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/program_run.h"
 
 namespace procgen {
 namespace {
@@ -20,21 +19,8 @@ using ::testing::HasSubstr;
 constexpr char kGoldenFolder[] = PROCGEN_SOURCE_DIR "/tests/conformance/golden/";
 constexpr char kMaze[] = "maze.easy.solved-1000.trace";  // one environment, 59 steps
 
-struct Outcome {
-  int exit_status = -1;
-  std::string output;
-};
-
-Outcome RunProgram(const std::string& arguments) {
-  Outcome outcome;
-  std::FILE* pipe = popen(absl::StrCat(PROCGEN_CONFORMANCE, " ", arguments, " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer;
-  while (std::fgets(buffer.data(), static_cast<int>(buffer.size()), pipe) != nullptr) {
-    outcome.output += buffer.data();
-  }
-  const int status = pclose(pipe);
-  outcome.exit_status = status >= 0 ? status >> 8 : status;
-  return outcome;
+ProgramRun RunConformance(absl::string_view arguments) {
+  return RunProgram(PROCGEN_CONFORMANCE, arguments);
 }
 
 std::string Contents(const std::string& path) {
@@ -53,8 +39,8 @@ std::string Written(const std::string& contents) {
 }
 
 TEST(ProcgenConformanceTest, PassesOnGoldenRecordings) {
-  const Outcome outcome = RunProgram(absl::StrCat("--workers 2 ", kGoldenFolder, kMaze, " ",
-                                                  kGoldenFolder, "miner.easy.mono-restrict.trace"));
+  const ProgramRun outcome = RunConformance(absl::StrCat(
+      "--workers 2 ", kGoldenFolder, kMaze, " ", kGoldenFolder, "miner.easy.mono-restrict.trace"));
   EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
   EXPECT_THAT(outcome.output, HasSubstr("maze.easy.solved-1000.trace: ok\n"));
   EXPECT_THAT(outcome.output, HasSubstr("\n2 passed, 0 failed, 0 skipped\n"));
@@ -66,7 +52,7 @@ TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
   const size_t arrays = contents.find('\n') + 1;
   const size_t first = arrays + 59 + 60 * 4;
   contents[first + 4] ^= 1;
-  const Outcome outcome = RunProgram(Written(contents));
+  const ProgramRun outcome = RunConformance(Written(contents));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr(": step 4, environment 0, first: expected 1, got 0\n"));
   EXPECT_THAT(outcome.output, HasSubstr("0 passed, 1 failed, 0 skipped\n"));
@@ -75,7 +61,7 @@ TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
 TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   contents[contents.find('\n') + 1 + 59 + 2 * 4] ^= 1;
-  const Outcome outcome = RunProgram(Written(contents));
+  const ProgramRun outcome = RunConformance(Written(contents));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr(": step 2, environment 0, reward: expected "));
 }
@@ -83,20 +69,20 @@ TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
 TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, "maze.memory.mono-restrict.trace"));
   contents.back() ^= 1;
-  const Outcome outcome = RunProgram(Written(contents));
+  const ProgramRun outcome = RunConformance(Written(contents));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
-  const Outcome outcome = RunProgram(Written(contents.substr(0, contents.size() - 10)));
+  const ProgramRun outcome = RunConformance(Written(contents.substr(0, contents.size() - 10)));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr("the file ends within array prev_level_complete"));
 }
 
 TEST(ProcgenConformanceTest, AMissingFileFails) {
-  const Outcome outcome = RunProgram("/nowhere/at.all");
+  const ProgramRun outcome = RunConformance("/nowhere/at.all");
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr("cannot open /nowhere/at.all"));
 }
@@ -104,7 +90,7 @@ TEST(ProcgenConformanceTest, AMissingFileFails) {
 TEST(ProcgenConformanceTest, AnUnknownGameFails) {
   const std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const size_t header_size = contents.find('\n');
-  const Outcome outcome = RunProgram(
+  const ProgramRun outcome = RunConformance(
       Written(absl::StrReplaceAll(contents.substr(0, header_size), {{"\"maze\"", "\"mazes\""}}) +
               contents.substr(header_size)));
   EXPECT_EQ(outcome.exit_status, 1);
@@ -112,10 +98,10 @@ TEST(ProcgenConformanceTest, AnUnknownGameFails) {
 }
 
 TEST(ProcgenConformanceTest, WithoutFilesItSaysHowItIsUsed) {
-  const Outcome outcome = RunProgram("");
+  const ProgramRun outcome = RunConformance("");
   EXPECT_EQ(outcome.exit_status, 2);
   EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-conformance"));
-  EXPECT_EQ(RunProgram(absl::StrCat("--workers 0 ", kGoldenFolder, kMaze)).exit_status, 2);
+  EXPECT_EQ(RunConformance(absl::StrCat("--workers 0 ", kGoldenFolder, kMaze)).exit_status, 2);
 }
 
 }  // namespace
