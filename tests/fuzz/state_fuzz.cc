@@ -55,9 +55,10 @@ Pool& PoolFor(absl::string_view snapshot) {
   }();
   const absl::Span<const GameFacts> games = GameCatalog();
   for (size_t i = 0; i < games.size(); ++i) {
+    // In CBOR a short text is 0x60 plus its length, and the text: "d" and "game".
     const char text_of_length = static_cast<char>(0x60 + games[i].name.size());
-    if (absl::StrContains(
-            snapshot, absl::StrCat("\x64game", std::string(1, text_of_length), games[i].name))) {
+    const std::string field = absl::StrCat("dgame", std::string(1, text_of_length), games[i].name);
+    if (absl::StrContains(snapshot, field)) {
       return *pools[i];
     }
   }
