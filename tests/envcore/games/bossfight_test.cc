@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -35,12 +34,6 @@ void AddAt(Game& game, int kind, float x, float y) {
 
 // Puts a bullet on the boss.
 void HitBoss(Game& game) { AddAt(game, kBulletKind, game.world().entities[1].x, 10); }
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
-}
 
 TEST(BossFightTest, TheFirstShotIsInTheThirdStepThenOneEveryThree) {
   const auto game = StagedDuel();

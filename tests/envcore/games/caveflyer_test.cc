@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <vector>
-
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
@@ -30,12 +27,6 @@ Entity& AddAt(Game& game, int kind, float x, float y) {
   Entity& entity = Stage(game).entities.emplace_back(Entity::Make(kind, x, y, 0, 0, 0.5F, 0.5F));
   entity.meets_entities = kind != kShotKind;
   return entity;
-}
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
 }
 
 TEST(CaveFlyerTest, ThrustActsAlongTheHeading) {

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -26,12 +25,6 @@ std::unique_ptr<Game> StagedMaze() {
 void AddOnAgent(Game& game, int kind) {
   World& world = Stage(game);
   world.entities.push_back(Entity::Make(kind, world.agent().x, world.agent().y, 0, 0, 0.4F, 0.4F));
-}
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
 }
 
 TEST(ChaserTest, TheOrbUnderTheAgentIsTakenAndPays) {

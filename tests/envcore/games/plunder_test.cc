@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <vector>
-
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/games/staged_game.h"
@@ -41,12 +38,6 @@ void AddAt(Game& game, int kind, float x, float y, int type = 0) {
 void HitShip(Game& game, int type) {
   AddAt(game, kShipKind, 5, 15, type);
   AddAt(game, kBallKind, 5, 15);
-}
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
 }
 
 // The reserve as the picture's upper bar shows it.

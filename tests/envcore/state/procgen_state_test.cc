@@ -27,7 +27,7 @@ std::string MinerSnapshot() {
 }
 
 std::string Written(const std::string& contents) {
-  const std::string path =
+  std::string path =
       absl::StrCat(testing::TempDir(), "/procgen_state_",
                    testing::UnitTest::GetInstance()->current_test_info()->name(), ".pgst");
   std::ofstream(path, std::ios::binary) << contents;
