@@ -155,7 +155,7 @@ Stop:     kill {server.process_id}
 def demonstrate(address: str, arguments: argparse.Namespace) -> None:
     """Steps all games, and writes the table and the picture."""
     with Client(address) as client:
-        games = [game for game in client.catalog().games if game.available]
+        games = client.catalog().games
         print(
             f"== Stepping {arguments.environments} environments of each of {len(games)} games, "
             f"{arguments.seconds} s each"

@@ -3,7 +3,7 @@
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-known_presets="dev release asan tsan lint"
+known_presets="dev release asan tsan lint fuzz"
 
 usage() {
   cat <<TEXT

@@ -45,7 +45,7 @@ class FlagsTest(unittest.TestCase):
         result = _run("--preset", "debug")
         self.assertEqual(result.returncode, 2)
         self.assertIn("'debug'", result.stderr)
-        self.assertIn("dev, release, asan, tsan, lint", result.stderr)
+        self.assertIn("dev, release, asan, tsan, lint, fuzz", result.stderr)
 
     def test_flag_without_its_value_is_an_error(self):
         self.assertIn("--label needs a value", _run("--label").stderr)

@@ -11,12 +11,10 @@
 namespace procgen {
 namespace {
 
-std::string AvailableGames() {
+std::string GameNames() {
   std::vector<absl::string_view> names;
   for (const GameFacts& game : GameCatalog()) {
-    if (game.make != nullptr) {
-      names.push_back(game.name);
-    }
+    names.push_back(game.name);
   }
   return absl::StrJoin(names, ", ");
 }
@@ -46,11 +44,7 @@ absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
   const GameFacts* facts = FindGame(game);
   if (facts == nullptr) {
     return absl::NotFoundError(
-        absl::StrCat("no game is named \"", game, "\"; there are ", AvailableGames()));
-  }
-  if (facts->make == nullptr) {
-    return absl::UnimplementedError(
-        absl::StrCat("the game ", game, " is not there yet; there are ", AvailableGames()));
+        absl::StrCat("no game is named \"", game, "\"; there are ", GameNames()));
   }
   if (!facts->HasMode(options.distribution_mode)) {
     return absl::InvalidArgumentError(absl::StrCat(

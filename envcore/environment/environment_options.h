@@ -19,9 +19,8 @@ struct EnvironmentOptions : GameOptions {
 };
 
 // Checks `options` for `game` and returns them with kExploration resolved to what it stands for:
-// hard, one level, the game's own level seed. Errors: NOT_FOUND no such game; UNIMPLEMENTED a game
-// of the suite that is not there yet; INVALID_ARGUMENT an option out of range or a mode that the
-// game lacks (the message says what is allowed).
+// hard, one level, the game's own level seed. Errors: NOT_FOUND no such game; INVALID_ARGUMENT an
+// option out of range or a mode that the game lacks (the message says what is allowed).
 absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
                                                   const EnvironmentOptions& options);
 

@@ -15,8 +15,8 @@ namespace procgen {
 // The constants (return - min) / (max - min) that scores are normalised with. Source: Cobbe et al.
 // 2020, appendix C.
 struct ReturnRange {
-  float min = 0;
-  float max = 0;
+  double min = 0;
+  double max = 0;
 };
 
 // What is known of a game of the suite.
@@ -28,8 +28,8 @@ struct GameFacts {
   int32_t step_limit_memory = 1000;          // in memory mode
   ReturnRange easy_returns;
   ReturnRange hard_returns;
-  std::optional<int32_t> exploration_level;           // the level seed of exploration mode
-  std::unique_ptr<Game> (*make)(const GameOptions&);  // null: the game is not there yet
+  std::optional<int32_t> exploration_level;  // the level seed of exploration mode
+  std::unique_ptr<Game> (*make)(const GameOptions&);
 
   bool HasMode(DistributionMode mode) const;
   int32_t StepLimit(DistributionMode mode) const {

@@ -121,8 +121,8 @@ class Pool {
   using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
 
   // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
-  // by pools. Errors: NOT_FOUND no such game; UNIMPLEMENTED a game that is not there yet;
-  // INVALID_ARGUMENT an option out of range (the message names it and the range).
+  // by pools. Errors: NOT_FOUND no such game; INVALID_ARGUMENT an option out of range (the message
+  // names it and the range).
   static absl::StatusOr<std::unique_ptr<Pool>> Create(const PoolOptions& options,
                                                       std::shared_ptr<Crew> crew);
   // REQUIRES: no step is running.

@@ -6,6 +6,7 @@
 #include "envcore/render/overlay_drawing.h"
 #include "envcore/render/sharp_picture.h"
 #include "envcore/render/smooth_picture.h"
+#include "envcore/render/tiles.h"
 
 namespace procgen {
 namespace {
@@ -15,37 +16,6 @@ constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
 constexpr int kStripCellsInView = 16;         // a background that scrolls
 constexpr double kStripWidth = 54;            // in picture sides
 constexpr double kStripHeight = 3;
-
-// Into how many squares-by-ratio a rectangle of `length` x `breadth` is cut along its length.
-int TileCount(double length, double breadth, double ratio) {
-  const double count = length / (breadth * ratio);
-  return count >= 1 ? static_cast<int>(std::min(count, 1e6)) : 1;
-}
-
-// Calls `draw` for each tile of `rect`: side by side for a positive ratio, one below the other for
-// a negative one. REQUIRES: ratio != 0.
-template <typename Draw>
-void ForEachTile(const ScreenRect& rect, float ratio, Draw draw) {
-  if (ratio > 0) {
-    const int count = TileCount(rect.width, rect.height, static_cast<double>(ratio));
-    const auto width = static_cast<float>(rect.width / count);
-    const auto height = static_cast<float>(rect.height);
-    for (int i = 0; i < count; ++i) {
-      const float offset = width * static_cast<float>(i);
-      draw(ScreenRect{rect.x + static_cast<double>(offset), rect.y, static_cast<double>(width),
-                      static_cast<double>(height)});
-    }
-    return;
-  }
-  const int count = TileCount(rect.height, rect.width, static_cast<double>(-ratio));
-  const auto width = static_cast<float>(rect.width);
-  const auto height = static_cast<float>(rect.height / count);
-  for (int i = 0; i < count; ++i) {
-    const float offset = height * static_cast<float>(i);
-    draw(ScreenRect{rect.x, rect.y + static_cast<double>(offset), static_cast<double>(width),
-                    static_cast<double>(height)});
-  }
-}
 
 enum class Smoothing { kSharp, kSmooth };
 

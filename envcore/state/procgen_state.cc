@@ -1,12 +1,13 @@
 // procgen-state: shows what a snapshot holds.
 //
 //   procgen-state dump FILE     prints the snapshot in FILE as JSON; FILE - is the standard input
+//   procgen-state --help        says how it is used
 //
 // Exits with 0, with 1 where the file is no snapshot, with 2 where it cannot be read.
 
 #include <fstream>
 #include <iostream>
-#include <iterator>
+#include <sstream>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -18,18 +19,26 @@ namespace {
 constexpr int kNoSnapshot = 1;
 constexpr int kBadUse = 2;
 
+constexpr absl::string_view kUsage =
+    "usage: procgen-state dump FILE\n"
+    "Prints the snapshot in FILE (- is the standard input) as JSON.\n";
+
 int Dump(const std::string& path) {
   std::ifstream file;
   if (path != "-") {
     file.open(path, std::ios::binary);
   }
   std::istream& input = path == "-" ? std::cin : file;
-  if (!input) {
+  std::ostringstream bytes;
+  // A folder can be opened, but not read. To read nothing at all counts as a failure of `bytes`.
+  if (input && input.peek() != std::istream::traits_type::eof()) {
+    bytes << input.rdbuf();
+  }
+  if (input.bad() || (!input && !input.eof())) {
     std::cerr << "procgen-state: cannot read " << path << "\n";
     return kBadUse;
   }
-  const std::string bytes(std::istreambuf_iterator<char>(input), {});
-  const absl::StatusOr<std::string> json = procgen::SnapshotAsJson(bytes);
+  const absl::StatusOr<std::string> json = procgen::SnapshotAsJson(bytes.str());
   if (!json.ok()) {
     std::cerr << "procgen-state: " << json.status().message() << "\n";
     return kNoSnapshot;
@@ -44,6 +53,10 @@ int main(int argument_count, char** arguments) {
   if (argument_count == 3 && absl::string_view(arguments[1]) == "dump") {
     return Dump(arguments[2]);
   }
-  std::cerr << "usage: procgen-state dump FILE\n";
+  if (argument_count == 2 && absl::string_view(arguments[1]) == "--help") {
+    std::cout << kUsage;
+    return 0;
+  }
+  std::cerr << kUsage;
   return kBadUse;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "envcore/world/kinds.h"
 
 namespace procgen {
@@ -125,7 +126,7 @@ void VisitWorld(StateArchive& archive, World& world) {
   const auto smart_count = std::count_if(world.entities.begin(), world.entities.end(),
                                          [](const Entity& entity) { return entity.smart; });
   archive.Check(smart_count <= static_cast<std::ptrdiff_t>(kSmartEntityCountMax),
-                "has more than 256 smart entities");
+                absl::StrCat("has more than ", kSmartEntityCountMax, " smart entities"));
 }
 
 }  // namespace procgen

@@ -13,8 +13,8 @@ namespace procgen {
 
 // The bounds of a world in a snapshot. They are far beyond what the games reach, and near enough
 // that a step of any world within them is quick and computes with finite numbers only.
-inline constexpr size_t kEntityCountMax = 4096;
-inline constexpr size_t kSmartEntityCountMax = 256;
+inline constexpr size_t kEntityCountMax = 1024;
+inline constexpr size_t kSmartEntityCountMax = 128;
 inline constexpr int32_t kRememberedStepMax = 1000000;  // of steps in games' memories, either sign
 inline constexpr float kPlaceMax = 1000;                // cells, either sign
 inline constexpr float kSpeedMax = 8;                   // cells a step

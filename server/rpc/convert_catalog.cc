@@ -28,7 +28,6 @@ void FillMode(const GameFacts& facts, DistributionMode mode, v1::Game* game) {
 void FillGame(const GameFacts& facts, v1::Game* game) {
   game->set_name(std::string(facts.name));
   game->set_description(std::string(facts.description));
-  game->set_available(facts.make != nullptr);
   for (const DistributionMode mode : facts.modes) {
     FillMode(facts, mode, game);
   }

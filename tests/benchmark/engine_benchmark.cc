@@ -121,9 +121,6 @@ void RunCourse(const Course& course, benchmark::State& state) {
 
 void RegisterCourses() {
   for (const GameFacts& game : GameCatalog()) {
-    if (game.make == nullptr) {
-      continue;
-    }
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       for (const int worker_count : {1, 2}) {
         for (const bool drawn : {false, true}) {

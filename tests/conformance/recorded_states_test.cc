@@ -1,4 +1,4 @@
-// Levels and steps of every game that is there against the recorded states of the released
+// Levels and steps of every game against the recorded states of the released
 // benchmark: the world, every entity field, every cell and the number of draws taken. Skipped where
 // the recordings are not beside the checkout.
 
@@ -63,9 +63,6 @@ struct Recording {
 std::vector<Recording> Recordings(const std::string& kind) {
   std::vector<Recording> recordings;
   for (const GameFacts& game : GameCatalog()) {
-    if (game.make == nullptr) {
-      continue;
-    }
     for (const DistributionMode mode : game.modes) {
       const std::string name = absl::StrCat(game.name, ".", DistributionModeName(mode), ".", kind);
       const std::string path = absl::StrCat(ReferenceFolder(), "/", kind, "/", name, ".jsonl.gz");

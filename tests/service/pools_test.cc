@@ -94,19 +94,6 @@ TEST_F(PoolsTest, UnknownGameIsNotFound) {
   EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
 }
 
-TEST_F(PoolsTest, GameThatIsNotThereYetIsUnimplemented) {
-  const absl::StatusOr<v1::Catalog> catalog = client_->GetCatalog();
-  ASSERT_THAT(catalog, IsOk());
-  for (const v1::Game& game : catalog->games()) {
-    if (!game.available()) {
-      v1::PoolSpec spec = MazeSpec(1);
-      spec.set_games(0, game.name());
-      EXPECT_THAT(client_->CreatePool(spec),
-                  StatusIs(absl::StatusCode::kUnimplemented, HasSubstr(game.name())));
-    }
-  }
-}
-
 TEST_F(PoolsTest, ModeThatAGameLacksIsRefused) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXTREME);

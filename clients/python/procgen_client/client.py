@@ -162,7 +162,7 @@ class Client:
             NotFoundError: There is no such game.
             AlreadyExistsError: `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
-            UnimplementedError: The server does not offer this game or option yet.
+            UnimplementedError: The server does not offer this option yet.
         """
         spec = _options.pool_spec(
             games,

@@ -38,14 +38,38 @@ absl::StatusOr<std::unique_ptr<Environment>> Restored(absl::string_view snapshot
   return Environment::Restore(*FindGame(game), snapshot);
 }
 
-// A snapshot of a maze with one field set.
-std::string With(const std::string& field, const Json& value) {
-  Environment environment = Made("maze");
-  Json tree = Json::from_cbor(Saved(environment).substr(kSnapshotHeaderBytes));
-  tree[Json::json_pointer(field)] = value;
+// What a new environment's snapshot holds, and the snapshot of what it is made to hold.
+Json TreeOf(absl::string_view game) {
+  Environment environment = Made(game);
+  return Json::from_cbor(Saved(environment).substr(kSnapshotHeaderBytes));
+}
+
+std::string Encoded(const Json& tree) {
   std::string body;
   Json::to_cbor(tree, body);
   return FrameSnapshot(body);
+}
+
+// A snapshot of a maze with one field set.
+std::string With(const std::string& field, const Json& value) {
+  Json tree = TreeOf("maze");
+  tree[Json::json_pointer(field)] = value;
+  return Encoded(tree);
+}
+
+// A snapshot of coinrun with only the agent, `count` times `entity` and, last, a crate.
+std::string CoinRunWith(int count, Json entity) {
+  Json tree = TreeOf("coinrun");
+  Json& entities = tree["level"]["world"]["entities"];
+  const Json agent = entities[0];
+  entity.update({{"image_kind", 0}, {"x", 5.5}, {"y", 5.5}});
+  entities = Json::array({agent});
+  for (int i = 0; i < count; ++i) {
+    entities.push_back(entity);
+  }
+  entities.push_back(
+      {{"kind", 20}, {"x", 5.5}, {"y", 5.5}, {"rx", 0.5}, {"ry", 0.5}, {"image_kind", 20}});
+  return Encoded(tree);
 }
 
 TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
@@ -135,6 +159,47 @@ TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
           {{"kind", 51}, {"x", 1.5}, {"y", 1.5}, {"rx", 0.5}, {"ry", 0.5}, {"image_kind", 51}})),
       StatusIs(absl::StatusCode::kInvalidArgument,
                "level has an entity of kind 51, which only cells can have"));
+}
+
+TEST(EnvironmentStateTest, WorldsTooFullForQuickStepsAreRefused) {
+  const Json entity = {{"kind", 1},  {"x", 1.5},  {"y", 1.5},
+                       {"rx", 0.25}, {"ry", 0.5}, {"image_kind", 1}};
+  Json tree = TreeOf("bigfish");
+  Json& entities = tree["level"]["world"]["entities"];
+  while (entities.size() < 1024) {
+    entities.push_back(entity);
+  }
+  EXPECT_THAT(Restored(Encoded(tree), "bigfish"), IsOk());
+  for (size_t i = 1; i < 128; ++i) {
+    entities[i]["smart"] = true;
+  }
+  EXPECT_THAT(Restored(Encoded(tree), "bigfish"), IsOk());
+  entities[128]["smart"] = true;
+  EXPECT_THAT(Restored(Encoded(tree), "bigfish"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("level.world has more than 128 smart entities")));
+  entities.push_back(entity);
+  EXPECT_THAT(Restored(Encoded(tree), "bigfish"),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("entities has 1025 entries, must have from 1 to 1024")));
+}
+
+// Each would be pushed about among the crates that it is in, over and over again.
+TEST(EnvironmentStateTest, CrowdsInCratesAreRefused) {
+  const Json crate = {{"kind", 20}, {"rx", 0.5}, {"ry", 0.5}};
+  const Json walker = {{"kind", 5}, {"rx", 0.5}, {"ry", 0.5}, {"smart", true}};
+  Json broad = walker;
+  broad["rx"] = 0.75;
+  Json fast = walker;
+  fast["vy"] = 1.0;
+  EXPECT_THAT(Restored(CoinRunWith(39, walker), "coinrun"), IsOk());
+  EXPECT_THAT(Restored(CoinRunWith(1, crate), "coinrun"), IsOk());
+  for (const std::string& snapshot : {CoinRunWith(40, walker), CoinRunWith(2, crate),
+                                      CoinRunWith(1, broad), CoinRunWith(1, fast)}) {
+    EXPECT_THAT(Restored(snapshot, "coinrun"),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         "level.own has more or other crates and walkers than levels can have"));
+  }
 }
 
 TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {

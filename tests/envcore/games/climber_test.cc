@@ -14,12 +14,6 @@ constexpr int kPlatformKind = 16;
 constexpr int32_t kJump = 5;
 constexpr float kFishSpeed = 0.15F;
 
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
-}
-
 // A floor with the agent on it at x = 5.5, nothing else.
 void StageFloor(Game& game) {
   StageAgentAlone(game, 5.5F, 1.5F);

@@ -64,12 +64,6 @@ int CountCells(const Game& game, int kind) {
   return count;
 }
 
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
-}
-
 // --- Running and jumping.
 
 TEST(CoinRunTest, OneStepFromRestWithSupportGivesATenth) {

@@ -1,4 +1,4 @@
-// One battery for every game that is there, in each of its modes.
+// One battery for every game, in each of its modes.
 
 #include <memory>
 #include <string>
@@ -22,10 +22,8 @@ struct GameInMode {
 std::vector<GameInMode> AllGamesInAllModes() {
   std::vector<GameInMode> all;
   for (const GameFacts& facts : GameCatalog()) {
-    if (facts.make != nullptr) {
-      for (const DistributionMode mode : facts.modes) {
-        all.push_back({&facts, mode});
-      }
+    for (const DistributionMode mode : facts.modes) {
+      all.push_back({&facts, mode});
     }
   }
   return all;

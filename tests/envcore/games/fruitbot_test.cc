@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -37,12 +36,6 @@ void AddAt(Game& game, int kind, float x, float y) {
 void AddKey(Game& game, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kKeyKind, x, y, 0, 0, 0.25F, 0.25F));
   Stage(game).entities.back().meets_entities = true;
-}
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
 }
 
 TEST(FruitBotTest, DrivesUpwardWhateverIsPressed) {

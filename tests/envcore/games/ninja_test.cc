@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <vector>
 
 #include "gmock/gmock.h"
@@ -32,12 +31,6 @@ void PlayFor(Game& game, int steps, int32_t action) {
   for (int i = 0; i < steps; ++i) {
     game.Play(action);
   }
-}
-
-int CountEntities(const Game& game, int kind) {
-  const std::vector<Entity>& entities = game.world().entities;
-  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
-                                        [kind](const Entity& e) { return e.kind == kind; }));
 }
 
 // The height of the charge bar, in cells.

@@ -1,7 +1,9 @@
 #include "tests/envcore/games/staged_game.h"
 
+#include <algorithm>
 #include <cstring>
 #include <type_traits>
+#include <vector>
 
 namespace procgen {
 namespace {
@@ -43,6 +45,12 @@ void AddEntity(const Entity& entity, Digest* digest) {
 }
 
 }  // namespace
+
+int CountEntities(const Game& game, int kind) {
+  const std::vector<Entity>& entities = game.world().entities;
+  return static_cast<int>(std::count_if(entities.begin(), entities.end(),
+                                        [kind](const Entity& e) { return e.kind == kind; }));
+}
 
 uint64_t DigestOf(const Game& game) {
   Digest digest;

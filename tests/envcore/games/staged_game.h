@@ -36,6 +36,9 @@ inline void StageAgentAlone(Game& game, float x, float y) {
   world.agent().vy = 0;
 }
 
+// How many entities of `kind` there are.
+int CountEntities(const Game& game, int kind);
+
 // A digest of all of a game's state that its base class shows: two games with equal digests after
 // each step have played the same.
 uint64_t DigestOf(const Game& game);

@@ -29,15 +29,13 @@ std::vector<Played> AllThatCanBePlayed() {
   std::vector<Played> all;
   std::vector<std::string> joint;
   for (const GameFacts& game : GameCatalog()) {
-    if (game.make != nullptr) {
-      for (const DistributionMode mode : game.modes) {
-        all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)),
-                       {std::string(game.name)},
-                       mode});
-      }
-      if (joint.size() < 3) {
-        joint.emplace_back(game.name);
-      }
+    for (const DistributionMode mode : game.modes) {
+      all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)),
+                     {std::string(game.name)},
+                     mode});
+    }
+    if (joint.size() < 3) {
+      joint.emplace_back(game.name);
     }
   }
   all.push_back({"joint", joint, DistributionMode::kEasy});

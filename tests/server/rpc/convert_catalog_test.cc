@@ -25,7 +25,6 @@ TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
     if (game.name() != "maze") {
       continue;
     }
-    EXPECT_TRUE(game.available());
     EXPECT_EQ(game.action_count(), 15);
     ASSERT_EQ(game.modes_size(), 4);
     EXPECT_EQ(game.modes(0).distribution_mode(), v1::DISTRIBUTION_MODE_EASY);

@@ -1,0 +1,90 @@
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/staged_game.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kGoalKind = 1;
+constexpr int kMeteorKind = 2;
+constexpr int kSaucerKind = 3;
+constexpr int kShotKind = 4;
+constexpr int kEnemyShipKind = 5;
+constexpr int kRockKind = 8;
+
+constexpr int32_t kThrust = 5;
+constexpr int32_t kFire = 9;
+
+// An empty cave with the ship at (20, 20), looking up.
+std::unique_ptr<Game> StagedCave() {
+  auto game = StartedGame("caveflyer", 0);
+  StageAgentAlone(*game, 20, 20);
+  Stage(*game).agent().rotation = 0;
+  return game;
+}
+
+Entity& AddAt(Game& game, int kind, float x, float y) {
+  Entity& entity = Stage(game).entities.emplace_back(Entity::Make(kind, x, y, 0, 0, 0.5F, 0.5F));
+  entity.meets_entities = kind != kShotKind;
+  return entity;
+}
+
+TEST(CaveFlyerTest, ThrustActsAlongTheHeading) {
+  const auto game = StagedCave();
+  game->Play(kThrust);
+  EXPECT_GT(game->world().agent().vy, 0);
+  EXPECT_NEAR(game->world().agent().vx, 0, 1e-6F);
+  Stage(*game).agent().rotation = 1.57079637F;
+  game->Play(kThrust);
+  EXPECT_GT(game->world().agent().vx, 0);
+}
+
+TEST(CaveFlyerTest, MeteorsSaucersAndEnemyShipsKill) {
+  for (const int kind : {kMeteorKind, kSaucerKind, kEnemyShipKind, kShotKind}) {
+    const auto game = StagedCave();
+    AddAt(*game, kind, 20, 20);
+    game->Play(kNoAction);
+    EXPECT_EQ(game->outcome().done, kind != kShotKind) << kind;
+    EXPECT_EQ(game->outcome().reward, 0);
+  }
+}
+
+TEST(CaveFlyerTest, ASaucerPaysThreeWithItsLastHealthAndAMeteorNever) {
+  const auto game = StagedCave();
+  AddAt(*game, kSaucerKind, 10, 10).health = 2;
+  AddAt(*game, kMeteorKind, 30, 10);
+  for (const float reward : {0.0F, 3.0F}) {
+    AddAt(*game, kShotKind, 10, 10);
+    AddAt(*game, kShotKind, 30, 10);
+    game->Play(kNoAction);
+    EXPECT_EQ(game->outcome().reward, reward);
+    EXPECT_EQ(CountEntities(*game, kShotKind), 0);
+  }
+  EXPECT_EQ(CountEntities(*game, kSaucerKind), 0);
+  EXPECT_EQ(CountEntities(*game, kMeteorKind), 1);
+}
+
+TEST(CaveFlyerTest, AShotBurstsAtTheCavesWall) {
+  const auto game = StagedCave();
+  Stage(*game).grid.Fill(20, 23, 1, 1, kRockKind);
+  game->Play(kFire);
+  game->Play(kNoAction);
+  EXPECT_EQ(CountEntities(*game, kShotKind), 1);
+  game->Play(kNoAction);
+  game->Play(kNoAction);
+  EXPECT_EQ(CountEntities(*game, kShotKind), 0);
+  EXPECT_EQ(CountEntities(*game, kExplosionKind), 1);
+  EXPECT_EQ(game->world().grid.At(20, 23), kRockKind);
+}
+
+TEST(CaveFlyerTest, TheGoalPaysTenAndCompletes) {
+  const auto game = StagedCave();
+  AddAt(*game, kGoalKind, 20, 20);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 10);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_TRUE(game->outcome().level_complete);
+}
+
+}  // namespace
+}  // namespace procgen

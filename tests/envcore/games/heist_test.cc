@@ -1,0 +1,74 @@
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/staged_game.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kLockKind = 1;
+constexpr int kKeyKind = 2;
+constexpr int kGemKind = 9;
+
+constexpr int32_t kRight = 7;
+
+// An open floor with the thief at (5, 5).
+std::unique_ptr<Game> StagedFloor() {
+  auto game = StartedGame("heist", 0);
+  StageAgentAlone(*game, 5, 5);
+  return game;
+}
+
+void AddAt(Game& game, int kind, int color, float x) {
+  Entity& entity =
+      Stage(game).entities.emplace_back(Entity::Make(kind, x, 5, 0, 0, 0.375F, 0.375F));
+  entity.theme = color;
+}
+
+TEST(HeistTest, ALockStopsTheThiefWithoutItsKey) {
+  const auto game = StagedFloor();
+  AddAt(*game, kKeyKind, 0, 5);
+  AddAt(*game, kLockKind, 1, 7);
+  for (int i = 0; i < 20; ++i) {
+    game->Play(kRight);
+  }
+  EXPECT_FLOAT_EQ(game->world().agent().x, 7 - 2 * 0.375F);
+  EXPECT_EQ(game->world().entities.size(), 2U);
+}
+
+TEST(HeistTest, AKeyOpensTheLockOfItsColor) {
+  const auto game = StagedFloor();
+  AddAt(*game, kKeyKind, 1, 5);
+  AddAt(*game, kLockKind, 1, 7);
+  game->Play(kRight);
+  EXPECT_EQ(game->world().entities.size(), 2U);
+  for (int i = 0; i < 6; ++i) {
+    game->Play(kRight);
+  }
+  EXPECT_GT(game->world().agent().x, 7);
+  EXPECT_EQ(game->world().entities.size(), 1U);
+  EXPECT_EQ(game->outcome().reward, 0);
+}
+
+TEST(HeistTest, ALockGoesInTheStepOfAKeyThatStandsLaterInTheList) {
+  for (const bool key_is_later : {true, false}) {
+    const auto game = StagedFloor();
+    AddAt(*game, key_is_later ? kLockKind : kKeyKind, 2, 5.5F);
+    AddAt(*game, key_is_later ? kKeyKind : kLockKind, 2, 5.5F);
+    game->Play(kNoAction);
+    EXPECT_EQ(game->world().entities.size(), key_is_later ? 1U : 2U);
+    game->Play(kRight);
+    EXPECT_EQ(game->world().entities.size(), 1U);
+  }
+}
+
+TEST(HeistTest, TheGemPaysTenAndCompletes) {
+  const auto game = StagedFloor();
+  AddAt(*game, kGemKind, 0, 5);
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 10);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_TRUE(game->outcome().level_complete);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,90 @@
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/games/staged_game.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kLogKind = 1;
+constexpr int kWaterKind = 3;
+constexpr int kCarKind = 4;
+constexpr int kFinishKind = 5;
+
+constexpr int32_t kUp = 5;
+constexpr int32_t kRight = 7;
+
+// Grass all over with the frog at (4.5, 0.5), in a level that no traffic comes to where it is: what
+// comes enters at the sides, and the tests are over before.
+std::unique_ptr<Game> StagedGrass() {
+  auto game = StartedGame("leaper", 0, {.distribution_mode = DistributionMode::kEasy});
+  StageAgentAlone(*game, 4.5F, 0.5F);
+  return game;
+}
+
+void AddAt(Game& game, int kind, float x, float y, float vx = 0) {
+  const float rx = kind == kLogKind ? 0.45F : 0.5F;
+  Stage(game).entities.push_back(Entity::Make(kind, x, y, vx, 0, rx, rx));
+}
+
+TEST(LeaperTest, AHopIsOneCellInSixStepsWhateverIsPressedMeanwhile) {
+  const auto game = StagedGrass();
+  game->Play(kRight);
+  for (int step = 2; step <= 5; ++step) {
+    game->Play(kUp);
+    EXPECT_GT(game->world().agent().vx, 0) << step;
+  }
+  game->Play(kUp);
+  EXPECT_EQ(game->world().agent().vx, 0);
+  EXPECT_NEAR(game->world().agent().x, 5.5F, 1e-5F);
+  EXPECT_EQ(game->world().agent().y, 0.5F);
+  game->Play(kUp);
+  EXPECT_GT(game->world().agent().vy, 0);
+}
+
+TEST(LeaperTest, ACarKillsInTheMiddleOfAHop) {
+  const auto game = StagedGrass();
+  AddAt(*game, kCarKind, 5.5F, 0.5F);
+  game->Play(kRight);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_FALSE(game->outcome().level_complete);
+}
+
+TEST(LeaperTest, WaterDrownsOnlyAFrogThatSits) {
+  const auto game = StagedGrass();
+  Stage(*game).grid.Fill(5, 0, 1, 1, kWaterKind);
+  for (int step = 1; step <= 5; ++step) {
+    game->Play(kRight);
+    EXPECT_FALSE(game->outcome().done) << step;
+  }
+  game->Play(kNoAction);
+  EXPECT_TRUE(game->outcome().done);
+  EXPECT_EQ(game->outcome().reward, 0);
+}
+
+TEST(LeaperTest, ALogSavesAndCarries) {
+  const auto game = StagedGrass();
+  Stage(*game).grid.Fill(0, 0, game->world().grid.width(), 1, kWaterKind);
+  AddAt(*game, kLogKind, 4.5F, 0.5F, 0.05F);
+  for (int step = 0; step < 10; ++step) {
+    game->Play(kNoAction);
+    EXPECT_FALSE(game->outcome().done) << step;
+  }
+  EXPECT_NEAR(game->world().agent().x, 4.5F + 10 * 0.05F, 1e-5F);
+}
+
+TEST(LeaperTest, TheFinishLinePaysTenOnceTheFrogSitsOnIt) {
+  const auto game = StagedGrass();
+  AddAt(*game, kFinishKind, 4.5F, 1.5F);
+  for (int step = 1; step <= 5; ++step) {
+    game->Play(kUp);
+    EXPECT_EQ(game->outcome().reward, 0) << step;
+  }
+  game->Play(kNoAction);
+  EXPECT_EQ(game->outcome().reward, 10);
+  EXPECT_TRUE(game->outcome().level_complete);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,102 @@
+// The program procgen-state, run on snapshots of a real game and on what is none.
+
+#include <fstream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "envcore/environment/environment.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/program_run.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::HasSubstr;
+
+ProgramRun RunState(absl::string_view arguments) {
+  return RunProgram(absl::StrCat(PROCGEN_STATE, " ", arguments));
+}
+
+std::string MinerSnapshot() {
+  Environment environment(*FindGame("miner"), *ResolveOptions("miner", {}), 1,
+                          EpisodeEnd::kSameStep);
+  environment.SetNextLevel(77);
+  environment.Step(7, 1, [] {});
+  return environment.SaveState().value();
+}
+
+std::string Written(const std::string& contents) {
+  std::string path =
+      absl::StrCat(testing::TempDir(), "/procgen_state_",
+                   testing::UnitTest::GetInstance()->current_test_info()->name(), ".pgst");
+  std::ofstream(path, std::ios::binary) << contents;
+  return path;
+}
+
+TEST(ProcgenStateTest, ASnapshotIsPrintedWithItsFields) {
+  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(MinerSnapshot())));
+  EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
+  const auto tree = nlohmann::json::parse(outcome.output);
+  EXPECT_EQ(tree["game"], "miner");
+  EXPECT_EQ(tree["next_level"], 77);
+  EXPECT_EQ(tree["level"]["step_number"], 1);
+  EXPECT_EQ(tree["level"]["world"]["entities"][0]["kind"], 0);
+  EXPECT_THAT(outcome.output, HasSubstr("\n  \"options\": {\n    \"distribution_mode\": 1,\n"));
+}
+
+TEST(ProcgenStateTest, TheStandardInputIsReadToo) {
+  const std::string path = Written(MinerSnapshot());
+  EXPECT_EQ(RunState(absl::StrCat("dump - < ", path)).output,
+            RunState(absl::StrCat("dump ", path)).output);
+}
+
+TEST(ProcgenStateTest, AFileThatCannotBeReadIsNamed) {
+  for (const std::string path : {"/nowhere/at.all", "/"}) {
+    const ProgramRun outcome = RunState(absl::StrCat("dump ", path));
+    EXPECT_EQ(outcome.exit_status, 2);
+    EXPECT_EQ(outcome.output, absl::StrCat("procgen-state: cannot read ", path, "\n"));
+  }
+}
+
+TEST(ProcgenStateTest, ADamagedSnapshotIsRefused) {
+  std::string snapshot = MinerSnapshot();
+  snapshot.back() = static_cast<char>(snapshot.back() ^ 1);
+  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_EQ(outcome.output, "procgen-state: the snapshot's checksum does not match its body\n");
+}
+
+TEST(ProcgenStateTest, ASnapshotOfAnotherVersionIsRefused) {
+  std::string snapshot = MinerSnapshot();
+  snapshot[4] = 9;
+  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_EQ(outcome.output,
+            "procgen-state: the snapshot is of version 9, this engine knows version 1\n");
+}
+
+TEST(ProcgenStateTest, AnEmptyFileIsNoSnapshot) {
+  const ProgramRun outcome = RunState(absl::StrCat("dump ", Written("")));
+  EXPECT_EQ(outcome.exit_status, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("the snapshot has 0 bytes"));
+}
+
+TEST(ProcgenStateTest, WrongArgumentsAreAnsweredWithTheUse) {
+  for (const std::string arguments : {"", "dump", "dump a b", "load a"}) {
+    const ProgramRun outcome = RunState(arguments);
+    EXPECT_EQ(outcome.exit_status, 2) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-state dump FILE\n"));
+  }
+}
+
+TEST(ProcgenStateTest, HelpSaysHowItIsUsed) {
+  const ProgramRun outcome = RunState("--help");
+  EXPECT_EQ(outcome.exit_status, 0);
+  EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-state dump FILE\n"));
+}
+
+}  // namespace
+}  // namespace procgen

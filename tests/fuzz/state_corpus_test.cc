@@ -1,0 +1,37 @@
+// That the committed inputs of state_fuzz are what they are meant to be: whole snapshots of this
+// version. Were they refused at the door, the fuzz target would begin with nothing.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+
+#include "envcore/environment/environment.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+TEST(StateCorpusTest, EveryGameHasSnapshotsThatCanBeRestored) {
+  std::multiset<std::string> games;
+  const std::string folder = std::string(PROCGEN_SOURCE_DIR) + "/tests/fuzz/corpus/state";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    SCOPED_TRACE(entry.path().string());
+    const std::string stem = entry.path().stem().string();
+    const std::string game = stem.substr(0, stem.find('_'));
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::string snapshot(std::istreambuf_iterator<char>(file), {});
+    ASSERT_NE(FindGame(game), nullptr);
+    EXPECT_THAT(Environment::Restore(*FindGame(game), snapshot), IsOk());
+    games.insert(game);
+  }
+  for (const GameFacts& facts : GameCatalog()) {
+    EXPECT_EQ(games.count(std::string(facts.name)), 2) << facts.name;
+  }
+}
+
+}  // namespace
+}  // namespace procgen

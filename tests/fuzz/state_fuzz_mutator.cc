@@ -1,0 +1,37 @@
+// How libFuzzer changes snapshots: mostly in the tree of their fields, now and then in the bytes of
+// the body, seldom in the header. Without this hardly any input would get past the checksum.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "absl/strings/string_view.h"
+#include "envcore/state/snapshot_frame.h"
+#include "tests/fuzz/snapshot_mutation.h"
+
+extern "C" size_t LLVMFuzzerMutate(uint8_t* bytes, size_t size, size_t size_max);
+
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* bytes, size_t size, size_t size_max,
+                                          unsigned int seed) {
+  constexpr unsigned int kHeaderTurn = 64;  // one in so many
+  constexpr unsigned int kBodyTurn = 8;
+  using procgen::kSnapshotHeaderBytes;
+  std::string changed;
+  if (seed % kBodyTurn != 0) {
+    const absl::string_view snapshot(reinterpret_cast<const char*>(bytes), size);
+    changed = procgen::MutatedSnapshot(snapshot, seed, size_max);
+  }
+  if (changed.empty()) {
+    const bool has_body = size > kSnapshotHeaderBytes && size_max > kSnapshotHeaderBytes;
+    if (!has_body || seed % kHeaderTurn == 0) {
+      return LLVMFuzzerMutate(bytes, size, size_max);
+    }
+    uint8_t* const body = bytes + kSnapshotHeaderBytes;
+    const size_t body_size =
+        LLVMFuzzerMutate(body, size - kSnapshotHeaderBytes, size_max - kSnapshotHeaderBytes);
+    changed = procgen::FrameSnapshot({reinterpret_cast<const char*>(body), body_size});
+  }
+  std::copy(changed.begin(), changed.end(), bytes);
+  return changed.size();
+}
