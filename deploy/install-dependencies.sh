@@ -31,28 +31,43 @@ packages=(
   fonts-dejavu-core       # the names in that picture
 )
 
+# What the presets lint and fuzz need besides.
+clang_packages=(
+  clang                   # the compiler of both presets
+  clang-tidy              # the linter
+  libclang-rt-14-dev      # libFuzzer and the sanitizers of that compiler
+)
+
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--list] [--help]
+Usage: deploy/install-dependencies.sh [--clang] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
 for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
+  --clang  and what the presets lint and fuzz need
   --list   print the names of the packages and stop
   --help   print this and stop
 TEXT
 }
 
-case "${1-}" in
-  "") ;;
-  --list) printf '%s\n' "${packages[@]}"; exit 0 ;;
-  -h | --help) usage; exit 0 ;;
-  *)
-    echo "deploy/install-dependencies.sh: unknown argument '$1'" >&2
-    echo "Try: deploy/install-dependencies.sh --help" >&2
-    exit 2
-    ;;
-esac
+list=no
+while [[ $# -gt 0 ]]; do
+  case "$1" in
+    --clang) packages+=("${clang_packages[@]}"); shift ;;
+    --list) list=yes; shift ;;
+    -h | --help) usage; exit 0 ;;
+    *)
+      echo "deploy/install-dependencies.sh: unknown argument '$1'" >&2
+      echo "Try: deploy/install-dependencies.sh --help" >&2
+      exit 2
+      ;;
+  esac
+done
+if [[ $list == yes ]]; then
+  printf '%s\n' "${packages[@]}"
+  exit 0
+fi
 
 if ! command -v dpkg-query >/dev/null; then
   echo "deploy/install-dependencies.sh: this is not Debian; install what corresponds to:" >&2

@@ -68,7 +68,9 @@ if [[ $all == no ]]; then
 fi
 
 cd "$root"
-"$root/deploy/install-dependencies.sh"
+dependencies=()
+[[ $preset != lint && $preset != fuzz ]] || dependencies=(--clang)
+"$root/deploy/install-dependencies.sh" "${dependencies[@]}"
 echo "== Configuring (preset $preset)"
 cmake --preset "$preset"
 echo "== Building"
