@@ -83,7 +83,8 @@ class PoolSession {
   // A number that is another one whenever environments were stepped, reset or restored.
   int64_t change_number() const { return change_number_; }
   // Takes snapshots of `environments`, in their order, on another thread, and hands each to `take`
-  // there until no more are wanted. Errors: those of Pool::SaveStates.
+  // there until no more are wanted. The span must stay valid until then. Errors: those of
+  // Pool::SaveStates.
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done);
   // As those of Pool, on another thread. What the spans in `states` refer to must stay valid.
   void RestoreStates(std::vector<StateToRestore> states, Done done);
