@@ -55,11 +55,14 @@ class Environment {
   // Errors: INTERNAL the state is none that a snapshot can hold, which is a bug.
   absl::StatusOr<std::string> SaveState();
 
-  // The environment that `snapshot` was taken of, options and all. The bytes may be anyone's.
-  // Errors: DATA_LOSS they are no whole snapshot of this version; INVALID_ARGUMENT the snapshot is
-  // of another game, or holds what no snapshot can (the message names the field).
+  // The environment that `snapshot` was taken of, options and all; only what follows an episode's
+  // end is said anew. One that was saved between two episodes begins the next with its next step
+  // or, with kDisabled, a reset. The bytes may be anyone's. Errors: DATA_LOSS they are no whole
+  // snapshot of this version; FAILED_PRECONDITION the snapshot is of another game;
+  // INVALID_ARGUMENT it holds what no snapshot can (the message names the field).
   static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameFacts& facts,
-                                                              absl::string_view snapshot);
+                                                              absl::string_view snapshot,
+                                                              EpisodeEnd episode_end);
 
   // The next new level is that of `level_seed`; no draw is taken for it.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
@@ -70,13 +73,12 @@ class Environment {
 
   // Takes `action`, in [kEndEpisodeAction, kActionCount), up to `repeat` times and sums the
   // rewards; stops when a level ends. Where an episode ends, `before_new_level` is called while its
-  // last picture can still be drawn. With kNextStep an ended episode is followed by the next level
+  // last picture can still be drawn. An episode that has ended before is followed by the next level
   // in place of the action. REQUIRES: !awaits_reset().
   void Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level);
 
   // Whether the episode has ended and only Reset goes on (kDisabled).
   bool awaits_reset() const { return ended_ && episode_end_ == EpisodeEnd::kDisabled; }
-  EpisodeEnd episode_end() const { return episode_end_; }
   const GameFacts& facts() const { return facts_; }
 
   const StepResult& result() const { return result_; }

@@ -19,7 +19,6 @@ constexpr int32_t kIntMax = std::numeric_limits<int32_t>::max();
 struct Beginning {
   std::string game;
   EnvironmentOptions options;
-  EpisodeEnd episode_end = EpisodeEnd::kSameStep;
   int32_t level_seed = 0;  // of the level that is played
 };
 
@@ -44,9 +43,6 @@ void VisitOptions(StateArchive& archive, EnvironmentOptions& options) {
 void VisitBeginning(StateArchive& archive, Beginning& beginning) {
   archive.Text("game", beginning.game, kGameNameBytesMax);
   archive.Group("options", [&] { VisitOptions(archive, beginning.options); });
-  auto episode_end = static_cast<int32_t>(beginning.episode_end);
-  archive.Int("episode_end", episode_end, 0, static_cast<int32_t>(EpisodeEnd::kDisabled));
-  beginning.episode_end = static_cast<EpisodeEnd>(episode_end);
   archive.Int("level_seed", beginning.level_seed, kIntMin, kIntMax);
 }
 
@@ -66,17 +62,16 @@ void VisitResult(StateArchive& archive, StepResult& result) {
 
 absl::StatusOr<std::string> Environment::SaveState() {
   StateArchive archive;
-  Beginning beginning = {.game = std::string(facts_.name),
-                         .options = options_,
-                         .episode_end = episode_end_,
-                         .level_seed = result_.level_seed};
+  Beginning beginning = {
+      .game = std::string(facts_.name), .options = options_, .level_seed = result_.level_seed};
   VisitBeginning(archive, beginning);
   VisitState(archive);
   return archive.Finish();
 }
 
 absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFacts& facts,
-                                                                  absl::string_view snapshot) {
+                                                                  absl::string_view snapshot,
+                                                                  EpisodeEnd episode_end) {
   absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
   if (!archive.ok()) {
     return archive.status();
@@ -87,14 +82,14 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFact
     return archive->status();
   }
   if (beginning.game != facts.name) {
-    return absl::InvalidArgumentError(
+    return absl::FailedPreconditionError(
         absl::StrCat("game is ", beginning.game, ", the environment plays ", facts.name));
   }
   const auto options = ResolveOptions(facts.name, beginning.options);
   if (!options.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
-  std::unique_ptr<Environment> environment(new Environment(facts, *options, beginning.episode_end));
+  std::unique_ptr<Environment> environment(new Environment(facts, *options, episode_end));
   // The level is made anew: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;
   environment->game_->StartLevel(beginning.level_seed);
@@ -115,8 +110,6 @@ void Environment::VisitState(StateArchive& archive) {
     next_level_ = next_level;
   }
   archive.Bool("ended", ended_);
-  archive.Check(!ended_ || episode_end_ != EpisodeEnd::kSameStep,
-                "has ended, but where episode_end is 0 the next episode begins in the same step");
   archive.Float("episode_return", episode_return_, -kFloatMax, kFloatMax);
   archive.Int("episode_length", episode_length_, 0, kEpisodeLengthMax);
   uint64_t fingerprint = fingerprint_.value();

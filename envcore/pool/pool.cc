@@ -238,8 +238,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
       art_(options.games.size()),
       still_layers_(static_cast<size_t>(options.env_count)),
       resets_(static_cast<size_t>(options.env_count)),
-      job_(std::make_unique<StepJob>(this)),
-      may_await_reset_(options.episode_end == EpisodeEnd::kDisabled) {
+      job_(std::make_unique<StepJob>(this)) {
   environments_.reserve(static_cast<size_t>(options.env_count));
   for (int32_t worker = 0; worker < crew_->worker_count(); ++worker) {
     workbenches_.push_back(std::make_unique<Workbench>());
@@ -270,13 +269,13 @@ absl::Status Pool::Check(const StepInput& input, const Batch& batch) const {
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
-  if (!input.steps || !may_await_reset_) {
+  if (!input.steps || options_.episode_end != EpisodeEnd::kDisabled) {
     return absl::OkStatus();
   }
   for (int32_t i = input.first; i < input.first + input.count; ++i) {
     const bool is_reset = std::any_of(input.resets.begin(), input.resets.end(),
                                       [i](const Reset& reset) { return reset.environment == i; });
-    if (environments_[static_cast<size_t>(i)]->awaits_reset() && !is_reset) {
+    if (AwaitsReset(i) && !is_reset) {
       return absl::FailedPreconditionError(absl::StrCat(
           "the episode of environment ", i, " has ended: reset it before it is stepped"));
     }

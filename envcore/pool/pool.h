@@ -132,6 +132,11 @@ class Pool {
 
   int32_t env_count() const { return static_cast<int32_t>(environments_.size()); }
   const PoolOptions& options() const { return options_; }
+  // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
+  // EpisodeEnd::kDisabled. REQUIRES: an index in the pool, and that no call runs.
+  bool AwaitsReset(int32_t environment) const {
+    return environments_[static_cast<size_t>(environment)]->awaits_reset();
+  }
 
   // Steps each environment of the slice once (`repeat` times) on the calling thread and the crew.
   // On error nothing has moved. Errors: INVALID_ARGUMENT wrong length, an action or index out of
@@ -152,15 +157,18 @@ class Pool {
   // INVALID_ARGUMENT an index out of range; ABORTED as in Step.
   absl::StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
 
-  // Puts environments into saved states, options and episode-end semantics included, on the calling
-  // thread; what they show next is what was shown last. On error nothing has changed. Errors:
-  // INVALID_ARGUMENT an index out of range or named twice, a snapshot of another game or with a
-  // value out of range; DATA_LOSS one that is damaged or of another version; ABORTED as in Step.
+  // Puts environments into saved states, options included, on the calling thread; what they show
+  // next is what was shown last. What follows an episode's end stays as PoolOptions say; one that
+  // was saved between two episodes begins the next with its next step or, with kDisabled, a reset.
+  // On error nothing has changed. Errors: INVALID_ARGUMENT an index out of range or named twice, a
+  // snapshot with a value out of range; FAILED_PRECONDITION one of another game; DATA_LOSS one that
+  // is damaged or of another version; ABORTED as in Step.
   absl::Status RestoreStates(absl::Span<const StateToRestore> states);
 
   // Puts environments into the states of others, on the calling thread. All are read before any is
   // written, so states can be exchanged. On error nothing has changed. Errors: INVALID_ARGUMENT an
-  // index out of range, a target named twice, environments of different games; ABORTED as in Step.
+  // index out of range, a target named twice; FAILED_PRECONDITION environments of different games;
+  // ABORTED as in Step.
   absl::Status CloneStates(absl::Span<const StateToClone> pairs);
 
   // Draws the human view of one environment, smooth, on the calling thread. `frame`: uint8
@@ -198,7 +206,6 @@ class Pool {
   std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
   std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
   std::unique_ptr<StepJob> job_;
-  bool may_await_reset_;  // some environment has EpisodeEnd::kDisabled
   std::atomic<bool> busy_ = false;
 };
 

@@ -95,15 +95,13 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
       return NamedTwice(state.environment);
     }
     const GameFacts& facts = environments_[static_cast<size_t>(state.environment)]->facts();
-    auto environment = Environment::Restore(facts, state.snapshot);
+    auto environment = Environment::Restore(facts, state.snapshot, options_.episode_end);
     if (!environment.ok()) {
       return OfEnvironment(state.environment, environment.status());
     }
     restored.push_back(*std::move(environment));
   }
   for (size_t i = 0; i < states.size(); ++i) {
-    const bool is_disabled = restored[i]->episode_end() == EpisodeEnd::kDisabled;
-    may_await_reset_ = may_await_reset_ || is_disabled;
     environments_[static_cast<size_t>(states[i].environment)] = std::move(restored[i]);
   }
   return absl::OkStatus();

@@ -132,7 +132,9 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.add_episode_ends(v1::EPISODE_END_SAME_STEP);
   catalog.add_episode_ends(v1::EPISODE_END_NEXT_STEP);
   catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
+  catalog.mutable_features()->set_states(true);
   catalog.mutable_features()->set_render(true);
+  catalog.mutable_features()->set_fingerprints(true);
   FillLimits(limits, catalog.mutable_limits());
   // Where the folder lies is nobody's business but the operator's.
   catalog.set_art(has_own_art ? "folder" : "built-in");

@@ -9,9 +9,9 @@
 namespace procgen {
 namespace {
 
-// Bytes of the numbers of a row in a response: five of four bytes (rewards, level_seeds,
-// prev_level_seeds, episode_returns, episode_lengths) and four flags.
-constexpr int64_t kRowNumberBytes = 5 * 4 + 4;
+// Bytes of the numbers of a row in a response, at most: five of four bytes (rewards, level_seeds,
+// prev_level_seeds, episode_returns, episode_lengths), four flags and a fingerprint.
+constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
 // All that a response has besides its rows: tags and lengths, at most, rounded up.
 constexpr int64_t kResponseOverheadBytes = 256;
 
@@ -81,6 +81,12 @@ absl::Span<uint8_t> Sized(google::protobuf::RepeatedField<bool>* array, int32_t 
                         static_cast<size_t>(count));
 }
 
+// The bits of unsigned numbers, in an array of signed ones.
+absl::Span<uint64_t> SizedBits(google::protobuf::RepeatedField<int64_t>* array, int32_t count) {
+  const absl::Span<int64_t> numbers = Sized(array, count);
+  return absl::MakeSpan(reinterpret_cast<uint64_t*>(numbers.data()), numbers.size());
+}
+
 absl::Span<uint8_t> Sized(std::string* bytes, int64_t size) {
   bytes->resize(static_cast<size_t>(size));
   return absl::MakeSpan(reinterpret_cast<uint8_t*>(bytes->data()), bytes->size());
@@ -144,6 +150,7 @@ Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolRespo
   batch.prev_level_complete = Sized(message->mutable_prev_level_complete(), part.count);
   batch.episode_returns = Sized(message->mutable_episode_returns(), part.count);
   batch.episode_lengths = Sized(message->mutable_episode_lengths(), part.count);
+  batch.fingerprints = SizedBits(message->mutable_fingerprints(), part.count);
   batch.final_observations = Sized(message->mutable_final_observations(),
                                    request.with_final_observations ? picture_bytes : 0);
   batch.observations =
@@ -154,20 +161,22 @@ Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolRespo
 void CompleteResponse(v1::StepPoolResponse* response) {
   v1::Batch* batch = response->mutable_batch();
   std::string* pictures = batch->mutable_final_observations();
-  if (pictures->empty()) {
-    return;
-  }
+  const bool has_pictures = !pictures->empty();
   size_t kept = 0;
   for (int32_t row = 0; row < batch->environment_count(); ++row) {
-    if (batch->terminated(row) || batch->truncated(row)) {
-      const size_t from = static_cast<size_t>(row) * kObservationBytes;
-      if (from != kept) {
-        std::memcpy(pictures->data() + kept, pictures->data() + from, kObservationBytes);
-      }
-      kept += kObservationBytes;
+    if (!batch->terminated(row) && !batch->truncated(row)) {
+      continue;
     }
+    batch->set_fingerprints(static_cast<int>(kept), batch->fingerprints(row));
+    const size_t from = static_cast<size_t>(row) * kObservationBytes;
+    const size_t to = kept * kObservationBytes;
+    if (has_pictures && from != to) {
+      std::memcpy(pictures->data() + to, pictures->data() + from, kObservationBytes);
+    }
+    ++kept;
   }
-  pictures->resize(kept);
+  batch->mutable_fingerprints()->Truncate(static_cast<int>(kept));
+  pictures->resize(has_pictures ? kept * kObservationBytes : 0);
 }
 
 }  // namespace procgen

@@ -32,7 +32,8 @@ int32_t ResponseRowsMax(const StreamRequest& request, int64_t response_bytes_max
 // written. Its memory is kept from answer to answer.
 Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolResponse* response);
 
-// Once the values are written: leaves only those final observations that there are.
+// Once the values are written: leaves only the fingerprints and final observations of episodes that
+// ended.
 void CompleteResponse(v1::StepPoolResponse* response);
 
 }  // namespace procgen

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
+#include "server/session/environment_list.h"
 
 namespace procgen {
 namespace {
@@ -21,26 +23,18 @@ int32_t SidePx(const v1::RenderEnvironmentsRequest& request) {
 }
 
 absl::Status CheckSize(const v1::RenderEnvironmentsRequest& request, const Limits& limits) {
-  const int64_t bytes_max = request.response_bytes_max() == 0
-                                ? std::min(kResponseBytesDefault, limits.response_bytes_max)
-                                : request.response_bytes_max();
-  if (bytes_max < kMessageBytesMin) {
-    return absl::InvalidArgumentError(absl::StrCat("response_bytes_max is ", bytes_max,
-                                                   ", allowed: 0, or ", kMessageBytesMin, " to ",
-                                                   limits.response_bytes_max));
-  }
-  if (bytes_max > limits.response_bytes_max) {
-    return absl::ResourceExhaustedError(absl::StrCat("response_bytes_max is ", bytes_max,
-                                                     ", limit response_bytes_max is ",
-                                                     limits.response_bytes_max));
+  const absl::StatusOr<int64_t> bytes_max =
+      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), limits);
+  if (!bytes_max.ok()) {
+    return bytes_max.status();
   }
   const int64_t side = SidePx(request);
   const int64_t frame_bytes = side * side * 3 + kFrameOverheadBytes;
-  const int64_t frames_max = (bytes_max - kFrameOverheadBytes) / frame_bytes;
+  const int64_t frames_max = (*bytes_max - kFrameOverheadBytes) / frame_bytes;
   if (request.environments_size() > frames_max) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "environments has ", request.environments_size(), " entries, limit response_bytes_max = ",
-        bytes_max, " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
+        *bytes_max, " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
   }
   return absl::OkStatus();
 }
@@ -60,16 +54,14 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
     return absl::InvalidArgumentError(absl::StrCat(
         "side_px is ", side, ", allowed: ", kHumanViewSidePxMin, " to ", kHumanViewSidePxMax));
   }
-  if (request.environments().empty()) {
-    return absl::InvalidArgumentError("environments is empty, allowed: at least one");
-  }
-  for (int i = 0; i < request.environments_size(); ++i) {
-    if (const int32_t environment = request.environments(i);
-        environment < 0 || environment >= pool.env_count()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("environments[", i, "] is ", environment, ", pool ", pool.name(),
-                       " has environments 0 to ", pool.env_count() - 1));
-    }
+  if (absl::Status status = CheckEnvironmentList(
+          {.list = "environments",
+           .environments = absl::MakeConstSpan(request.environments().data(),
+                                               static_cast<size_t>(request.environments_size())),
+           .repeats_allowed = true},
+          pool.name(), pool.env_count());
+      !status.ok()) {
+    return status;
   }
   return CheckSize(request, limits);
 }

@@ -37,6 +37,7 @@ class GrpcServer final : public Server {
         catalog_service_(&sessions_),
         pool_service_(&sessions_),
         step_service_(&sessions_),
+        state_service_(&sessions_),
         render_service_(&sessions_) {}
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }

@@ -1,16 +1,213 @@
 #include "server/rpc/state_service.h"
 
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/remote_states.h"
+#include "server/rpc/states_page.h"
 #include "server/rpc/unary_call.h"
+#include "server/session/environment_list.h"
 
 namespace procgen {
 namespace {
 
-template <typename Request, typename Response>
-grpc::ServerUnaryReactor* Refuse(const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  using Call = UnaryCall<Request, Response>;
-  return Call::Start(request, response, [](Call* call) {
-    call->Finish(absl::UnimplementedError("states are not offered yet"));
+// Characters of an address: a host's name has 255 at most, the path of a socket 108.
+constexpr size_t kServerLengthMax = 512;
+
+using SaveCall = UnaryCall<v1::SaveStatesRequest, v1::SaveStatesResponse>;
+using RestoreCall = UnaryCall<v1::RestoreStatesRequest, v1::RestoreStatesResponse>;
+using CloneCall = UnaryCall<v1::CloneStatesRequest, v1::CloneStatesResponse>;
+// Shared by the registry and by the calls under way, because a pool may be deleted meanwhile.
+using SharedPool = std::shared_ptr<PoolSession>;
+using Snapshots = std::vector<std::string>;
+
+// Takes a turn at `pool` for `call` and calls `begin` in it; or ends the call with an error.
+template <typename Call, typename Begin>
+void InTurn(const SharedPool& pool, Call* call, Begin begin) {
+  pool->TakeTurn([pool, call, begin = std::move(begin)](absl::Status turn) mutable {
+    if (turn.ok()) {
+      begin();
+    } else {
+      call->Finish(std::move(turn));
+    }
   });
+}
+
+// Ends a turn and the call that it was taken for.
+template <typename Call>
+PoolSession::Done EndOf(const SharedPool& pool, Call* call) {
+  return [pool, call](absl::Status status) {
+    pool->EndTurn();
+    call->Finish(std::move(status));
+  };
+}
+
+// Fills a page in a turn at the pool, and ends turn and call.
+void SavePage(const SharedPool& pool, std::unique_ptr<StatesPage> page, SaveCall* call) {
+  if (absl::Status status = page->Open(pool->change_number()); !status.ok()) {
+    pool->EndTurn();
+    call->Finish(std::move(status));
+    return;
+  }
+  call->response()->set_sequence_number(pool->next_sequence_number() - 1);
+  StatesPage* filled = page.get();
+  pool->SaveStates(
+      filled->rest(),
+      [filled, call](int32_t environment, std::string snapshot) {
+        return filled->Add(environment, std::move(snapshot), call->response());
+      },
+      [pool, page = std::move(page), call](absl::Status status) {
+        pool->EndTurn();
+        call->Finish(status.ok() ? page->Close(call->response()) : std::move(status));
+      });
+}
+
+// The environments of a CloneStates request.
+struct ClonedEnvironments {
+  std::vector<int32_t> targets;  // of each pair
+  std::vector<int32_t> sources;  // of each pair
+  std::vector<int32_t> saved;    // the sources, sorted, each once
+};
+
+ClonedEnvironments EnvironmentsOf(const v1::CloneStatesRequest& request) {
+  ClonedEnvironments environments;
+  for (const v1::ClonePair& pair : request.pairs()) {
+    environments.targets.push_back(pair.target_environment());
+    environments.sources.push_back(pair.source_environment());
+  }
+  environments.saved = environments.sources;
+  std::sort(environments.saved.begin(), environments.saved.end());
+  environments.saved.erase(std::unique(environments.saved.begin(), environments.saved.end()),
+                           environments.saved.end());
+  return environments;
+}
+
+// Puts the targets into the snapshots of `environments.saved`, in a turn, and ends the call.
+void RestoreTargets(const SharedPool& target, const ClonedEnvironments& environments,
+                    absl::StatusOr<Snapshots> snapshots, CloneCall* call) {
+  if (!snapshots.ok()) {
+    call->Finish(snapshots.status());
+    return;
+  }
+  std::vector<StateToRestore> states;
+  states.reserve(environments.targets.size());
+  for (size_t i = 0; i < environments.targets.size(); ++i) {
+    const auto saved = std::lower_bound(environments.saved.begin(), environments.saved.end(),
+                                        environments.sources[i]);
+    states.push_back(
+        {.environment = environments.targets[i],
+         .snapshot = (*snapshots)[static_cast<size_t>(saved - environments.saved.begin())]});
+  }
+  // The snapshots stay until they are restored; moving their vector moves none of them.
+  InTurn(target, call,
+         [target, states = std::move(states), owner = *std::move(snapshots), call]() mutable {
+           target->RestoreStates(std::move(states),
+                                 [owner = std::move(owner), end = EndOf(target, call)](
+                                     absl::Status status) mutable { end(std::move(status)); });
+         });
+}
+
+// Clones within a pool, in one turn.
+void CloneWithin(const SharedPool& pool, const ClonedEnvironments& environments, CloneCall* call) {
+  std::vector<StateToClone> pairs;
+  pairs.reserve(environments.targets.size());
+  for (size_t i = 0; i < environments.targets.size(); ++i) {
+    pairs.push_back({.source_environment = environments.sources[i],
+                     .target_environment = environments.targets[i]});
+  }
+  InTurn(pool, call, [pool, pairs = std::move(pairs), call]() mutable {
+    pool->CloneStates(std::move(pairs), EndOf(pool, call));
+  });
+}
+
+// What a clone between two pools has saved so far.
+struct Saved {
+  ClonedEnvironments environments;
+  Snapshots snapshots;
+};
+
+// Clones from another pool of this server: one turn there, and when it has ended, one here.
+void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnvironments environments,
+               CloneCall* call) {
+  InTurn(source, call, [source, target, environments = std::move(environments), call]() mutable {
+    auto saved = std::make_unique<Saved>();
+    saved->environments = std::move(environments);
+    Saved* filled = saved.get();
+    source->SaveStates(
+        filled->environments.saved,
+        [filled](int32_t /*environment*/, std::string snapshot) {
+          filled->snapshots.push_back(std::move(snapshot));
+          return true;
+        },
+        [source, target, saved = std::move(saved), call](absl::Status status) {
+          source->EndTurn();
+          if (status.ok()) {
+            RestoreTargets(target, saved->environments, std::move(saved->snapshots), call);
+          } else {
+            call->Finish(std::move(status));
+          }
+        });
+  });
+}
+
+// Clones from a pool of another server, without a turn while that is asked.
+void CloneFromServer(const grpc::CallbackServerContext& context, const SharedPool& target,
+                     ClonedEnvironments environments, CloneCall* call) {
+  const v1::CloneStatesRequest& request = call->request();
+  if (request.source_server().size() > kServerLengthMax) {
+    call->Finish(absl::InvalidArgumentError(
+        absl::StrCat("source_server has ", request.source_server().size(),
+                     " characters, allowed: at most ", kServerLengthMax)));
+    return;
+  }
+  RemoteEnvironments source;
+  source.server = request.source_server();
+  source.pool = request.source_pool().empty() ? target->name() : request.source_pool();
+  source.environments = environments.saved;
+  FetchRemoteStates(
+      context, std::move(source),
+      [target, environments = std::move(environments), call](absl::StatusOr<Snapshots> snapshots) {
+        RestoreTargets(target, environments, std::move(snapshots), call);
+      });
+}
+
+void Clone(const Sessions& sessions, const grpc::CallbackServerContext& context, CloneCall* call) {
+  const v1::CloneStatesRequest& request = call->request();
+  ClonedEnvironments environments = EnvironmentsOf(request);
+  const absl::StatusOr<SharedPool> target = sessions.Find(request.pool());
+  absl::Status status = target.status();
+  if (status.ok()) {
+    status = CheckEnvironmentList(
+        {.list = "pairs", .member = ".target_environment", .environments = environments.targets},
+        (*target)->name(), (*target)->env_count());
+  }
+  if (status.ok() && !request.source_server().empty()) {
+    CloneFromServer(context, *target, std::move(environments), call);
+    return;
+  }
+  absl::StatusOr<SharedPool> source = target;
+  if (status.ok() && !request.source_pool().empty()) {
+    source = sessions.Find(request.source_pool());
+    status = source.status();
+  }
+  if (status.ok()) {
+    status = CheckEnvironmentList({.list = "pairs",
+                                   .member = ".source_environment",
+                                   .environments = environments.sources,
+                                   .repeats_allowed = true},
+                                  (*source)->name(), (*source)->env_count());
+  }
+  if (!status.ok()) {
+    call->Finish(std::move(status));
+  } else if (*source == *target) {
+    CloneWithin(*target, environments, call);
+  } else {
+    CloneFrom(*source, *target, std::move(environments), call);
+  }
 }
 
 }  // namespace
@@ -18,19 +215,55 @@ grpc::ServerUnaryReactor* Refuse(const grpc::ByteBuffer* request, grpc::ByteBuff
 grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerContext* /*context*/,
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
-  return Refuse<v1::SaveStatesRequest, v1::SaveStatesResponse>(request, response);
+  return SaveCall::Start(request, response, [this](SaveCall* call) {
+    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->request().pool());
+    if (!pool.ok()) {
+      call->Finish(pool.status());
+      return;
+    }
+    auto page = StatesPage::Begin(call->request(), **pool, sessions_->limits());
+    if (!page.ok()) {
+      call->Finish(page.status());
+      return;
+    }
+    InTurn(*pool, call, [pool = *pool, page = *std::move(page), call]() mutable {
+      SavePage(pool, std::move(page), call);
+    });
+  });
 }
 
 grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* /*context*/,
                                                           const grpc::ByteBuffer* request,
                                                           grpc::ByteBuffer* response) {
-  return Refuse<v1::RestoreStatesRequest, v1::RestoreStatesResponse>(request, response);
+  return RestoreCall::Start(request, response, [this](RestoreCall* call) {
+    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->request().pool());
+    std::vector<int32_t> environments;
+    std::vector<StateToRestore> states;
+    for (const v1::State& state : call->request().states()) {
+      environments.push_back(state.environment());
+      states.push_back({.environment = state.environment(), .snapshot = state.snapshot()});
+    }
+    absl::Status status = pool.status();
+    if (status.ok()) {
+      status = CheckEnvironmentList(
+          {.list = "states", .member = ".environment", .environments = environments},
+          (*pool)->name(), (*pool)->env_count());
+    }
+    if (!status.ok()) {
+      call->Finish(std::move(status));
+      return;
+    }
+    InTurn(*pool, call, [pool = *pool, states = std::move(states), call]() mutable {
+      pool->RestoreStates(std::move(states), EndOf(pool, call));
+    });
+  });
 }
 
-grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
-  return Refuse<v1::CloneStatesRequest, v1::CloneStatesResponse>(request, response);
+  return CloneCall::Start(request, response,
+                          [this, context](CloneCall* call) { Clone(*sessions_, *context, call); });
 }
 
 }  // namespace procgen

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/grpc_status.h"
+#include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
@@ -19,17 +20,6 @@ absl::Status CheckAttach(const v1::Attach& attach, const Limits& limits) {
   if (attach.resumable() || attach.take_over()) {
     return absl::UnimplementedError(absl::StrCat(
         attach.resumable() ? "attach.resumable" : "attach.take_over", " is not offered yet"));
-  }
-  const int64_t bytes = attach.response_bytes_max();
-  if (bytes > limits.response_bytes_max) {
-    return absl::ResourceExhaustedError(absl::StrCat("attach.response_bytes_max is ", bytes,
-                                                     ", limit response_bytes_max is ",
-                                                     limits.response_bytes_max));
-  }
-  if (bytes != 0 && bytes < kMessageBytesMin) {
-    return absl::InvalidArgumentError(absl::StrCat("attach.response_bytes_max is ", bytes,
-                                                   ", allowed: 0, or ", kMessageBytesMin, " to ",
-                                                   limits.response_bytes_max));
   }
   const int32_t in_flight = attach.requests_in_flight_max();
   if (in_flight > limits.requests_in_flight_max) {
@@ -204,6 +194,11 @@ absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
   if (absl::Status status = CheckAttach(attach, limits); !status.ok()) {
     return status;
   }
+  const absl::StatusOr<int64_t> response_bytes_max =
+      ResponseBytesMax("attach.response_bytes_max", attach.response_bytes_max(), limits);
+  if (!response_bytes_max.ok()) {
+    return response_bytes_max.status();
+  }
   absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions_->FindForStream(attach.pool());
   if (!pool.ok()) {
     return pool.status();
@@ -221,9 +216,7 @@ absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
   const int32_t slot_count = attach.requests_in_flight_max() == 0
                                  ? std::min(kRequestsInFlightDefault, limits.requests_in_flight_max)
                                  : attach.requests_in_flight_max();
-  response_bytes_max_ = attach.response_bytes_max() == 0
-                            ? std::min(kResponseBytesDefault, limits.response_bytes_max)
-                            : attach.response_bytes_max();
+  response_bytes_max_ = *response_bytes_max;
   pool_ = *std::move(pool);
   LogEvent(LogLevel::kInfo, "stream_attached", {{"pool", pool_->name()}});
 

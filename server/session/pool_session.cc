@@ -31,13 +31,7 @@ PoolSession::PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Tim
       pool_(std::move(pool)),
       create_time_(create_time),
       side_crew_(side_crew),
-      step_count_(step_count) {
-  if (options().episode_end == EpisodeEnd::kDisabled) {
-    for (std::vector<uint8_t>* flags : {&ended_, &terminated_, &truncated_}) {
-      flags->resize(static_cast<size_t>(env_count()), 0);
-    }
-  }
-}
+      step_count_(step_count) {}
 
 PoolSession::~PoolSession() = default;
 
@@ -139,19 +133,28 @@ absl::Status PoolSession::Accept(Request* request) {
   if (absl::Status status = CheckRequest(name_, env_count(), request); !status.ok()) {
     return status;
   }
-  if (!ended_.empty() && request->kind == Request::Kind::kStep) {
-    for (int32_t row = 0; row < request->count; ++row) {
-      const int32_t environment = request->first + row;
-      if (ended_[static_cast<size_t>(environment)] != 0 &&
-          std::none_of(request->resets.begin(), request->resets.end(),
-                       [&](const Reset& reset) { return reset.environment == environment; })) {
-        return absl::FailedPreconditionError(
-            absl::StrCat("the episode of environment ", environment, " of pool ", name_,
-                         " has ended; reset it before it is stepped"));
-      }
-    }
+  if (absl::Status status = CheckNoneAwaitsReset(*request); !status.ok()) {
+    return status;
   }
   next_sequence_number_ = expected + 1;
+  change_number_ += request->kind == Request::Kind::kObserve ? 0 : 1;
+  return absl::OkStatus();
+}
+
+absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
+  if (request.kind != Request::Kind::kStep || options().episode_end != EpisodeEnd::kDisabled) {
+    return absl::OkStatus();
+  }
+  for (int32_t row = 0; row < request.count; ++row) {
+    const int32_t environment = request.first + row;
+    if (pool_->AwaitsReset(environment) &&
+        std::none_of(request.resets.begin(), request.resets.end(),
+                     [&](const Reset& reset) { return reset.environment == environment; })) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("the episode of environment ", environment, " of pool ", name_,
+                       " has ended; reset it before it is stepped"));
+    }
+  }
   return absl::OkStatus();
 }
 
@@ -169,34 +172,40 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
-  Batch answer = batch;
-  if (!ended_.empty() && answer.terminated.empty()) {
-    const auto length = static_cast<size_t>(part.count);
-    answer.terminated = absl::MakeSpan(terminated_).subspan(0, length);
-    answer.truncated = absl::MakeSpan(truncated_).subspan(0, length);
-  }
-  pool_->StepAsync(
-      input, answer,
-      [this, part, steps = input.steps, terminated = answer.terminated,
-       truncated = answer.truncated, done = std::move(done)](absl::Status status) mutable {
-        if (status.ok()) {
-          *step_count_ += steps ? part.count : 0;
-          NoteEnds(part, terminated, truncated);
-        }
-        done(std::move(status));
-      });
+  pool_->StepAsync(input, batch,
+                   [this, stepped = input.steps ? part.count : 0,
+                    done = std::move(done)](absl::Status status) mutable {
+                     *step_count_ += status.ok() ? stepped : 0;
+                     done(std::move(status));
+                   });
 }
 
-void PoolSession::NoteEnds(Part part, absl::Span<const uint8_t> terminated,
-                           absl::Span<const uint8_t> truncated) {
-  if (ended_.empty()) {
-    return;
-  }
-  for (int32_t row = 0; row < part.count; ++row) {
-    const auto index = static_cast<size_t>(row);
-    ended_[static_cast<size_t>(part.first + row)] =
-        terminated[index] != 0 || truncated[index] != 0 ? 1 : 0;
-  }
+void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
+  side_crew_->Run([this, environments, take = std::move(take), done = std::move(done)]() mutable {
+    absl::Status status;
+    for (const int32_t environment : environments) {
+      absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
+      status = snapshots.status();
+      if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
+        break;
+      }
+    }
+    done(std::move(status));
+  });
+}
+
+void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
+  ++change_number_;
+  side_crew_->Run([this, states = std::move(states), done = std::move(done)]() mutable {
+    done(pool_->RestoreStates(states));
+  });
+}
+
+void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
+  ++change_number_;
+  side_crew_->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
+    done(pool_->CloneStates(pairs));
+  });
 }
 
 void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,

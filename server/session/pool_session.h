@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
@@ -34,6 +35,8 @@ class PoolSession {
   // Calls that tell a stream why it must end; called once at most, and not after Detach.
   using EndStream = absl::AnyInvocable<void(absl::Status)>;
   using Done = absl::AnyInvocable<void(absl::Status)>;
+  // Calls that are handed a snapshot of an environment; false: no more are wanted.
+  using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
   // `side_crew` and `step_count` must outlive this; environment steps are added to `step_count`.
   PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Time create_time,
@@ -77,14 +80,22 @@ class PoolSession {
   // worker's thread or, with an error, on this one. `request` and the memory of `batch` must stay
   // valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
+  // A number that is another one whenever environments were stepped, reset or restored.
+  int64_t change_number() const { return change_number_; }
+  // Takes snapshots of `environments`, in their order, on another thread, and hands each to `take`
+  // there until no more are wanted. The span must stay valid until then. Errors: those of
+  // Pool::SaveStates.
+  void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done);
+  // As those of Pool, on another thread. What the spans in `states` refer to must stay valid.
+  void RestoreStates(std::vector<StateToRestore> states, Done done);
+  void CloneStates(std::vector<StateToClone> pairs, Done done);
   // Draws the human view of environments, as Pool::Render, on another thread. `frames`: one for
   // each of `environments`.
   void Render(absl::Span<const int32_t> environments, int32_t side_px,
               std::vector<absl::Span<uint8_t>> frames, Done done);
 
  private:
-  void NoteEnds(Part part, absl::Span<const uint8_t> terminated,
-                absl::Span<const uint8_t> truncated);
+  absl::Status CheckNoneAwaitsReset(const Request& request) const;
 
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
@@ -101,12 +112,9 @@ class PoolSession {
   absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open
 
   // Of who has the turn; memory is kept from turn to turn.
+  int64_t change_number_ = 0;
   std::vector<NextLevel> part_next_levels_;  // those of the part
   std::vector<Reset> part_resets_;           // those of the part
-  // With EpisodeEnd::kDisabled only, otherwise empty:
-  std::vector<uint8_t> ended_;       // [N] 1: must be reset before it is stepped
-  std::vector<uint8_t> terminated_;  // [N] of a part whose asker does not want to know
-  std::vector<uint8_t> truncated_;   // [N] as terminated_
 };
 
 }  // namespace procgen

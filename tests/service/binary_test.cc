@@ -1,21 +1,15 @@
 // The program procgen-server: its flags, its start and its end.
 
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
+#include <csignal>
 #include <filesystem>
-#include <memory>
 #include <string>
-#include <vector>
 
-#include "absl/strings/match.h"
-#include "absl/strings/strip.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "tests/envcore/pool/painted_art.h"
+#include "tests/service/batch_copy.h"
+#include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
 
@@ -23,81 +17,6 @@ namespace procgen {
 namespace {
 
 using testing::HasSubstr;
-
-// The program, run with `flags`; standard output and error are read together.
-class ServerProcess {
- public:
-  explicit ServerProcess(const std::vector<std::string>& flags) {
-    int ends[2];
-    EXPECT_EQ(pipe(ends), 0);
-    std::vector<char*> arguments = {const_cast<char*>(PROCGEN_SERVER_BINARY)};
-    for (const std::string& flag : flags) {
-      arguments.push_back(const_cast<char*>(flag.c_str()));
-    }
-    arguments.push_back(nullptr);
-    process_ = fork();
-    if (process_ == 0) {
-      dup2(ends[1], STDOUT_FILENO);
-      dup2(ends[1], STDERR_FILENO);
-      close(ends[0]);
-      close(ends[1]);
-      execv(arguments[0], arguments.data());
-      _exit(127);
-    }
-    close(ends[1]);
-    output_ = fdopen(ends[0], "r");
-  }
-
-  ~ServerProcess() {
-    if (process_ > 0) {
-      kill(process_, SIGKILL);
-      waitpid(process_, nullptr, 0);
-    }
-    fclose(output_);
-  }
-
-  // The address that it prints when clients can connect.
-  std::string Address() {
-    std::string line;
-    while (ReadLine(&line)) {
-      if (absl::StartsWith(line, "listening on ")) {
-        return std::string(absl::StripPrefix(line, "listening on "));
-      }
-    }
-    return "";
-  }
-
-  void Signal(int signal) const { kill(process_, signal); }
-
-  // Waits for its end; returns the exit status, or -1 if a signal ended it.
-  int Wait() {
-    std::string line;
-    while (ReadLine(&line)) {
-      rest_ += line + "\n";
-    }
-    int status = 0;
-    waitpid(process_, &status, 0);
-    process_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  // What it printed after the address.
-  const std::string& rest() const { return rest_; }
-
- private:
-  bool ReadLine(std::string* line) {
-    line->clear();
-    int letter = 0;
-    while ((letter = fgetc(output_)) != EOF && letter != '\n') {
-      line->push_back(static_cast<char>(letter));
-    }
-    return letter != EOF;
-  }
-
-  pid_t process_ = -1;
-  FILE* output_ = nullptr;
-  std::string rest_;
-};
 
 class SignalTest : public testing::TestWithParam<int> {};
 
@@ -185,6 +104,38 @@ TEST(BinaryTest, AddressInUseIsAnError) {
   ServerProcess second({"--address=" + address});
   EXPECT_EQ(second.Wait(), 1);
   EXPECT_THAT(second.rest(), HasSubstr("cannot listen on " + address));
+}
+
+TEST(BinaryTest, StatesGoFromServerToServer) {
+  ServerProcess source_process({"--address=127.0.0.1:0", "--workers=1"});
+  ServerProcess target_process({"--address=127.0.0.1:0", "--workers=3"});
+  const std::string source_address = source_process.Address();
+  const auto source_client = procgen_client::Client::Connect(source_address);
+  const auto target_client = procgen_client::Client::Connect(target_process.Address());
+  ASSERT_THAT(source_client, IsOk());
+  ASSERT_THAT(target_client, IsOk());
+  const auto source_pool = (*source_client)->CreatePool(MazeSpec(2), "origin");
+  const auto target_pool = (*target_client)->CreatePool(MazeSpec(2));
+  ASSERT_THAT(source_pool, IsOk());
+  ASSERT_THAT(target_pool, IsOk());
+  const auto source = (*source_client)->Attach(source_pool->name());
+  const auto target = (*target_client)->Attach(target_pool->name());
+  ASSERT_THAT(source, IsOk());
+  ASSERT_THAT(target, IsOk());
+  procgen_client::Batch batch;
+  ASSERT_THAT((*source)->Step({-1, 7}, &batch), IsOk());
+
+  ASSERT_THAT((*target_client)
+                  ->CloneStates(target_pool->name(), {Pair(0, 1), Pair(1, 0)},
+                                {source_pool->name(), source_address}),
+              IsOk());
+  ASSERT_THAT((*target_client)->CloneStates(target_pool->name(), {Pair(0, 1), Pair(1, 0)}), IsOk());
+  procgen_client::Batch target_batch;
+  for (const int32_t action : {7, 1, -1, 7}) {
+    ASSERT_THAT((*source)->Step({action, action}, &batch), IsOk());
+    ASSERT_THAT((*target)->Step({action, action}, &target_batch), IsOk());
+    EXPECT_EQ(BatchCopy(target_batch), BatchCopy(batch));
+  }
 }
 
 TEST(BinaryTest, UnixSocketIsServed) {

@@ -35,6 +35,8 @@ TEST_F(GarbageTest, UnaryMethodsSayWhatTheyCouldNotRead) {
         {"/procgen.v1.CatalogService/GetCatalog", "procgen.v1.GetCatalogRequest"},
         {"/procgen.v1.CatalogService/GetLoad", "procgen.v1.GetLoadRequest"},
         {"/procgen.v1.StateService/SaveStates", "procgen.v1.SaveStatesRequest"},
+        {"/procgen.v1.StateService/RestoreStates", "procgen.v1.RestoreStatesRequest"},
+        {"/procgen.v1.StateService/CloneStates", "procgen.v1.CloneStatesRequest"},
         {"/procgen.v1.RenderService/RenderEnvironments", "procgen.v1.RenderEnvironmentsRequest"},
         {"/procgen.v1.RenderService/WatchPool", "procgen.v1.WatchPoolRequest"}}) {
     EXPECT_THAT(CallRaw(channel_, method, {kGarbage}).status,
@@ -69,11 +71,7 @@ TEST_F(GarbageTest, UnknownMethodIsUnimplemented) {
               StatusIs(absl::StatusCode::kUnimplemented, testing::_));
 }
 
-TEST_F(GarbageTest, StatesAndWatchingAreNotOfferedYet) {
-  for (const char* method : {"SaveStates", "RestoreStates", "CloneStates"}) {
-    EXPECT_THAT(CallRaw(channel_, std::string("/procgen.v1.StateService/") + method, {""}).status,
-                StatusIs(absl::StatusCode::kUnimplemented, "states are not offered yet"));
-  }
+TEST_F(GarbageTest, WatchingIsNotOfferedYet) {
   EXPECT_THAT(CallRaw(channel_, "/procgen.v1.RenderService/WatchPool", {""}).status,
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("watching is not offered yet")));
 }

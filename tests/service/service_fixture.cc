@@ -30,6 +30,13 @@ v1::StepPoolRequest SliceStepRequest(int32_t first, int32_t count, int32_t actio
   return request;
 }
 
+v1::ClonePair Pair(int32_t source_environment, int32_t target_environment) {
+  v1::ClonePair pair;
+  pair.set_source_environment(source_environment);
+  pair.set_target_environment(target_environment);
+  return pair;
+}
+
 Limits ServiceTest::TestLimits() {
   Limits limits;
   limits.pool_count_max = 4;
@@ -41,14 +48,19 @@ Limits ServiceTest::TestLimits() {
   return limits;
 }
 
-void ServiceTest::SetUp() {
+std::unique_ptr<Server> ServiceTest::StartServer(int32_t worker_count) {
   ServerOptions options;
   options.address = "127.0.0.1:0";
-  options.worker_count = 2;
+  options.worker_count = worker_count;
   options.limits = TestLimits();
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
-  ASSERT_THAT(server, IsOk());
-  server_ = *std::move(server);
+  EXPECT_THAT(server, IsOk());
+  return server.ok() ? *std::move(server) : nullptr;
+}
+
+void ServiceTest::SetUp() {
+  server_ = StartServer(/*worker_count=*/2);
+  ASSERT_NE(server_, nullptr);
   channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
   client_ = Connect();
   ASSERT_NE(client_, nullptr);

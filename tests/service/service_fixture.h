@@ -21,6 +21,9 @@ v1::PoolSpec MazeSpec(int32_t env_count);
 v1::StepPoolRequest StepRequest(const std::vector<int32_t>& actions);
 v1::StepPoolRequest SliceStepRequest(int32_t first, int32_t count, int32_t action);
 
+// A pair of CloneStates.
+v1::ClonePair Pair(int32_t source_environment, int32_t target_environment);
+
 // A real server in this process, on a port of its own, and a client of it. Beside the test's own
 // pools there is a witness: a learner whose pool must go on, whatever the test does to the server.
 class ServiceTest : public testing::Test {
@@ -32,6 +35,8 @@ class ServiceTest : public testing::Test {
   // Checks that the server and the witness' pool go on.
   void TearDown() override;
 
+  // Another server, with the same limits.
+  static std::unique_ptr<Server> StartServer(int32_t worker_count);
   // A client of its own connection that takes responses of this size.
   std::unique_ptr<procgen_client::Client> Connect(int32_t response_bytes_max = 4 << 20);
   // The name of a pool made of `spec`.

@@ -27,6 +27,7 @@ struct Values {
   std::vector<uint8_t> prev_level_complete = std::vector<uint8_t>(kEnvCount);
   std::vector<float> episode_returns = std::vector<float>(kEnvCount);
   std::vector<int32_t> episode_lengths = std::vector<int32_t>(kEnvCount);
+  std::vector<uint64_t> fingerprints = std::vector<uint64_t>(kEnvCount);
 
   Batch Spans() {
     Batch batch;
@@ -40,7 +41,19 @@ struct Values {
     batch.prev_level_complete = absl::MakeSpan(prev_level_complete);
     batch.episode_returns = absl::MakeSpan(episode_returns);
     batch.episode_lengths = absl::MakeSpan(episode_lengths);
+    batch.fingerprints = absl::MakeSpan(fingerprints);
     return batch;
+  }
+
+  // Those that are sent: of the rows whose episode ended.
+  std::vector<uint64_t> EndedFingerprints() const {
+    std::vector<uint64_t> ended;
+    for (size_t row = 0; row < fingerprints.size(); ++row) {
+      if (terminated[row] != 0 || truncated[row] != 0) {
+        ended.push_back(fingerprints[row]);
+      }
+    }
+    return ended;
   }
 };
 
@@ -57,7 +70,8 @@ bool Same(const Values& local, const procgen_client::Batch& remote) {
          Same(local.prev_level_seeds, remote.prev_level_seeds()) &&
          Same(local.prev_level_complete, remote.prev_level_complete()) &&
          Same(local.episode_returns, remote.episode_returns()) &&
-         Same(local.episode_lengths, remote.episode_lengths());
+         Same(local.episode_lengths, remote.episode_lengths()) &&
+         Same(local.EndedFingerprints(), remote.fingerprints());
 }
 
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.

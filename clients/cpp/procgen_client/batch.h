@@ -38,8 +38,12 @@ class Batch {
   absl::Span<const int32_t> episode_lengths() const {  // [n]
     return Numbers(value().episode_lengths());
   }
-  // Of the m rows with terminated or truncated, in order.
-  absl::Span<const int64_t> fingerprints() const { return Numbers(value().fingerprints()); }  // [m]
+  // Hashes of the ended episodes, of the m rows with terminated or truncated, in order. The
+  // contract sends their 64 bits as signed numbers.
+  absl::Span<const uint64_t> fingerprints() const {  // [m]
+    const absl::Span<const int64_t> numbers = Numbers(value().fingerprints());
+    return absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()), numbers.size());
+  }
   absl::Span<const uint8_t> final_observations() const {
     return Bytes(value().final_observations());
   }  //                                                       uint8  [m, 64, 64, 3], or empty

@@ -13,6 +13,11 @@ namespace {
 
 namespace v1 = procgen::v1;
 
+// What every server takes (Limits.request_bytes_max), in bytes.
+constexpr int64_t kRequestBytesAlways = 65536;
+// What a state has in a request besides its own bytes, at most: a tag and a length.
+constexpr int64_t kStateOverheadBytes = 8;
+
 // Calls a unary method and returns its response.
 template <typename Stub, typename Request, typename Response>
 absl::StatusOr<Response> CallUnary(Stub* stub,
@@ -46,6 +51,7 @@ Client::Client(const std::shared_ptr<grpc::Channel>& channel)
     : catalog_(v1::CatalogService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
       step_(v1::StepService::NewStub(channel)),
+      states_(v1::StateService::NewStub(channel)),
       render_(v1::RenderService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
@@ -97,6 +103,69 @@ absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& po
     return status;
   }
   return stream;
+}
+
+absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& pool,
+                                                          absl::Span<const int32_t> environments) {
+  std::vector<v1::State> states;
+  v1::SaveStatesRequest request;
+  request.set_pool(pool);
+  request.mutable_environments()->Add(environments.begin(), environments.end());
+  do {
+    absl::StatusOr<v1::SaveStatesResponse> page =
+        CallUnary(states_.get(), &v1::StateService::Stub::SaveStates, request);
+    if (!page.ok()) {
+      return page.status();
+    }
+    for (v1::State& state : *page->mutable_states()) {
+      states.push_back(std::move(state));
+    }
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return states;
+}
+
+absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1::State> states) {
+  v1::RestoreStatesRequest request;
+  request.set_pool(pool);
+  const auto empty_bytes = static_cast<int64_t>(request.ByteSizeLong());
+  request.mutable_states()->Add(states.begin(), states.end());
+  if (static_cast<int64_t>(request.ByteSizeLong()) <= kRequestBytesAlways) {
+    return Restore(request);
+  }
+  const absl::StatusOr<v1::Catalog> catalog = GetCatalog();
+  if (!catalog.ok()) {
+    return catalog.status();
+  }
+  request.clear_states();
+  int64_t bytes = empty_bytes;
+  for (const v1::State& state : states) {
+    const int64_t state_bytes = static_cast<int64_t>(state.ByteSizeLong()) + kStateOverheadBytes;
+    if (!request.states().empty() && bytes + state_bytes > catalog->limits().request_bytes_max()) {
+      if (absl::Status status = Restore(request); !status.ok()) {
+        return status;
+      }
+      request.clear_states();
+      bytes = empty_bytes;
+    }
+    *request.add_states() = state;
+    bytes += state_bytes;
+  }
+  return Restore(request);
+}
+
+absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
+  return CallUnary(states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
+}
+
+absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::ClonePair> pairs,
+                                 const CloneSource& source) {
+  v1::CloneStatesRequest request;
+  request.set_pool(pool);
+  request.set_source_pool(source.pool);
+  request.set_source_server(source.server);
+  request.mutable_pairs()->Add(pairs.begin(), pairs.end());
+  return CallUnary(states_.get(), &v1::StateService::Stub::CloneStates, request).status();
 }
 
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(

@@ -14,6 +14,7 @@
 #include "procgen/v1/catalog.grpc.pb.h"
 #include "procgen/v1/pools.grpc.pb.h"
 #include "procgen/v1/render.grpc.pb.h"
+#include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
@@ -25,6 +26,12 @@ struct ConnectOptions {
   // Largest response that can be received, in bytes. StreamOptions::response_bytes_max may be as
   // much.
   int32_t response_bytes_max = 4 << 20;
+};
+
+// Where CloneStates reads.
+struct CloneSource {
+  std::string pool;    // its name; empty: that of the pool that is written
+  std::string server;  // "host:port" as the server that is asked can reach it; empty: itself
 };
 
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
@@ -52,16 +59,30 @@ class Client {
   absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,
                                                      const StreamOptions& options = {});
 
+  // Snapshots of environments, in the order asked for; of all, if none is named. Many are fetched
+  // page by page. Errors: ABORTED environments were stepped, reset or restored between two pages.
+  absl::StatusOr<std::vector<procgen::v1::State>> SaveStates(
+      const std::string& pool, absl::Span<const int32_t> environments = {});
+  // Puts environments into saved states. All or nothing, if they fit one request of the server
+  // (Limits.request_bytes_max); otherwise several are sent, and those before an error are restored.
+  // A stream tells by StepStream::Observe how the environments stand then.
+  absl::Status RestoreStates(const std::string& pool, absl::Span<const procgen::v1::State> states);
+  // Puts environments of `pool` into the states of others. All or nothing.
+  absl::Status CloneStates(const std::string& pool, absl::Span<const procgen::v1::ClonePair> pairs,
+                           const CloneSource& source = {});
+
   // Draws environments for people: square frames, RGB, top row first.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
       const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
 
  private:
   explicit Client(const std::shared_ptr<grpc::Channel>& channel);
+  absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;
+  const std::unique_ptr<procgen::v1::StateService::Stub> states_;
   const std::unique_ptr<procgen::v1::RenderService::Stub> render_;
 };
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._proto import step_pb2
+from procgen_client._proto import states_pb2, step_pb2
 from procgen_client.errors import InvalidArgumentError
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
@@ -61,6 +61,35 @@ def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:
             )
         )
     return messages
+
+
+def state_messages(
+    states: Mapping[int, bytes] | Sequence[bytes], env_count: int
+) -> list[states_pb2.State]:
+    """Gives snapshots with their environments as messages; errors as message_of.
+
+    Raises:
+        InvalidArgumentError: A sequence does not have one for each of env_count environments.
+    """
+    if not isinstance(states, Mapping):
+        if len(states) != env_count:
+            raise InvalidArgumentError(
+                f"states has {len(states)} entries; there are {env_count} environments (a dict "
+                "gives some of them theirs)"
+            )
+        states = dict(enumerate(states))
+    return [
+        message_of(states_pb2.State, environment=environment, snapshot=snapshot)
+        for environment, snapshot in states.items()
+    ]
+
+
+def clone_pair_messages(pairs: Iterable[tuple[int, int]]) -> list[states_pb2.ClonePair]:
+    """Gives (source, target) pairs as messages; errors as message_of."""
+    return [
+        message_of(states_pb2.ClonePair, source_environment=source, target_environment=target)
+        for source, target in pairs
+    ]
 
 
 def observation(observe: bool) -> step_pb2.Observation:

@@ -29,7 +29,7 @@ _ARRAYS = {
     "prev_level_complete": "?",
     "episode_returns": "<f4",
     "episode_lengths": "<i4",
-    "fingerprints": "<i8",
+    "fingerprints": "<u8",
 }
 _PICTURES = ("final_observations", "observations")
 _SCALARS = ("first_environment", "environment_count", "last", "shared_batch")
@@ -77,7 +77,11 @@ def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
 def part_of(response: step_pb2.StepPoolResponse) -> Part:
     """Gives what read_response gives, by way of the generated message: the slow and obvious way."""
     batch = response.batch
-    arrays = {name: np.array(getattr(batch, name), dtype) for name, dtype in _ARRAYS.items()}
+    # Fingerprints are 64 bits that the contract sends as signed numbers.
+    arrays = {
+        name: np.array(getattr(batch, name), dtype.replace("u", "i")).view(dtype)
+        for name, dtype in _ARRAYS.items()
+    }
     arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in _PICTURES}
     return Part(
         response.sequence_number,

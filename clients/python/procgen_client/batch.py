@@ -37,7 +37,7 @@ class Batch:
     prev_level_complete: np.ndarray  # That level was completed by this step  bool    [n]
     episode_returns: np.ndarray  # Of the ended or running episode            float32 [n]
     episode_lengths: np.ndarray  # Of the same, in steps                      int32   [n]
-    fingerprints: np.ndarray  # Of episodes that ended, in order; or empty    int64   [m]
+    fingerprints: np.ndarray  # Hashes of episodes that ended, in order       uint64  [m]
     final_observations: np.ndarray  # Last pictures of those; or empty        uint8   [m, 64, 64, 3]
     observations: np.ndarray | None  # What the agents see                    uint8   [n, 64, 64, 3]
 

@@ -16,6 +16,8 @@ from procgen_client._proto import (
     pools_pb2_grpc,
     render_pb2,
     render_pb2_grpc,
+    states_pb2,
+    states_pb2_grpc,
     step_pb2,
 )
 from procgen_client._wire import read_response
@@ -80,6 +82,7 @@ class Client:
             self._channel = grpc.secure_channel(address, credentials, arguments)
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
+        self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
         self._step_pool = self._channel.stream_stream(
@@ -228,6 +231,15 @@ class Client:
             NotFoundError: There is no such pool.
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+
+    def _save_states(self, request: states_pb2.SaveStatesRequest) -> states_pb2.SaveStatesResponse:
+        return self._unary(self._state_stub.SaveStates, request)
+
+    def _restore_states(self, request: states_pb2.RestoreStatesRequest) -> None:
+        self._unary(self._state_stub.RestoreStates, request)
+
+    def _clone_states(self, request: states_pb2.CloneStatesRequest) -> None:
+        self._unary(self._state_stub.CloneStates, request)
 
     def _render_environments(
         self, request: render_pb2.RenderEnvironmentsRequest

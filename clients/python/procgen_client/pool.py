@@ -11,7 +11,7 @@ import grpc
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._proto import pools_pb2, render_pb2, step_pb2
+from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import (
     Reset,
     action_numbers,
@@ -31,16 +31,13 @@ from procgen_client.errors import (
     UnavailableError,
     from_rpc_error,
 )
+from procgen_client.pool_resource import PoolResource
 
 if TYPE_CHECKING:
     from procgen_client.client import Client
 
-# Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-_RENDER_BYTES = 4 * 1024 * 1024
-_RENDER_OVERHEAD_BYTES = 4096
 
-
-class Pool:
+class Pool(PoolResource):
     """A number of environments that are stepped as one batch.
 
     Made by :meth:`Client.create_pool` or :meth:`Client.get_pool`. As a context manager it is closed
@@ -60,11 +57,7 @@ class Pool:
 
     Threads: one at a time.
 
-    Attributes:
-        name: Resource name, e.g. ``"pools/7"``.
-        spec: What the pool was made with, every default filled in (also a rand_seed that the server
-            drew).
-        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default.
+    Attributes, beside those of PoolResource:
         requests_in_flight_max: How many requests may be unanswered.
     """
 
@@ -77,11 +70,8 @@ class Pool:
         requests_in_flight_max: int = 2,
     ) -> None:
         """For :class:`Client`; use its create_pool or get_pool."""
-        self.name = message.name
-        self.spec = message.spec
-        self.observation_shape = tuple(message.observation_shape)
+        super().__init__(client, message)
         self.requests_in_flight_max = requests_in_flight_max
-        self._client = client
         self._deletes_on_close = deletes_on_close
         self._closed = False
         self._call: Any = None  # grpc's iterator of responses, which has no type of its own
@@ -105,11 +95,6 @@ class Pool:
     def __exit__(self, *exception: object) -> None:
         """Closes the pool."""
         self.close()
-
-    @property
-    def env_count(self) -> int:
-        """Number of environments, N."""
-        return self.spec.env_count
 
     @property
     def attached(self) -> bool:
@@ -381,43 +366,6 @@ class Pool:
                 self._client.delete_pool(self.name)
             except (NotFoundError, UnavailableError):
                 pass  # It is gone, or the server is.
-
-    # Looking.
-
-    def render(
-        self, environments: Sequence[int] | None = None, *, side_px: int = 512
-    ) -> list[np.ndarray]:
-        """Draws environments for people and changes nothing.
-
-        Args:
-            environments: Indices in the pool, in the order wanted. None: all.
-            side_px: Side of the square pictures in pixels, in [16, 2048].
-
-        Returns:
-            uint8 arrays [side_px, side_px, 3] (red, green, blue; top row first), read-only.
-
-        Raises:
-            InvalidArgumentError: An environment or the size is out of range.
-            UnimplementedError: The server does not draw for people (catalog().features.render).
-        """
-        wanted = list(range(self.env_count)) if environments is None else list(environments)
-        frame_bytes = 3 * in_range("side_px", side_px, 16, 2048) ** 2 + 64
-        at_a_time = max(1, (_RENDER_BYTES - _RENDER_OVERHEAD_BYTES) // frame_bytes)
-        limit = max(_RENDER_BYTES, frame_bytes + _RENDER_OVERHEAD_BYTES)
-        frames: list[np.ndarray] = []
-        for begin in range(0, len(wanted), at_a_time):
-            request = message_of(
-                render_pb2.RenderEnvironmentsRequest,
-                pool=self.name,
-                environments=wanted[begin : begin + at_a_time],
-                side_px=side_px,
-                format=render_pb2.FRAME_FORMAT_RGB,
-                response_bytes_max=limit,
-            )
-            for frame in self._client._render_environments(request).frames:
-                pixels = np.frombuffer(frame.image, np.uint8)
-                frames.append(pixels.reshape(frame.height_px, frame.width_px, 3))
-        return frames
 
     # Internals.
 

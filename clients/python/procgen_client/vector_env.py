@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -168,11 +168,7 @@ class ProcgenVectorEnv(VectorEnv):
             )
         self._untouched = False
         self._ended[mask] = False
-        infos: dict[str, Any] = {}
-        _add_info(infos, "level_seed", batch.level_seeds, mask)
-        _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
-        _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
-        return self._observations(batch), infos
+        return self._observations(batch), _level_infos(batch, mask)
 
     def step(
         self, actions: npt.ArrayLike
@@ -213,6 +209,45 @@ class ProcgenVectorEnv(VectorEnv):
             _step_infos(batch, same_step),
         )
 
+    def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
+        """Takes snapshots of environments (None: of all); see Pool.save_states."""
+        return self.pool.save_states(environments)
+
+    def restore_states(
+        self, states: Mapping[int, bytes] | Sequence[bytes]
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Puts environments into saved states, and tells how all stand then.
+
+        Args:
+            states: Snapshots by environment, or a list of one for each; see Pool.restore_states.
+
+        Returns:
+            Observations and infos, as of reset.
+        """
+        self.pool.restore_states(states)
+        return self._observe()
+
+    def clone_states(
+        self,
+        pairs: Iterable[tuple[int, int]],
+        *,
+        source_pool: Pool | str | None = None,
+        source_server: str | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Puts environments into the states of others, and tells how all stand then.
+
+        Args:
+            pairs: (source, target) environments; see Pool.clone_states, also for the others. The
+                pool of another ProcgenVectorEnv is its attribute ``pool``.
+            source_pool: The pool that is read. None: this one.
+            source_server: Address of its server. None: the same server.
+
+        Returns:
+            Observations and infos, as of reset.
+        """
+        self.pool.clone_states(pairs, source_pool=source_pool, source_server=source_server)
+        return self._observe()
+
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Draws all environments for people: N pictures, uint8 [side, side, 3].
 
@@ -226,6 +261,14 @@ class ProcgenVectorEnv(VectorEnv):
         """Deletes the pool, and closes the connection if it was made here; called by close()."""
         if hasattr(self, "_close_once"):  # It is not where __init__ failed.
             self._close_once()
+
+    def _observe(self) -> tuple[np.ndarray, dict[str, Any]]:
+        batch = self.pool.observe()
+        self._untouched = False
+        # One that was saved where the next episode begins with the end of the last (`first`) is in
+        # the midst of that.
+        self._ended = batch.ended & ~batch.first
+        return self._observations(batch), _level_infos(batch, np.ones(self.num_envs, np.bool_))
 
     def _observations(self, batch: Batch) -> np.ndarray:
         assert batch.observations is not None
@@ -243,10 +286,7 @@ def _close(pool: Pool, client: Client | None) -> None:
 def _step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
     everywhere = np.ones(batch.environment_count, np.bool_)
     ended = batch.ended
-    infos: dict[str, Any] = {}
-    _add_info(infos, "level_seed", batch.level_seeds, everywhere)
-    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, everywhere)
-    _add_info(infos, "prev_level_complete", batch.prev_level_complete, everywhere)
+    infos = _level_infos(batch, everywhere)
     if not ended.any():
         return infos
     _add_info(infos, "episode_return", np.where(ended, batch.episode_returns, 0), ended)
@@ -266,6 +306,14 @@ def _step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
         _add_info(final_info, name, np.where(ended, values, 0).astype(values.dtype), ended)
     _add_info(infos, "final_obs", final_obs, ended)
     _add_info(infos, "final_info", final_info, ended)
+    return infos
+
+
+def _level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
+    infos: dict[str, Any] = {}
+    _add_info(infos, "level_seed", batch.level_seeds, mask)
+    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
+    _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
     return infos
 
 

@@ -73,6 +73,66 @@ TEST_F(ClientTest, AnswerInSeveralResponsesIsJoined) {
   EXPECT_THAT(batch.observations(), SizeIs(400UL * 64 * 64 * 3));
 }
 
+TEST_F(ClientTest, FingerprintsAreThoseOfTheRowsThatEnded) {
+  const auto stream = CreateAndAttach(MazeSpec(400));
+  std::vector<int32_t> actions(400, 4);
+  actions[3] = -1;
+  actions[399] = -1;  // in the second response
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step(actions, &batch), IsOk());
+  EXPECT_THAT(batch.fingerprints(), SizeIs(2));
+  const std::vector<uint64_t> both(batch.fingerprints().begin(), batch.fingerprints().end());
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  EXPECT_THAT(batch.fingerprints(), testing::ElementsAreArray(both));
+  ASSERT_THAT(stream->Step(std::vector<int32_t>(400, 4), &batch), IsOk());
+  EXPECT_THAT(batch.fingerprints(), SizeIs(0));
+}
+
+TEST_F(ClientTest, MoreStatesThanFitARequestAreRestoredInSeveral) {
+  const std::string name = CreatePool(MazeSpec(300));
+  const auto states = client_->SaveStates(name);
+  ASSERT_THAT(states, IsOk());
+  ASSERT_THAT(*states, SizeIs(300));
+  size_t bytes = 0;
+  for (const v1::State& state : *states) {
+    bytes += state.snapshot().size();
+  }
+  ASSERT_GT(bytes, static_cast<size_t>(2 * TestLimits().request_bytes_max));
+  {
+    const auto stream = client_->Attach(name);
+    ASSERT_THAT(stream, IsOk());
+    procgen_client::Batch batch;
+    ASSERT_THAT((*stream)->Step(std::vector<int32_t>(300, -1), &batch), IsOk());
+  }
+  ASSERT_THAT(client_->RestoreStates(name, *states), IsOk());
+  const auto again = client_->SaveStates(name);
+  ASSERT_THAT(again, IsOk());
+  for (size_t i = 0; i < states->size(); ++i) {
+    EXPECT_EQ((*again)[i].snapshot(), (*states)[i].snapshot());
+  }
+}
+
+TEST_F(ClientTest, StatesComeInTheOrderAskedFor) {
+  const std::string name = CreatePool(MazeSpec(4));
+  const auto states = client_->SaveStates(name, {2, 0});
+  ASSERT_THAT(states, IsOk());
+  ASSERT_THAT(*states, SizeIs(2));
+  EXPECT_EQ(states->front().environment(), 2);
+  EXPECT_EQ(states->back().environment(), 0);
+}
+
+TEST_F(ClientTest, ClonesReadWhereTheyAreToldTo) {
+  const std::string source = CreatePool(MazeSpec(2));
+  v1::PoolSpec spec = MazeSpec(2);
+  spec.mutable_options()->set_rand_seed(99);
+  const std::string target = CreatePool(spec);
+  const std::string read = client_->SaveStates(source, {1})->front().snapshot();
+  ASSERT_THAT(client_->CloneStates(target, {Pair(1, 0)}, {source, server_->address()}), IsOk());
+  EXPECT_EQ(client_->SaveStates(target, {0})->front().snapshot(), read);
+  ASSERT_THAT(client_->CloneStates(target, {Pair(0, 1)}), IsOk());
+  EXPECT_EQ(client_->SaveStates(target, {1})->front().snapshot(), read);
+}
+
 TEST_F(ClientTest, DroppedStreamFreesItsPoolWithAnswersUnread) {
   const std::string name = CreatePool(MazeSpec(16));
   {

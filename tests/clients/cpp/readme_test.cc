@@ -1,9 +1,10 @@
-// The example of clients/cpp/README.md, word for word: it compiles, and it runs.
+// The examples of clients/cpp/README.md, word for word: they compile, and they run.
 
 #include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_replace.h"
@@ -65,12 +66,40 @@ TEST_F(ReadmeTest, ExampleRuns) {
   EXPECT_EQ(learned, 100);
 }
 
-TEST_F(ReadmeTest, ExampleIsThatOfTheReadme) {
-  const std::string readme = Between(ReadFile("clients/cpp/README.md"), "```cpp\n", "```");
-  const std::string tested =
-      Between(ReadFile("tests/clients/cpp/readme_test.cc"), "// EXAMPLE\n", "// END\n");
-  EXPECT_EQ(Words(absl::StrReplaceAll(tested, {{"SERVER_ADDRESS", "\"127.0.0.1:50051\""}})),
-            Words(readme));
+TEST_F(ReadmeTest, StatesExampleRuns) {
+#define SERVER_ADDRESS server_->address()
+  // STATES EXAMPLE
+  auto client = procgen_client::Client::Connect(SERVER_ADDRESS).value();
+  procgen::v1::PoolSpec spec;
+  spec.add_games("maze");
+  spec.set_env_count(4);
+  const std::string pool = client->CreatePool(spec)->name();
+  auto stream = client->Attach(pool).value();
+  procgen_client::Batch batch;
+  const std::vector<procgen::v1::State> states = client->SaveStates(pool).value();
+  stream->Step(std::vector<int32_t>(4, 7), &batch).IgnoreError();
+  absl::Status restored = client->RestoreStates(pool, states);
+  if (restored.ok()) {
+    restored = stream->Observe(&batch);
+  }
+  // STATES END
+#undef SERVER_ADDRESS
+  EXPECT_THAT(restored, IsOk());
+  EXPECT_THAT(batch.episode_lengths(), testing::Each(0));
+}
+
+TEST_F(ReadmeTest, ExamplesAreThoseOfTheReadme) {
+  const std::string readme = ReadFile("clients/cpp/README.md");
+  const std::string tested = ReadFile("tests/clients/cpp/readme_test.cc");
+  const size_t second = readme.find("```cpp\n", readme.find("```cpp\n") + 1);
+  for (const auto& [shown, run] :
+       {std::pair{Between(readme, "```cpp\n", "```"),
+                  Between(tested, "  // EXAMPLE\n", "// END\n")},
+        std::pair{Between(readme.substr(second), "```cpp\n", "```"),
+                  Between(tested, "  // STATES EXAMPLE\n", "// STATES END\n")}}) {
+    EXPECT_EQ(Words(absl::StrReplaceAll(run, {{"SERVER_ADDRESS", "\"127.0.0.1:50051\""}})),
+              Words(shown));
+  }
 }
 
 }  // namespace

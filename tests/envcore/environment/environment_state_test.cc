@@ -33,9 +33,10 @@ std::string Saved(Environment& environment) {
   return snapshot.value_or("");
 }
 
-absl::StatusOr<std::unique_ptr<Environment>> Restored(absl::string_view snapshot,
-                                                      absl::string_view game = "maze") {
-  return Environment::Restore(*FindGame(game), snapshot);
+absl::StatusOr<std::unique_ptr<Environment>> Restored(
+    absl::string_view snapshot, absl::string_view game = "maze",
+    EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+  return Environment::Restore(*FindGame(game), snapshot, episode_end);
 }
 
 // What a new environment's snapshot holds, and the snapshot of what it is made to hold.
@@ -97,11 +98,34 @@ TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
   EXPECT_EQ((*restored)->result().level_seed, 77);
 }
 
-TEST(EnvironmentStateTest, AnEndedEpisodeComesBackEnded) {
-  Environment environment = Made("maze", {}, EpisodeEnd::kDisabled);
+TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
+  for (const EpisodeEnd saved : {EpisodeEnd::kNextStep, EpisodeEnd::kDisabled}) {
+    Environment environment = Made("maze", {}, saved);
+    Step(environment, kEndEpisodeAction);
+    const std::string snapshot = Saved(environment);
+    const auto disabled = Restored(snapshot, "maze", EpisodeEnd::kDisabled);
+    ASSERT_THAT(disabled, IsOk());
+    EXPECT_TRUE((*disabled)->awaits_reset());
+    for (const EpisodeEnd episode_end : {EpisodeEnd::kSameStep, EpisodeEnd::kNextStep}) {
+      const auto restored = Restored(snapshot, "maze", episode_end);
+      ASSERT_THAT(restored, IsOk());
+      EXPECT_FALSE((*restored)->awaits_reset());
+      EXPECT_EQ(Saved(**restored), snapshot);
+      Step(**restored, 7);
+      EXPECT_TRUE((*restored)->result().first);
+      EXPECT_EQ((*restored)->result().episode_length, 0);
+    }
+  }
+}
+
+TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
+  Environment environment = Made("maze", {}, EpisodeEnd::kSameStep);
   Step(environment, kEndEpisodeAction);
-  const auto restored = Restored(Saved(environment));
+  const auto restored = Restored(Saved(environment), "maze", EpisodeEnd::kDisabled);
   ASSERT_THAT(restored, IsOk());
+  EXPECT_FALSE((*restored)->awaits_reset());  // the next episode had begun
+  Step(**restored, 7);
+  Step(**restored, kEndEpisodeAction);
   EXPECT_TRUE((*restored)->awaits_reset());
 }
 
@@ -148,8 +172,6 @@ TEST(EnvironmentStateTest, FieldsOutOfRangeAreNamed) {
   EXPECT_THAT(Restored(With("/level/random/seed", 1)),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "level has a stream that was not seeded with level_seed"));
-  EXPECT_THAT(Restored(With("/ended", true)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("has ended, but")));
 }
 
 TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {

@@ -106,6 +106,7 @@ TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   PoolOptions other_options = OptionsOf(GetParam().options.games, kOtherCount);
   other_options.environment.rand_seed = 12345;
+  other_options.episode_end = GetParam().options.episode_end;
   const std::unique_ptr<Pool> other = MadePool(other_options, /*thread_count=*/2);
   RandomStream random(5);
   RandomStream other_random(6);
@@ -161,17 +162,20 @@ TEST(PoolRestoreStatesTest, AnEnvironmentIsRestoredOnceAtMost) {
 TEST(PoolRestoreStatesTest, OtherGamesAreRefused) {
   const std::string snapshot = Saved(*MazePool(), {0})[0];
   EXPECT_THAT(MadePool(OptionsOf({"miner"}))->RestoreStates({{1, snapshot}}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
+              StatusIs(absl::StatusCode::kFailedPrecondition,
                        "environment 1: game is maze, the environment plays miner"));
 }
 
-TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetInAnyPool) {
+TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
   PoolOptions options = OptionsOf({"maze"});
-  options.episode_end = EpisodeEnd::kDisabled;
+  options.episode_end = EpisodeEnd::kNextStep;
   const auto ended = MadePool(options);
   Stepped(*ended, AllTake(kEndEpisodeAction));
-  const auto pool = MazePool();
+  options.episode_end = EpisodeEnd::kDisabled;
+  const auto pool = MadePool(options);
   ASSERT_THAT(pool->RestoreStates({{2, Saved(*ended, {0})[0]}}), IsOk());
+  EXPECT_TRUE(pool->AwaitsReset(2));
+  EXPECT_FALSE(pool->AwaitsReset(1));
   BatchBuffers buffers(kEnvCount);
   EXPECT_THAT(pool->Step({.count = kEnvCount, .actions = AllTake(4)}, buffers.Whole()),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 2")));
@@ -188,7 +192,7 @@ TEST(PoolCloneStatesTest, StatesCanBeExchanged) {
 TEST(PoolCloneStatesTest, EnvironmentsOfOtherGamesAreRefused) {
   const auto pool = MadePool(OptionsOf({"maze", "miner"}));
   EXPECT_THAT(pool->CloneStates({{0, 1}}),
-              StatusIs(absl::StatusCode::kInvalidArgument,
+              StatusIs(absl::StatusCode::kFailedPrecondition,
                        "environment 1: game is maze, the environment plays miner"));
 }
 

@@ -50,6 +50,18 @@ TEST(ConvertCatalogTest, ArtIsToldWithoutItsFolder) {
   EXPECT_EQ(CatalogMessageOf("", Limits(), true).art(), "folder");
 }
 
+TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
+  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Features& features = catalog.features();
+  EXPECT_TRUE(features.states());
+  EXPECT_TRUE(features.render());
+  EXPECT_TRUE(features.fingerprints());
+  EXPECT_FALSE(features.watch());
+  EXPECT_FALSE(features.leases());
+  EXPECT_FALSE(features.level_sampler());
+  EXPECT_FALSE(features.resume());
+}
+
 TEST(ConvertCatalogTest, ActionsNameTheirKeys) {
   const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   ASSERT_EQ(catalog.actions_size(), 15);

@@ -50,6 +50,8 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
     v1::StepPoolResponse response;
     const Batch batch = PrepareResponse(request, {600, rows}, &response);
     std::fill(batch.first.begin(), batch.first.end(), 1);
+    std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
+    CompleteResponse(&response);
     EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(limit));
     PrepareResponse(request, {600, rows + 1}, &response);
     EXPECT_GT(response.ByteSizeLong() + 256, static_cast<size_t>(limit));
@@ -73,6 +75,21 @@ TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
   ASSERT_EQ(kept.size(), 2U * kObservationBytes);
   EXPECT_EQ(kept.front(), 1);
   EXPECT_EQ(kept.back(), 3);
+}
+
+TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
+  const StreamRequest request = WholeStep(5);
+  v1::StepPoolResponse response;
+  const Batch batch = PrepareResponse(request, {0, 5}, &response);
+  ASSERT_EQ(batch.fingerprints.size(), 5U);
+  for (size_t row = 0; row < 5; ++row) {
+    batch.fingerprints[row] = UINT64_MAX - row;
+  }
+  batch.terminated[1] = 1;
+  batch.truncated[2] = 1;
+  batch.terminated[4] = 1;
+  CompleteResponse(&response);
+  EXPECT_THAT(response.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
 }
 
 TEST(ConvertStepTest, ResponseMemoryIsReused) {

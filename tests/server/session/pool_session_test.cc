@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,38 @@ class PoolSessionTest : public testing::Test {
         return;
       }
       session->RunPart(request, {request.first, request.count}, batch, [&](absl::Status status) {
+        result = std::move(status);
+        done.Notify();
+      });
+    });
+    done.WaitForNotification();
+    session->EndTurn();
+    return result;
+  }
+
+  static std::string Save(PoolSession* session, int32_t environment) {
+    std::string saved;
+    absl::Notification done;
+    session->TakeTurn([&](const absl::Status&) {
+      session->SaveStates(
+          {&environment, 1},
+          [&](int32_t /*environment*/, std::string snapshot) {
+            saved = std::move(snapshot);
+            return true;
+          },
+          [&](const absl::Status&) { done.Notify(); });
+    });
+    done.WaitForNotification();
+    session->EndTurn();
+    return saved;
+  }
+
+  static absl::Status Restore(PoolSession* session, int32_t environment,
+                              const std::string& snapshot) {
+    absl::Status result;
+    absl::Notification done;
+    session->TakeTurn([&](const absl::Status&) {
+      session->RestoreStates({{environment, snapshot}}, [&](absl::Status status) {
         result = std::move(status);
         done.Notify();
       });
@@ -161,6 +194,58 @@ TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
   step.resets = resets;
   EXPECT_THAT(Run(session.get(), step), IsOk());
   EXPECT_THAT(Run(session.get(), StepOf(3, actions)), IsOk());
+}
+
+TEST_F(PoolSessionTest, SavingStopsWhenNoMoreIsWanted) {
+  const std::unique_ptr<PoolSession> session = Make();
+  std::vector<int32_t> taken;
+  const std::vector<int32_t> environments = {3, 1, 0};
+  absl::Notification done;
+  session->TakeTurn([&](const absl::Status&) {
+    session->SaveStates(
+        environments,
+        [&](int32_t environment, const std::string& snapshot) {
+          EXPECT_NE(snapshot, "");
+          taken.push_back(environment);
+          return taken.size() < 2;
+        },
+        [&](const absl::Status& status) {
+          EXPECT_THAT(status, IsOk());
+          done.Notify();
+        });
+  });
+  done.WaitForNotification();
+  session->EndTurn();
+  EXPECT_THAT(taken, ElementsAre(3, 1));
+}
+
+TEST_F(PoolSessionTest, OnlyWhatChangesEnvironmentsChangesTheNumber) {
+  const std::unique_ptr<PoolSession> session = Make();
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  const int64_t made = session->change_number();
+  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  const int64_t stepped = session->change_number();
+  EXPECT_NE(stepped, made);
+  Request observe;
+  observe.sequence_number = 2;
+  ASSERT_THAT(Run(session.get(), observe), IsOk());
+  EXPECT_EQ(session->change_number(), stepped);
+  EXPECT_THAT(Restore(session.get(), 0, Save(session.get(), 1)), IsOk());
+  EXPECT_NE(session->change_number(), stepped);
+}
+
+TEST_F(PoolSessionTest, WhatMustBeResetComesWithTheState) {
+  const std::unique_ptr<PoolSession> session = Make(EpisodeEnd::kDisabled);
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  const std::vector<int32_t> ending = {4, -1, 4, 4};
+  const std::string running = Save(session.get(), 1);
+  ASSERT_THAT(Run(session.get(), StepOf(1, ending)), IsOk());
+  const std::string ended = Save(session.get(), 1);
+  ASSERT_THAT(Restore(session.get(), 1, running), IsOk());
+  EXPECT_THAT(Run(session.get(), StepOf(2, actions)), IsOk());
+  ASSERT_THAT(Restore(session.get(), 3, ended), IsOk());
+  EXPECT_THAT(Run(session.get(), StepOf(3, actions)),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
 }
 
 TEST_F(PoolSessionTest, ResetLeavesOthersAlone) {

@@ -1,0 +1,200 @@
+"""A pool as it lies on a server: what can be asked of it from beside its stream."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from procgen_client._proto import pools_pb2, render_pb2, states_pb2
+from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
+
+if TYPE_CHECKING:
+    from procgen_client.client import Client
+
+# Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
+_RENDER_BYTES = 4 * 1024 * 1024
+_RENDER_OVERHEAD_BYTES = 4096
+# What a state has in a request besides its own bytes, at most: a tag and a length.
+_STATE_OVERHEAD_BYTES = 8
+
+
+class PoolResource(abc.ABC):
+    """What a pool is, and the calls that need no stream: snapshots and pictures for people.
+
+    They happen between two requests of whoever steps the pool. :class:`Pool` adds the stream.
+
+    Threads: one at a time.
+
+    Attributes:
+        name: Resource name, e.g. ``"pools/7"``.
+        spec: What the pool was made with, every default filled in (also a rand_seed that the server
+            drew).
+        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default.
+    """
+
+    def __init__(self, client: Client, message: pools_pb2.Pool) -> None:
+        """For :class:`Pool`."""
+        self.name = message.name
+        self.spec = message.spec
+        self.observation_shape = tuple(message.observation_shape)
+        self._client = client
+
+    @property
+    def env_count(self) -> int:
+        """Number of environments, N."""
+        return self.spec.env_count
+
+    # Saving and restoring.
+
+    def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
+        """Takes snapshots of environments and changes nothing.
+
+        A snapshot is complete: an environment that is put into it goes on as this one does, bit for
+        bit, in any pool of the same game on any server.
+
+        Args:
+            environments: Indices in the pool, in the order wanted, each at most once. None: all.
+
+        Returns:
+            A snapshot of each, some kilobytes long; to be stored and given back as it is.
+
+        Raises:
+            InvalidArgumentError: An environment is out of range or named twice.
+            FailedPreconditionError: Answers of requests sent before were not received.
+            AbortedError: Somebody else stepped the pool meanwhile.
+        """
+        self._require_nothing_in_flight()
+        if environments is not None and len(environments) == 0:
+            return []
+        request = message_of(
+            states_pb2.SaveStatesRequest, pool=self.name, environments=environments
+        )
+        snapshots: list[bytes] = []
+        while True:
+            page = self._client._save_states(request)
+            snapshots += [state.snapshot for state in page.states]
+            request.page_token = page.next_page_token
+            if not request.page_token:
+                return snapshots
+
+    def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
+        """Puts environments into saved states.
+
+        Their options (mode, levels, looks) and their choice of levels come from the snapshots; what
+        follows the end of an episode stays as the pool was made with. :meth:`observe` tells how
+        they stand then, which is as they stood when they were saved.
+
+        All or nothing, as long as the snapshots fit one request of the server
+        (``catalog().limits.request_bytes_max``, 4 MiB unless it was told otherwise). More are sent
+        in several, and those before one that is refused are restored.
+
+        Args:
+            states: Snapshots by environment (index in the pool); or a list of env_count of them,
+                one for each environment.
+
+        Raises:
+            InvalidArgumentError: An environment is out of range, a list has a wrong length, or a
+                snapshot holds what it cannot.
+            FailedPreconditionError: A snapshot is of another game than the environment's; or
+                answers of requests sent before were not received.
+            DataLossError: A snapshot is damaged, or of another version.
+        """
+        self._require_nothing_in_flight()
+        request = states_pb2.RestoreStatesRequest(pool=self.name)
+        empty_bytes = request_bytes = request.ByteSize()
+        bytes_max = self._client.catalog().limits.request_bytes_max
+        for state in state_messages(states, self.env_count):
+            state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
+            if request.states and request_bytes + state_bytes > bytes_max:
+                self._client._restore_states(request)
+                del request.states[:]
+                request_bytes = empty_bytes
+            request.states.append(state)
+            request_bytes += state_bytes
+        if request.states:
+            self._client._restore_states(request)
+
+    def clone_states(
+        self,
+        pairs: Iterable[tuple[int, int]],
+        *,
+        source_pool: PoolResource | str | None = None,
+        source_server: str | None = None,
+    ) -> None:
+        """Puts environments of this pool into the states of others.
+
+        As save_states and restore_states, but the snapshots do not travel by way of this client.
+        All or nothing; all are read before any is written, so states can be exchanged.
+
+        Args:
+            pairs: (source, target): indices of the environment that is read, in source_pool, and of
+                the one that is written, in this pool. Each target at most once.
+            source_pool: The pool that is read, or its name. None: this one (on another server: the
+                one of the same name).
+            source_server: Address of the server of source_pool, as this pool's server can reach it.
+                None: the same server.
+
+        Raises:
+            InvalidArgumentError: An environment is out of range, or a target is named twice.
+            NotFoundError: There is no such source_pool.
+            FailedPreconditionError: The environments play different games; or answers of requests
+                sent before were not received.
+            UnavailableError: source_server cannot be reached.
+        """
+        self._require_nothing_in_flight()
+        messages = clone_pair_messages(pairs)
+        if not messages:
+            return
+        source_name = source_pool.name if isinstance(source_pool, PoolResource) else source_pool
+        self._client._clone_states(
+            states_pb2.CloneStatesRequest(
+                pool=self.name,
+                source_pool=source_name,
+                source_server=source_server,
+                pairs=messages,
+            )
+        )
+
+    # Looking.
+
+    def render(
+        self, environments: Sequence[int] | None = None, *, side_px: int = 512
+    ) -> list[np.ndarray]:
+        """Draws environments for people and changes nothing.
+
+        Args:
+            environments: Indices in the pool, in the order wanted. None: all.
+            side_px: Side of the square pictures in pixels, in [16, 2048].
+
+        Returns:
+            uint8 arrays [side_px, side_px, 3] (red, green, blue; top row first), read-only.
+
+        Raises:
+            InvalidArgumentError: An environment or the size is out of range.
+            UnimplementedError: The server does not draw for people (catalog().features.render).
+        """
+        wanted = list(range(self.env_count)) if environments is None else list(environments)
+        frame_bytes = 3 * in_range("side_px", side_px, 16, 2048) ** 2 + 64
+        at_a_time = max(1, (_RENDER_BYTES - _RENDER_OVERHEAD_BYTES) // frame_bytes)
+        limit = max(_RENDER_BYTES, frame_bytes + _RENDER_OVERHEAD_BYTES)
+        frames: list[np.ndarray] = []
+        for begin in range(0, len(wanted), at_a_time):
+            request = message_of(
+                render_pb2.RenderEnvironmentsRequest,
+                pool=self.name,
+                environments=wanted[begin : begin + at_a_time],
+                side_px=side_px,
+                format=render_pb2.FRAME_FORMAT_RGB,
+                response_bytes_max=limit,
+            )
+            for frame in self._client._render_environments(request).frames:
+                pixels = np.frombuffer(frame.image, np.uint8)
+                frames.append(pixels.reshape(frame.height_px, frame.width_px, 3))
+        return frames
+
+    @abc.abstractmethod
+    def _require_nothing_in_flight(self) -> None:
+        """Raises FailedPreconditionError where requests are unanswered."""

@@ -1,0 +1,42 @@
+#ifndef TESTS_SERVICE_SERVER_PROCESS_H_
+#define TESTS_SERVICE_SERVER_PROCESS_H_
+
+#include <sys/types.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace procgen {
+
+// The program procgen-server, run with `flags`; standard output and error are read together. It is
+// killed with this.
+class ServerProcess {
+ public:
+  explicit ServerProcess(const std::vector<std::string>& flags);
+  ~ServerProcess();
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+
+  // The address that it prints when clients can connect.
+  std::string Address();
+
+  void Signal(int signal) const;
+
+  // Waits for its end; returns the exit status, or -1 if a signal ended it.
+  int Wait();
+
+  // What it printed after the address.
+  const std::string& rest() const { return rest_; }
+
+ private:
+  bool ReadLine(std::string* line);
+
+  pid_t process_ = -1;
+  FILE* output_ = nullptr;
+  std::string rest_;
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVICE_SERVER_PROCESS_H_
