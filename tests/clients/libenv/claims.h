@@ -25,7 +25,13 @@ void ThreadsChangeNothing(void);
 void JointGamesAreDealtInTurn(void);
 void HumanViewIsDrawnAtEachObserve(void);
 void RecordingsAreTheSame(void);
-void SnapshotsAreRefusedInOneLine(void);
+
+// Of snapshots: state_claims.c.
+void RestoredEnvironmentsGoOnTheSame(void);
+void RestoringRefreshesOneEnvironment(void);
+void SnapshotsAreTakenBeforeBuffersAreSet(void);
+void OptionsComeFromTheSnapshot(void);
+void BadSnapshotsAreToldInOneLine(void);
 
 // Of life and death: life_claims.c.
 void MisuseIsToldInOneLine(void);
