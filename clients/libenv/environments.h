@@ -2,9 +2,11 @@
 #define CLIENTS_LIBENV_ENVIRONMENTS_H_
 
 #include <cstdint>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 
 namespace procgen {
@@ -37,6 +39,14 @@ class Environments {
   // Waits for the step and draws the human view of one environment. `frame`: uint8
   // [kHumanViewSidePx, kHumanViewSidePx, 3].
   virtual absl::Status Render(int32_t environment, absl::Span<uint8_t> frame) = 0;
+
+  // Waits for the step and takes a snapshot of one environment.
+  virtual absl::StatusOr<std::string> SaveState(int32_t environment) = 0;
+
+  // Waits for the step and puts one environment into a saved state, which the next Observe tells.
+  // On error nothing has changed. Errors: INVALID_ARGUMENT a snapshot of another game, or with a
+  // value out of range; DATA_LOSS one that is damaged or of another version.
+  virtual absl::Status RestoreState(int32_t environment, absl::string_view snapshot) = 0;
 };
 
 }  // namespace procgen

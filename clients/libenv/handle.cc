@@ -1,5 +1,6 @@
 #include "clients/libenv/handle.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -138,20 +139,50 @@ void LibenvHandle::Lose(const absl::Status& status) {
                                status.message()));
 }
 
-absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> /*snapshot*/) const {
-  return NoSnapshots(environment);
+absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> data) {
+  if (absl::Status status = CheckEnvironment(environment); !status.ok()) {
+    return status;
+  }
+  const auto snapshot = environments_->SaveState(environment);
+  if (!snapshot.ok()) {
+    return snapshot.status();
+  }
+  if (snapshot->size() > data.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("the snapshot has ", snapshot->size(),
+                                                   " bytes, there is room for ", data.size()));
+  }
+  std::copy(snapshot->begin(), snapshot->end(), data.begin());
+  return static_cast<int>(snapshot->size());
 }
 
-absl::Status LibenvHandle::RestoreState(int environment,
-                                        absl::Span<const char> /*snapshot*/) const {
-  return NoSnapshots(environment);
+absl::Status LibenvHandle::RestoreState(int environment, absl::string_view snapshot) {
+  if (absl::Status status = CheckEnvironment(environment); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = environments_->RestoreState(environment, snapshot); !status.ok()) {
+    return status;
+  }
+  if (!buffers_.has_value()) {
+    return absl::OkStatus();  // the first observe will show it
+  }
+  const auto observed = environments_->Observe();
+  if (!observed.ok()) {
+    return observed.status();
+  }
+  buffers_->WriteOne(static_cast<size_t>(environment), *observed);
+  if (options_.render_human) {
+    return environments_->Render(environment, buffers_->HumanView(environment));
+  }
+  return absl::OkStatus();
 }
 
-// The one place that says so, until the engine has them.
-absl::Status LibenvHandle::NoSnapshots(int environment) const {
+absl::Status LibenvHandle::CheckEnvironment(int environment) const {
+  if (is_lost_) {
+    return absl::UnavailableError("the environments are lost");
+  }
   if (environment < 0 || environment >= options_.pool.env_count) {
     return absl::InvalidArgumentError(
         absl::StrCat("environment ", environment, " is not in [0, ", options_.pool.env_count, ")"));
   }
-  return absl::UnimplementedError("snapshots are not offered yet, nothing was done");
+  return absl::OkStatus();
 }

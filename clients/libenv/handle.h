@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "clients/libenv/environments.h"
 #include "clients/libenv/host_buffers.h"
 #include "clients/libenv/libenv.h"
@@ -32,10 +33,12 @@ struct LibenvHandle final {
   // An action that the engine does not know does nothing; the first is reported. Errors: as
   // Observe.
   absl::Status Act();
-  // Errors: INVALID_ARGUMENT no such environment; otherwise UNIMPLEMENTED, until the engine has
-  // snapshots.
-  absl::StatusOr<int> SaveState(int environment, absl::Span<char> snapshot) const;
-  absl::Status RestoreState(int environment, absl::Span<const char> snapshot) const;
+  // Writes a snapshot into `data` and returns how long it is. Errors: INVALID_ARGUMENT no such
+  // environment, or no room; UNAVAILABLE the environments are lost.
+  absl::StatusOr<int> SaveState(int environment, absl::Span<char> data);
+  // Puts an environment into a saved state and refreshes its buffers. On error nothing has changed.
+  // Errors: INVALID_ARGUMENT no such environment; UNAVAILABLE; those of Environments::RestoreState.
+  absl::Status RestoreState(int environment, absl::string_view snapshot);
 
  private:
   LibenvHandle(const procgen::MakeOptions& options,
@@ -43,7 +46,7 @@ struct LibenvHandle final {
 
   absl::Status ObserveAll();
   void CheckActions();
-  absl::Status NoSnapshots(int environment) const;
+  absl::Status CheckEnvironment(int environment) const;
   // Notes that the environments are lost, and says so once.
   void Lose(const absl::Status& status);
 

@@ -56,14 +56,18 @@ void HostBuffers::ReadActions(absl::Span<int32_t> actions) const {
 }
 
 void HostBuffers::Write(const Observed& observed) const {
-  std::copy(observed.rewards.begin(), observed.rewards.end(), rewards_);
-  std::copy(observed.first.begin(), observed.first.end(), firsts_);
   for (size_t i = 0; i < environment_count_; ++i) {
-    std::memcpy(observations_[i], &observed.observations[i * kObservationBytes], kObservationBytes);
-    std::memcpy(Info(kInfoPrevLevelSeed, i), &observed.prev_level_seeds[i], sizeof(int32_t));
-    std::memcpy(Info(kInfoPrevLevelComplete, i), &observed.prev_level_complete[i], sizeof(uint8_t));
-    std::memcpy(Info(kInfoLevelSeed, i), &observed.level_seeds[i], sizeof(int32_t));
+    WriteOne(i, observed);
   }
+}
+
+void HostBuffers::WriteOne(size_t i, const Observed& observed) const {
+  rewards_[i] = observed.rewards[i];
+  firsts_[i] = observed.first[i];
+  std::memcpy(observations_[i], &observed.observations[i * kObservationBytes], kObservationBytes);
+  std::memcpy(Info(kInfoPrevLevelSeed, i), &observed.prev_level_seeds[i], sizeof(int32_t));
+  std::memcpy(Info(kInfoPrevLevelComplete, i), &observed.prev_level_complete[i], sizeof(uint8_t));
+  std::memcpy(Info(kInfoLevelSeed, i), &observed.level_seeds[i], sizeof(int32_t));
 }
 
 void HostBuffers::SpoilRewards() const {

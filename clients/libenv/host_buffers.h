@@ -25,6 +25,8 @@ class HostBuffers {
   void ReadActions(absl::Span<int32_t> actions) const;
   // Writes all but the human views.
   void Write(const Observed& observed) const;
+  // The same for environment `i` alone.
+  void WriteOne(size_t i, const Observed& observed) const;
   // Makes every reward a NaN, so that a learner whose environments are lost does not learn on.
   void SpoilRewards() const;
   // Where the human view of an environment goes. REQUIRES: they were asked for.

@@ -105,6 +105,6 @@ int get_state(LibenvHandle* handle, int environment, char* data, int length) {
 void set_state(LibenvHandle* handle, int environment, char* data, int length) {
   GuardWith("set_state", handle, [&] {
     const size_t size = data == nullptr ? 0 : static_cast<size_t>(std::max(length, 0));
-    return handle->RestoreState(environment, absl::MakeConstSpan(data, size));
+    return handle->RestoreState(environment, absl::string_view(data, size));
   });
 }

@@ -116,10 +116,13 @@ LIBENV_API void libenv_act(struct LibenvHandle* handle);
 // Waits for the step and frees everything. Null is no error.
 LIBENV_API void libenv_close(struct LibenvHandle* handle);
 
-// Writes a snapshot of one environment to `data` and returns its size; 0: there is none.
+// Waits for the step, writes a snapshot of one environment to `data`, and returns its size. 0: it
+// could not be taken, or `length` bytes are too few (it has at most 1 MiB); nothing is written then.
 LIBENV_API int get_state(struct LibenvHandle* handle, int environment, char* data, int length);
 
-// Puts one environment into the state of a snapshot and refreshes its buffers.
+// Waits for the step, puts one environment into the state of a snapshot and refreshes its buffers.
+// The snapshot's options (the distribution mode, say) become the environment's. Of a snapshot that
+// is no good, or of another game, nothing is taken.
 LIBENV_API void set_state(struct LibenvHandle* handle, int environment, char* data, int length);
 
 #ifdef __cplusplus

@@ -77,6 +77,28 @@ absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> 
   return pool_->Render(environment, kHumanViewSidePx, frame);
 }
 
+absl::StatusOr<std::string> LocalEnvironments::SaveState(int32_t environment) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  auto snapshots = pool_->SaveStates({environment});
+  if (!snapshots.ok()) {
+    return snapshots.status();
+  }
+  return std::move(snapshots->front());
+}
+
+absl::Status LocalEnvironments::RestoreState(int32_t environment, absl::string_view snapshot) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  const StateToRestore state = {.environment = environment, .snapshot = snapshot};
+  if (absl::Status status = pool_->RestoreStates({state}); !status.ok()) {
+    return status;
+  }
+  return pool_->Observe(0, pool_->env_count(), OwnBatch());
+}
+
 absl::Status LocalEnvironments::Wait() {
   const auto is_idle = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return !is_stepping_; };
   absl::MutexLock lock(&mutex_, absl::Condition(&is_idle));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -27,6 +28,8 @@ class LocalEnvironments final : public Environments {
   absl::Status Act(absl::Span<const int32_t> actions) override;
   absl::StatusOr<Observed> Observe() override;
   absl::Status Render(int32_t environment, absl::Span<uint8_t> frame) override;
+  absl::StatusOr<std::string> SaveState(int32_t environment) override;
+  absl::Status RestoreState(int32_t environment, absl::string_view snapshot) override;
 
  private:
   LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew);

@@ -131,6 +131,33 @@ absl::Status RemoteEnvironments::Render(int32_t environment, absl::Span<uint8_t>
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::string> RemoteEnvironments::SaveState(int32_t environment) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  auto states = client_->SaveStates(pool_, {environment});
+  if (!states.ok()) {
+    return states.status();
+  }
+  if (states->size() != 1) {
+    return absl::InternalError("the server gave another number of snapshots than were asked for");
+  }
+  return std::move(*states->front().mutable_snapshot());
+}
+
+absl::Status RemoteEnvironments::RestoreState(int32_t environment, absl::string_view snapshot) {
+  if (absl::Status status = Wait(); !status.ok()) {
+    return status;
+  }
+  v1::State state;
+  state.set_environment(environment);
+  state.set_snapshot(std::string(snapshot));
+  if (absl::Status status = client_->RestoreStates(pool_, {state}); !status.ok()) {
+    return status;
+  }
+  return stream_->Observe(&batch_);
+}
+
 absl::Status RemoteEnvironments::Wait() {
   if (!is_stepping_) {
     return absl::OkStatus();

@@ -26,7 +26,13 @@ void JointGamesAreDealtInTurn(void);
 void HumanViewIsDrawnAtEachObserve(void);
 void RecordingsAreTheSame(void);
 void ReleasedPicturesAreTheSame(void);
-void SnapshotsAreRefusedInOneLine(void);
+
+// Of snapshots: state_claims.c.
+void RestoredEnvironmentsGoOnTheSame(void);
+void RestoringRefreshesOneEnvironment(void);
+void SnapshotsAreTakenBeforeBuffersAreSet(void);
+void OptionsComeFromTheSnapshot(void);
+void BadSnapshotsAreToldInOneLine(void);
 
 // Of the art that is drawn with: art_claims.c.
 void ArtOfTheFolderIsShown(void);

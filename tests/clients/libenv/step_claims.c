@@ -214,22 +214,3 @@ void ReleasedPicturesAreTheSame(void) {
   }
   CLAIM(ReplayFolder(recordings_folder, art_folder) > 0);
 }
-
-void SnapshotsAreRefusedInOneLine(void) {
-  const struct OptionList list = RequiredOptions("coinrun");
-  struct Host host = OpenHost(1, &list);
-  const uint32_t before = ObserveDigest(&host);
-  char snapshot[64] = "as it was";
-  BeginListening();
-  CLAIM(libenv.get_state(host.handle, 0, snapshot, sizeof(snapshot)) == 0);
-  CLAIM(EndListening().line_count == 1);
-  CLAIM(strcmp(snapshot, "as it was") == 0);
-  BeginListening();
-  libenv.set_state(host.handle, 0, snapshot, sizeof(snapshot));
-  CLAIM(EndListening().line_count == 1);
-  BeginListening();
-  CLAIM(libenv.get_state(host.handle, 1, snapshot, sizeof(snapshot)) == 0);
-  CLAIM(strstr(EndListening().text, "environment 1 is not in") != NULL);
-  CLAIM(DigestOfHost(&host) == before && ObserveDigest(&host) == before);
-  CloseHost(&host);
-}
