@@ -3,123 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
 #include "absl/synchronization/notification.h"
+#include "envcore/pool/frame_stack.h"
+#include "envcore/pool/pool_input.h"
 #include "envcore/render/rasteriser.h"
 
 namespace procgen {
-namespace {
-
-absl::Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values_per_row) {
-  if (size != 0 && size != rows * values_per_row) {
-    return absl::InvalidArgumentError(absl::StrCat("the batch's ", name, " have ", size,
-                                                   " values, must have ", rows * values_per_row,
-                                                   " or none"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckBatch(const Batch& batch, size_t rows) {
-  for (const absl::Status& status :
-       {CheckSpan("observations", batch.observations.size(), rows, kObservationBytes),
-        CheckSpan("rewards", batch.rewards.size(), rows, 1),
-        CheckSpan("first", batch.first.size(), rows, 1),
-        CheckSpan("terminated", batch.terminated.size(), rows, 1),
-        CheckSpan("truncated", batch.truncated.size(), rows, 1),
-        CheckSpan("level_seeds", batch.level_seeds.size(), rows, 1),
-        CheckSpan("prev_level_seeds", batch.prev_level_seeds.size(), rows, 1),
-        CheckSpan("prev_level_complete", batch.prev_level_complete.size(), rows, 1),
-        CheckSpan("episode_returns", batch.episode_returns.size(), rows, 1),
-        CheckSpan("episode_lengths", batch.episode_lengths.size(), rows, 1),
-        CheckSpan("fingerprints", batch.fingerprints.size(), rows, 1),
-        CheckSpan("final_observations", batch.final_observations.size(), rows,
-                  kObservationBytes)}) {
-    if (!status.ok()) {
-      return status;
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckActions(const StepInput& input) {
-  const size_t expected = input.steps ? static_cast<size_t>(input.count) : 0;
-  if (input.actions.size() != expected) {
-    return absl::InvalidArgumentError(absl::StrCat("actions has ", input.actions.size(),
-                                                   " entries, the slice has ", expected,
-                                                   " environments to step"));
-  }
-  for (size_t i = 0; i < input.actions.size(); ++i) {
-    if (input.actions[i] < kEndEpisodeAction || input.actions[i] >= kActionCount) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "action ", input.actions[i], " of environment ", input.first + static_cast<int32_t>(i),
-          " is not in [", kEndEpisodeAction, ", ", kActionCount - 1, "]"));
-    }
-  }
-  if (input.repeat < 1 || input.repeat > kRepeatMax) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("repeat is ", input.repeat, ", must be in [1, ", kRepeatMax, "]"));
-  }
-  return absl::OkStatus();
-}
-
-// Checks that the entries of a sparse list name environments of the slice, each once.
-template <typename Entry>
-absl::Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries,
-                         const StepInput& input) {
-  std::vector<bool> had;
-  if (!entries.empty()) {
-    had.resize(static_cast<size_t>(input.count));
-  }
-  for (const Entry& entry : entries) {
-    const int64_t row = int64_t{entry.environment} - input.first;
-    if (row < 0 || row >= input.count) {
-      return absl::InvalidArgumentError(absl::StrCat(name, " names environment ", entry.environment,
-                                                     ", the slice is [", input.first, ", ",
-                                                     input.first + input.count, ")"));
-    }
-    if (had[static_cast<size_t>(row)]) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(name, " names environment ", entry.environment, " twice"));
-    }
-    had[static_cast<size_t>(row)] = true;
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckOptions(const PoolOptions& options) {
-  if (options.games.empty()) {
-    return absl::InvalidArgumentError("games is empty, must name at least one game");
-  }
-  if (options.env_count < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("env_count is ", options.env_count, ", must be at least 1"));
-  }
-  if (options.first_environment < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("first_environment is ", options.first_environment, ", must be at least 0"));
-  }
-  const int64_t end = int64_t{options.first_environment} + options.env_count;
-  const int64_t total = options.total_environments == 0 ? end : options.total_environments;
-  if (total < end) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("total_environments is ", options.total_environments,
-                     ", must be at least first_environment + env_count = ", end, ", or 0"));
-  }
-  if (total > kTotalEnvironmentsMax) {
-    return absl::InvalidArgumentError(absl::StrCat("there are ", total,
-                                                   " environments in the whole, must be at most ",
-                                                   kTotalEnvironmentsMax));
-  }
-  const auto game_count = static_cast<int64_t>(options.games.size());
-  if (total % game_count != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("there are ", total, " environments for ",
-                                                   game_count, " games, must be a multiple of it"));
-  }
-  return absl::OkStatus();
-}
-
-}  // namespace
 
 // What a worker needs for itself.
 struct Pool::Workbench {
@@ -141,18 +32,15 @@ class Pool::StepJob final : public CrewJob {
  protected:
   void RunItem(int32_t item, int32_t worker) override {
     const auto row = static_cast<size_t>(item);
-    const auto index = static_cast<size_t>(input_.first) + row;
-    Environment& environment = *pool_->environments_[index];
-    Workbench& workbench = *pool_->workbenches_[static_cast<size_t>(worker)];
-    if (const Reset* reset = std::exchange(pool_->resets_[index], nullptr)) {
-      environment.Reset(reset->level_seed, reset->rand_seed);
-    } else if (input_.steps) {
-      environment.Step(input_.actions[row], input_.repeat, [&] {
-        Draw(environment, index, row, workbench, batch_.final_observations);
-      });
+    const size_t index = static_cast<size_t>(input_.first) + row;
+    const View view = {*pool_->environments_[index], index, row,
+                       *pool_->workbenches_[static_cast<size_t>(worker)]};
+    if (pool_->frame_stacks_.empty()) {
+      Run(view);
+    } else {
+      RunStacked(view, pool_->frame_stacks_[index]);
     }
-    Draw(environment, index, row, workbench, batch_.observations);
-    Write(environment.result(), row);
+    Write(view.environment.result(), row);
   }
 
   void OnDone() override {
@@ -162,15 +50,75 @@ class Pool::StepJob final : public CrewJob {
   }
 
  private:
-  void Draw(const Environment& environment, size_t index, size_t row, Workbench& workbench,
-            absl::Span<uint8_t> frames) const {
-    if (frames.empty()) {
-      return;
+  // An environment, where it stands in the pool and in the batch, and who looks at it.
+  struct View {
+    Environment& environment;
+    size_t index;
+    size_t row;
+    Workbench& workbench;
+  };
+
+  // An observation is the picture that the environment shows.
+  void Run(const View& view) {
+    Move(view, [&] {
+      if (!batch_.final_observations.empty()) {
+        Draw(view, RowOf(batch_.final_observations, view.row));
+      }
+    });
+    if (!batch_.observations.empty()) {
+      Draw(view, RowOf(batch_.observations, view.row));
     }
-    environment.FillScene(&workbench.scene);
-    workbench.rasteriser.DrawAgentView(workbench.scene, *pool_->ArtOf(index),
-                                       &pool_->still_layers_[index],
-                                       frames.subspan(row * kObservationBytes, kObservationBytes));
+  }
+
+  // An observation is the last pictures that the environment showed. So each step's is drawn, also
+  // where no observations are asked for.
+  void RunStacked(const View& view, FrameStack& stack) {
+    if (stack.empty()) {
+      Draw(view, stack.Next());
+    }
+    bool ended = false;
+    const bool moved = Move(view, [&] {
+      if (!batch_.final_observations.empty()) {
+        Draw(view, stack.Next());
+        stack.CopyTo(RowOf(batch_.final_observations, view.row));
+        ended = true;
+      }
+    });
+    const bool begins = moved && view.environment.result().first;
+    if (begins) {
+      stack.Clear();
+    }
+    // Where an episode ended and the next has not begun, the last picture is there already.
+    if (begins || (moved && !ended)) {
+      Draw(view, stack.Next());
+    }
+    if (!batch_.observations.empty()) {
+      stack.CopyTo(RowOf(batch_.observations, view.row));
+    }
+  }
+
+  // Resets or steps the environment, as is asked of it; returns whether either was.
+  bool Move(const View& view, absl::FunctionRef<void()> before_new_level) {
+    if (const Reset* reset = std::exchange(pool_->resets_[view.index], nullptr)) {
+      view.environment.Reset(reset->level_seed, reset->rand_seed);
+      return true;
+    }
+    if (input_.steps) {
+      view.environment.Step(input_.actions[view.row], input_.repeat, before_new_level);
+    }
+    return input_.steps;
+  }
+
+  absl::Span<uint8_t> RowOf(absl::Span<uint8_t> observations, size_t row) const {
+    const size_t bytes = pool_->observation_bytes();
+    return observations.subspan(row * bytes, bytes);
+  }
+
+  void Draw(const View& view, absl::Span<uint8_t> frame) const {
+    view.environment.FillScene(&view.workbench.scene);
+    view.workbench.rasteriser.DrawAgentView(view.workbench.scene, *pool_->ArtOf(view.index),
+                                            &pool_->still_layers_[view.index],
+                                            pool_->options_.observation_format.frame, frame);
   }
 
   void Write(const StepResult& result, size_t row) const {
@@ -199,7 +147,7 @@ class Pool::StepJob final : public CrewJob {
 
 absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
                                                    std::shared_ptr<Crew> crew) {
-  if (absl::Status status = CheckOptions(options); !status.ok()) {
+  if (absl::Status status = CheckPoolOptions(options); !status.ok()) {
     return status;
   }
   std::vector<EnvironmentOptions> resolved;
@@ -240,6 +188,10 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
       resets_(static_cast<size_t>(options.env_count)),
       job_(std::make_unique<StepJob>(this)) {
   environments_.reserve(static_cast<size_t>(options.env_count));
+  if (const ObservationFormat& format = options.observation_format; format.frame_stack > 1) {
+    frame_stacks_.assign(static_cast<size_t>(options.env_count),
+                         FrameStack(format.frame.bytes(), format.frame_stack));
+  }
   for (int32_t worker = 0; worker < crew_->worker_count(); ++worker) {
     workbenches_.push_back(std::make_unique<Workbench>());
   }
@@ -249,23 +201,6 @@ Pool::~Pool() = default;
 
 const GameArt* Pool::ArtOf(size_t index) const {
   return art_[(static_cast<size_t>(options_.first_environment) + index) % art_.size()].get();
-}
-
-absl::Status Pool::Check(const StepInput& input, const Batch& batch) const {
-  if (input.first < 0 || input.count < 1 || int64_t{input.first} + input.count > env_count()) {
-    return absl::InvalidArgumentError(absl::StrCat("the slice is ", input.count,
-                                                   " environments from ", input.first,
-                                                   ", the pool has ", env_count()));
-  }
-  for (const absl::Status& status :
-       {CheckActions(input), CheckSparse("next_levels", input.next_levels, input),
-        CheckSparse("resets", input.resets, input),
-        CheckBatch(batch, static_cast<size_t>(input.count))}) {
-    if (!status.ok()) {
-      return status;
-    }
-  }
-  return absl::OkStatus();
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
@@ -293,7 +228,8 @@ void Pool::ApplySparse(const StepInput& input) {
 }
 
 absl::Status Pool::Begin(const StepInput& input, const Batch& batch) {
-  if (absl::Status status = Check(input, batch); !status.ok()) {
+  if (absl::Status status = CheckStep(input, batch, env_count(), observation_bytes());
+      !status.ok()) {
     return status;
   }
   if (!Take()) {

@@ -2,6 +2,7 @@
 #define ENVCORE_POOL_POOL_H_
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,14 +18,16 @@
 #include "envcore/environment/environment_options.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
+#include "envcore/pool/observation_format.h"
 #include "envcore/pool/shared_art.h"
 
 namespace procgen {
 
+class FrameStack;
 class StillLayer;
 
-// The side of the agent's view in pixels and its bytes: uint8 [64, 64, 3], top row first, red,
-// green, blue.
+// The side in pixels and the bytes of an observation in the default format: uint8 [64, 64, 3], top
+// row first, red, green, blue.
 inline constexpr int kObservationSidePx = 64;
 inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx * 3;
 // The sides that the human view can be drawn at, in pixels.
@@ -45,6 +48,7 @@ struct PoolOptions {
   // first_environment + i of the whole.
   int32_t first_environment = 0;
   int32_t total_environments = 0;  // 0: first_environment + env_count
+  ObservationFormat observation_format;
   // What is drawn with: pixels depend on it, nothing else does. Null: the built-in art.
   std::shared_ptr<const SharedArt> art;
 };
@@ -91,10 +95,11 @@ struct StepInput {
 };
 
 // What is answered. Each span has the length that its comment says for n environments, or is empty:
-// then it is not written (an empty `observations` also saves the drawing). The caller owns the
-// memory.
+// then it is not written (an empty `observations` also saves the drawing, but where observations
+// are stacks of frames). The caller owns the memory. F: the shape of one observation,
+// PoolOptions::observation_format.Shape(), by default 64, 64, 3.
 struct Batch {
-  absl::Span<uint8_t> observations;         // agent's view, after any new level  [n, 64, 64, 3]
+  absl::Span<uint8_t> observations;         // agent's view, after any new level  [n, F]
   absl::Span<float> rewards;                // of this step, of the old episode   [n]
   absl::Span<uint8_t> first;                // 1: a new episode has begun         [n]
   absl::Span<uint8_t> terminated;           // 1: the game ended the episode      [n]
@@ -106,9 +111,9 @@ struct Batch {
   absl::Span<float> episode_returns;    // sum of rewards                         [n]
   absl::Span<int32_t> episode_lengths;  // steps                                  [n]
   absl::Span<uint64_t> fingerprints;    // as class Fingerprint defines them      [n]
-  // Where the episode ended in this step: its last picture, before the new level. Other rows are
-  // left as they were.
-  absl::Span<uint8_t> final_observations;  //                           [n, 64, 64, 3]
+  // Where the episode ended in this step: its last observation, before the new level. Other rows
+  // are left as they were.
+  absl::Span<uint8_t> final_observations;  //                                     [n, F]
 };
 
 // A Pool steps env_count() environments as one batch.
@@ -132,6 +137,8 @@ class Pool {
 
   int32_t env_count() const { return static_cast<int32_t>(environments_.size()); }
   const PoolOptions& options() const { return options_; }
+  // Bytes of one environment's observation.
+  size_t observation_bytes() const { return options_.observation_format.bytes(); }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
   // EpisodeEnd::kDisabled. REQUIRES: an index in the pool, and that no call runs.
   bool AwaitsReset(int32_t environment) const {
@@ -158,7 +165,8 @@ class Pool {
   absl::StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
 
   // Puts environments into saved states, options included, on the calling thread; what they show
-  // next is what was shown last. What follows an episode's end stays as PoolOptions say; one that
+  // next is what was shown last (of a stack of frames the last one, in all places: a snapshot holds
+  // no pictures). What follows an episode's end stays as PoolOptions say; one that
   // was saved between two episodes begins the next with its next step or, with kDisabled, a reset.
   // On error nothing has changed. Errors: INVALID_ARGUMENT an index out of range or named twice, a
   // snapshot with a value out of range; FAILED_PRECONDITION one of another game; DATA_LOSS one that
@@ -182,8 +190,6 @@ class Pool {
 
   Pool(const PoolOptions& options, std::shared_ptr<Crew> crew);
 
-  // Checks a step against the pool without changing anything.
-  absl::Status Check(const StepInput& input, const Batch& batch) const;
   // Takes the pool for one call; false if another has it.
   bool Take() { return !busy_.exchange(true, std::memory_order_acquire); }
   void Release() { busy_.store(false, std::memory_order_release); }
@@ -203,6 +209,7 @@ class Pool {
   std::vector<std::unique_ptr<Environment>> environments_;
   std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
   std::vector<StillLayer> still_layers_;                 // [N]
+  std::vector<FrameStack> frame_stacks_;                 // [N]; empty: of one frame each
   std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
   std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
   std::unique_ptr<StepJob> job_;

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "envcore/pool/frame_stack.h"
 #include "envcore/pool/pool.h"
 
 namespace procgen {
@@ -102,7 +103,11 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
     restored.push_back(*std::move(environment));
   }
   for (size_t i = 0; i < states.size(); ++i) {
-    environments_[static_cast<size_t>(states[i].environment)] = std::move(restored[i]);
+    const auto index = static_cast<size_t>(states[i].environment);
+    environments_[index] = std::move(restored[i]);
+    if (!frame_stacks_.empty()) {
+      frame_stacks_[index].Clear();
+    }
   }
   return absl::OkStatus();
 }

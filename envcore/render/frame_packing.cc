@@ -45,16 +45,49 @@ __attribute__((target("ssse3"))) void PackBySixteens(const Rgba* pixels, size_t 
 
 #endif
 
-}  // namespace
-
-void PackRgb(absl::Span<const Rgba> pixels, absl::Span<uint8_t> rgb) {
+void PackRgb(absl::Span<const Rgba> pixels, uint8_t* rgb) {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("ssse3")) {
-    PackBySixteens(pixels.data(), pixels.size(), rgb.data());
+    PackBySixteens(pixels.data(), pixels.size(), rgb);
     return;
   }
 #endif
-  PackOneByOne(pixels.data(), pixels.size(), rgb.data());
+  PackOneByOne(pixels.data(), pixels.size(), rgb);
+}
+
+// The next two are simple loops, which compilers turn into vectors themselves.
+void PackPlanes(absl::Span<const Rgba> pixels, uint8_t* planes) {
+  const size_t count = pixels.size();
+  for (size_t i = 0; i < count; ++i) {
+    planes[i] = pixels[i].red;
+  }
+  for (size_t i = 0; i < count; ++i) {
+    planes[count + i] = pixels[i].green;
+  }
+  for (size_t i = 0; i < count; ++i) {
+    planes[2 * count + i] = pixels[i].blue;
+  }
+}
+
+void PackGrey(absl::Span<const Rgba> pixels, uint8_t* grey) {
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const Rgba& pixel = pixels[i];
+    const uint32_t luma = 77U * pixel.red + 150U * pixel.green + 29U * pixel.blue;
+    grey[i] = static_cast<uint8_t>((luma + 128U) >> 8);
+  }
+}
+
+}  // namespace
+
+void PackFrame(absl::Span<const Rgba> pixels, Color color, Layout layout,
+               absl::Span<uint8_t> frame) {
+  if (color == Color::kGrayscale) {
+    PackGrey(pixels, frame.data());
+  } else if (layout == Layout::kChw) {
+    PackPlanes(pixels, frame.data());
+  } else {
+    PackRgb(pixels, frame.data());
+  }
 }
 
 }  // namespace procgen

@@ -4,13 +4,16 @@
 #include <cstdint>
 
 #include "absl/types/span.h"
+#include "envcore/render/frame_format.h"
 #include "envcore/render/pixel.h"
 
 namespace procgen {
 
-// Writes the red, green and blue of `pixels`, [n], to `rgb`, uint8 [n, 3].
-// REQUIRES: rgb.size() == 3 * pixels.size().
-void PackRgb(absl::Span<const Rgba> pixels, absl::Span<uint8_t> rgb);
+// Writes `pixels`, [n], to `frame` in the colours and the layout of a format: uint8 [n, 3] or
+// [3, n] for red, green and blue, [n] for grey.
+// REQUIRES: frame.size() is 3 * pixels.size(), or for grey pixels.size().
+void PackFrame(absl::Span<const Rgba> pixels, Color color, Layout layout,
+               absl::Span<uint8_t> frame);
 
 }  // namespace procgen
 

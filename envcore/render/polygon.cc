@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <limits>
 #include <utility>
-#include <vector>
 
+#include "absl/container/inlined_vector.h"
 #include "envcore/render/pixel.h"
 
 namespace procgen {
@@ -15,6 +15,8 @@ namespace {
 constexpr double kFlatness = 0.25;  // pixels
 constexpr int kHalvingsMax = 9;
 constexpr int64_t kOne = 1 << 16;  // 16.16 fixed point
+// Pictures with no more rows than the largest observation are drawn without an allocation.
+constexpr size_t kRowsInPlace = 512;
 
 // A corner in 1/64 of a pixel.
 struct Corner {
@@ -95,7 +97,7 @@ class Polygon {
   }
 
   int side_px_;
-  std::vector<RowExtent> rows_;
+  absl::InlinedVector<RowExtent, kRowsInPlace> rows_;
 };
 
 }  // namespace

@@ -39,17 +39,17 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 }  // namespace
 
 void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
-                               absl::Span<uint8_t> frame) {
-  const Frame canvas = CanvasOf(kAgentViewSidePx);
+                               const FrameFormat& format, absl::Span<uint8_t> frame) {
+  const Frame canvas = CanvasOf(format.side_px);
   DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, still, canvas);
-  PackRgb(pixels_, frame);
+  PackFrame(pixels_, format.color, format.layout, frame);
 }
 
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                                absl::Span<uint8_t> frame) {
   const Frame canvas = CanvasOf(side_px);
   DrawSmoothScene(scene, art, BackgroundOf(scene, art), canvas);
-  PackRgb(pixels_, frame);
+  PackFrame(pixels_, Color::kRgb, Layout::kHwc, frame);
 }
 
 Frame Rasteriser::CanvasOf(int32_t side_px) {

@@ -8,6 +8,7 @@
 #include "absl/types/span.h"
 #include "envcore/render/cell_drawing.h"
 #include "envcore/render/frame.h"
+#include "envcore/render/frame_format.h"
 #include "envcore/render/game_art.h"
 #include "envcore/render/picture.h"
 #include "envcore/render/still_layer.h"
@@ -15,20 +16,19 @@
 
 namespace procgen {
 
-// The side of the agent's view, pixels.
-inline constexpr int kAgentViewSidePx = 64;
-
-// Draws scenes. Frames are red, green, blue, top row first. Keeps what it has painted of generated
-// backgrounds; allocates nothing for a frame but to paint a new one. Threads: compatible (one
-// thread at a time): one for each worker.
+// Draws scenes. Keeps what it has painted of generated backgrounds; allocates nothing for a frame
+// but to paint a new one. Threads: compatible (one thread at a time): one for each worker.
 class Rasteriser {
  public:
-  // Draws what the agent sees, pixel by pixel as the released benchmark does where the art is the
-  // same. `still`: what this environment's scenes showed before, of the same art; null: nothing is
-  // known. `frame`: uint8 [64, 64, 3]. REQUIRES: `frame` has that size.
+  // Draws what the agent sees; at 64 x 64 pixel by pixel as the released benchmark does where the
+  // art is the same, and by the same rules at any other side: nothing is rescaled. `still`: what
+  // this environment's scenes showed before, of the same art and at the same side; null: nothing is
+  // known. `frame`: as `format` says. REQUIRES: 0 < format.side_px <= kFrameSidePxMax and
+  // frame.size() == format.bytes().
   void DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
-                     absl::Span<uint8_t> frame);
-  // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3].
+                     const FrameFormat& format, absl::Span<uint8_t> frame);
+  // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3], red, green,
+  // blue, top row first.
   // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
   void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                      absl::Span<uint8_t> frame);

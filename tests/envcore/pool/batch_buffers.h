@@ -24,9 +24,12 @@ struct BatchBuffers {
   std::vector<uint64_t> fingerprints;
   std::vector<uint8_t> final_observations;
 
-  explicit BatchBuffers(int32_t env_count) {
+  size_t observation_bytes = 0;  // of one environment
+
+  explicit BatchBuffers(int32_t env_count, size_t bytes = kObservationBytes)
+      : observation_bytes(bytes) {
     const auto n = static_cast<size_t>(env_count);
-    observations.resize(n * kObservationBytes);
+    observations.resize(n * bytes);
     rewards.resize(n);
     first.resize(n);
     terminated.resize(n);
@@ -37,7 +40,7 @@ struct BatchBuffers {
     episode_returns.resize(n);
     episode_lengths.resize(n);
     fingerprints.resize(n);
-    final_observations.resize(n * kObservationBytes);
+    final_observations.resize(n * bytes);
   }
 
   Batch Whole() { return Rows(0, static_cast<int32_t>(rewards.size())); }
@@ -46,8 +49,8 @@ struct BatchBuffers {
   Batch Rows(int32_t begin, int32_t count) {
     const auto b = static_cast<size_t>(begin);
     const auto n = static_cast<size_t>(count);
-    const size_t pixels = b * kObservationBytes;
-    const size_t pixel_count = n * kObservationBytes;
+    const size_t pixels = b * observation_bytes;
+    const size_t pixel_count = n * observation_bytes;
     Batch batch;
     batch.observations = absl::MakeSpan(observations).subspan(pixels, pixel_count);
     batch.rewards = absl::MakeSpan(rewards).subspan(b, n);

@@ -22,7 +22,8 @@ constexpr int kStepCount = 250;
 
 class PoolAllocationTest : public testing::TestWithParam<std::string> {
  protected:
-  PoolAllocationTest() : buffers_(kEnvCount), actions_(kEnvCount) {}
+  explicit PoolAllocationTest(const ObservationFormat& format = {})
+      : format_(format), buffers_(kEnvCount, format.bytes()), actions_(kEnvCount) {}
 
   // Plays the same steps twice and returns what the steps of the second time allocated, less those
   // that brought a new level.
@@ -30,6 +31,7 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
     PoolOptions options;
     options.games = {GetParam()};
     options.env_count = kEnvCount;
+    options.observation_format = format_;
     pool_ = *Pool::Create(options, std::make_shared<Crew>(thread_count));
     PlayFromTheStart();
     return PlayFromTheStart();
@@ -39,6 +41,7 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
     ASSERT_TRUE(pool_->Step({.count = kEnvCount, .actions = actions_}, buffers_.Whole()).ok());
   }
 
+  const ObservationFormat format_;
   std::unique_ptr<Pool> pool_;
   BatchBuffers buffers_;
   std::vector<int32_t> actions_;
@@ -91,6 +94,22 @@ TEST_P(PoolStepAsyncAllocationTest, AStepInTheBackgroundAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 
+ObservationFormat FourGreyFramesOf84() {
+  ObservationFormat format;
+  format.frame = {.side_px = 84, .color = Color::kGrayscale};
+  format.frame_stack = 4;
+  return format;
+}
+
+class PoolStackAllocationTest : public PoolAllocationTest {
+ protected:
+  PoolStackAllocationTest() : PoolAllocationTest(FourGreyFramesOf84()) {}
+};
+
+TEST_P(PoolStackAllocationTest, AStepOfStackedFramesAllocatesNothing) {
+  EXPECT_EQ(AllocationsOfStepsSeenBefore(0), 0);
+}
+
 std::vector<std::string> AllGames() {
   std::vector<std::string> names;
   for (const GameFacts& game : GameCatalog()) {
@@ -100,6 +119,8 @@ std::vector<std::string> AllGames() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalog, PoolAllocationTest, testing::ValuesIn(AllGames()),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Catalog, PoolStackAllocationTest, testing::ValuesIn(AllGames()),
                          [](const auto& info) { return info.param; });
 INSTANTIATE_TEST_SUITE_P(Catalog, PoolStepAsyncAllocationTest, testing::ValuesIn(AllGames()),
                          [](const auto& info) { return info.param; });

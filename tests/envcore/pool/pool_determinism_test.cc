@@ -23,6 +23,7 @@ struct Played {
   std::string name;
   std::vector<std::string> games;
   DistributionMode mode;
+  ObservationFormat observation_format = {};
 };
 
 std::vector<Played> AllThatCanBePlayed() {
@@ -32,13 +33,18 @@ std::vector<Played> AllThatCanBePlayed() {
     for (const DistributionMode mode : game.modes) {
       all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)),
                      {std::string(game.name)},
-                     mode});
+                     mode,
+                     {}});
     }
     if (joint.size() < 3) {
       joint.emplace_back(game.name);
     }
   }
-  all.push_back({"joint", joint, DistributionMode::kEasy});
+  all.push_back({"joint", joint, DistributionMode::kEasy, {}});
+  ObservationFormat stacked;
+  stacked.frame = {.side_px = 84, .color = Color::kGrayscale};
+  stacked.frame_stack = 4;
+  all.push_back({"stacked", joint, DistributionMode::kEasy, stacked});
   return all;
 }
 
@@ -60,6 +66,7 @@ PoolOptions OptionsOf(const Played& played, int32_t env_count) {
   options.env_count = env_count;
   options.environment.distribution_mode = played.mode;
   options.environment.rand_seed = 99;
+  options.observation_format = played.observation_format;
   return options;
 }
 
@@ -72,7 +79,7 @@ std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
     actions.push_back(ActionsOf(pool.options().first_environment + i));
   }
   std::vector<BatchBuffers> results;
-  BatchBuffers buffers(env_count);
+  BatchBuffers buffers(env_count, pool.observation_bytes());
   EXPECT_TRUE(pool.Observe(0, env_count, buffers.Whole()).ok());
   results.push_back(buffers);
   for (size_t step = 0; step < kStepCount; ++step) {
@@ -108,8 +115,8 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
                                  size_t count) {
   std::vector<BatchBuffers> rows;
   for (const BatchBuffers& batch : batches) {
-    BatchBuffers& part = rows.emplace_back(0);
-    part.observations = RowsOf(batch.observations, begin, count, kObservationBytes);
+    BatchBuffers& part = rows.emplace_back(0, batch.observation_bytes);
+    part.observations = RowsOf(batch.observations, begin, count, batch.observation_bytes);
     part.rewards = RowsOf(batch.rewards, begin, count, 1);
     part.first = RowsOf(batch.first, begin, count, 1);
     part.terminated = RowsOf(batch.terminated, begin, count, 1);
@@ -120,7 +127,8 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
     part.episode_returns = RowsOf(batch.episode_returns, begin, count, 1);
     part.episode_lengths = RowsOf(batch.episode_lengths, begin, count, 1);
     part.fingerprints = RowsOf(batch.fingerprints, begin, count, 1);
-    part.final_observations = RowsOf(batch.final_observations, begin, count, kObservationBytes);
+    part.final_observations =
+        RowsOf(batch.final_observations, begin, count, batch.observation_bytes);
   }
   return rows;
 }

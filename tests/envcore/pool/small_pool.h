@@ -32,18 +32,35 @@ inline std::unique_ptr<Pool> MadePool(const PoolOptions& options, int32_t thread
 
 inline std::unique_ptr<Pool> MazePool() { return MadePool(OptionsOf({"maze"})); }
 
+// A pool of one game with observations of another format.
+inline std::unique_ptr<Pool> FormattedPool(const std::string& game, const ObservationFormat& format,
+                                           EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+  PoolOptions options = OptionsOf({game});
+  options.environment.rand_seed = 5;
+  options.episode_end = episode_end;
+  options.observation_format = format;
+  return MadePool(options);
+}
+
+// The observation of environment i, or the frame at place i of a stack: `bytes` of them.
+inline std::vector<uint8_t> RowOf(const std::vector<uint8_t>& observations, size_t bytes,
+                                  size_t i) {
+  const auto start = observations.begin() + static_cast<std::ptrdiff_t>(i * bytes);
+  return {start, start + static_cast<std::ptrdiff_t>(bytes)};
+}
+
 inline std::vector<int32_t> AllTake(int32_t action, int32_t count = kEnvCount) {
   return std::vector<int32_t>(static_cast<size_t>(count), action);
 }
 
 inline BatchBuffers Observed(Pool& pool) {
-  BatchBuffers buffers(pool.env_count());
+  BatchBuffers buffers(pool.env_count(), pool.observation_bytes());
   EXPECT_TRUE(pool.Observe(0, pool.env_count(), buffers.Whole()).ok());
   return buffers;
 }
 
 inline BatchBuffers Stepped(Pool& pool, const std::vector<int32_t>& actions) {
-  BatchBuffers buffers(pool.env_count());
+  BatchBuffers buffers(pool.env_count(), pool.observation_bytes());
   EXPECT_TRUE(pool.Step({.count = pool.env_count(), .actions = actions}, buffers.Whole()).ok());
   return buffers;
 }

@@ -11,7 +11,7 @@
 namespace procgen {
 namespace {
 
-constexpr int kSidePx = kAgentViewSidePx;
+constexpr int kSidePx = 64;
 constexpr uint32_t kArtSeed = 5;
 
 class RasteriserTest : public ::testing::Test {
@@ -28,7 +28,7 @@ class RasteriserTest : public ::testing::Test {
 
   std::vector<uint8_t> AgentView() {
     std::vector<uint8_t> frame(kSidePx * kSidePx * 3, 99);
-    rasteriser_.DrawAgentView(scene_, art_, nullptr, absl::MakeSpan(frame));
+    rasteriser_.DrawAgentView(scene_, art_, nullptr, {}, absl::MakeSpan(frame));
     return frame;
   }
 
@@ -54,6 +54,27 @@ TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
   EXPECT_EQ(RedAt(frame, 11, 5), kRed0);
   EXPECT_EQ(RedAt(frame, 12, 5), 0);
   EXPECT_EQ(RedAt(frame, 4, 6), 0);
+}
+
+// A box of 2 x 1 cells of the 16 in view, with its upper left corner at (1, 0.5).
+TEST_F(RasteriserTest, SpritesAreDrawnAtTheSizeThatIsAskedFor) {
+  scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
+  struct Box {
+    int side, left, top, right, bottom;
+  };
+  for (const Box& box : {Box{16, 1, 1, 3, 2}, Box{64, 4, 2, 12, 6}, Box{84, 5, 3, 16, 8},
+                         Box{512, 32, 16, 96, 48}}) {
+    const FrameFormat format = {.side_px = box.side, .color = Color::kGrayscale};
+    std::vector<uint8_t> frame(format.bytes());
+    rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(frame));
+    for (int y = 0; y < box.side; ++y) {
+      for (int x = 0; x < box.side; ++x) {
+        const bool inside = x >= box.left && x < box.right && y >= box.top && y < box.bottom;
+        ASSERT_EQ(frame[static_cast<size_t>(y * box.side + x)] != 0, inside)
+            << x << ", " << y << " of " << box.side;
+      }
+    }
+  }
 }
 
 TEST_F(RasteriserTest, CellsLieBetweenTheTwoListsOfSprites) {

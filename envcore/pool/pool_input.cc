@@ -1,0 +1,139 @@
+#include "envcore/pool/pool_input.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+
+namespace procgen {
+namespace {
+
+absl::Status CheckSpan(absl::string_view name, size_t size, size_t rows, size_t values_per_row) {
+  if (size != 0 && size != rows * values_per_row) {
+    return absl::InvalidArgumentError(absl::StrCat("the batch's ", name, " have ", size,
+                                                   " values, must have ", rows * values_per_row,
+                                                   " or none"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckBatch(const Batch& batch, size_t rows, size_t observation_bytes) {
+  for (const absl::Status& status :
+       {CheckSpan("observations", batch.observations.size(), rows, observation_bytes),
+        CheckSpan("rewards", batch.rewards.size(), rows, 1),
+        CheckSpan("first", batch.first.size(), rows, 1),
+        CheckSpan("terminated", batch.terminated.size(), rows, 1),
+        CheckSpan("truncated", batch.truncated.size(), rows, 1),
+        CheckSpan("level_seeds", batch.level_seeds.size(), rows, 1),
+        CheckSpan("prev_level_seeds", batch.prev_level_seeds.size(), rows, 1),
+        CheckSpan("prev_level_complete", batch.prev_level_complete.size(), rows, 1),
+        CheckSpan("episode_returns", batch.episode_returns.size(), rows, 1),
+        CheckSpan("episode_lengths", batch.episode_lengths.size(), rows, 1),
+        CheckSpan("fingerprints", batch.fingerprints.size(), rows, 1),
+        CheckSpan("final_observations", batch.final_observations.size(), rows,
+                  observation_bytes)}) {
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckActions(const StepInput& input) {
+  const size_t expected = input.steps ? static_cast<size_t>(input.count) : 0;
+  if (input.actions.size() != expected) {
+    return absl::InvalidArgumentError(absl::StrCat("actions has ", input.actions.size(),
+                                                   " entries, the slice has ", expected,
+                                                   " environments to step"));
+  }
+  for (size_t i = 0; i < input.actions.size(); ++i) {
+    if (input.actions[i] < kEndEpisodeAction || input.actions[i] >= kActionCount) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "action ", input.actions[i], " of environment ", input.first + static_cast<int32_t>(i),
+          " is not in [", kEndEpisodeAction, ", ", kActionCount - 1, "]"));
+    }
+  }
+  if (input.repeat < 1 || input.repeat > kRepeatMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("repeat is ", input.repeat, ", must be in [1, ", kRepeatMax, "]"));
+  }
+  return absl::OkStatus();
+}
+
+// Checks that the entries of a sparse list name environments of the slice, each once.
+template <typename Entry>
+absl::Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries,
+                         const StepInput& input) {
+  std::vector<bool> had;
+  if (!entries.empty()) {
+    had.resize(static_cast<size_t>(input.count));
+  }
+  for (const Entry& entry : entries) {
+    const int64_t row = int64_t{entry.environment} - input.first;
+    if (row < 0 || row >= input.count) {
+      return absl::InvalidArgumentError(absl::StrCat(name, " names environment ", entry.environment,
+                                                     ", the slice is [", input.first, ", ",
+                                                     input.first + input.count, ")"));
+    }
+    if (had[static_cast<size_t>(row)]) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(name, " names environment ", entry.environment, " twice"));
+    }
+    had[static_cast<size_t>(row)] = true;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckPoolOptions(const PoolOptions& options) {
+  if (options.games.empty()) {
+    return absl::InvalidArgumentError("games is empty, must name at least one game");
+  }
+  if (options.env_count < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("env_count is ", options.env_count, ", must be at least 1"));
+  }
+  if (options.first_environment < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("first_environment is ", options.first_environment, ", must be at least 0"));
+  }
+  const int64_t end = int64_t{options.first_environment} + options.env_count;
+  const int64_t total = options.total_environments == 0 ? end : options.total_environments;
+  if (total < end) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("total_environments is ", options.total_environments,
+                     ", must be at least first_environment + env_count = ", end, ", or 0"));
+  }
+  if (total > kTotalEnvironmentsMax) {
+    return absl::InvalidArgumentError(absl::StrCat("there are ", total,
+                                                   " environments in the whole, must be at most ",
+                                                   kTotalEnvironmentsMax));
+  }
+  const auto game_count = static_cast<int64_t>(options.games.size());
+  if (total % game_count != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("there are ", total, " environments for ",
+                                                   game_count, " games, must be a multiple of it"));
+  }
+  return CheckObservationFormat(options.observation_format);
+}
+
+absl::Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
+                       size_t observation_bytes) {
+  if (input.first < 0 || input.count < 1 || int64_t{input.first} + input.count > env_count) {
+    return absl::InvalidArgumentError(absl::StrCat("the slice is ", input.count,
+                                                   " environments from ", input.first,
+                                                   ", the pool has ", env_count));
+  }
+  for (const absl::Status& status :
+       {CheckActions(input), CheckSparse("next_levels", input.next_levels, input),
+        CheckSparse("resets", input.resets, input),
+        CheckBatch(batch, static_cast<size_t>(input.count), observation_bytes)}) {
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace procgen

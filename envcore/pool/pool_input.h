@@ -1,0 +1,23 @@
+#ifndef ENVCORE_POOL_POOL_INPUT_H_
+#define ENVCORE_POOL_POOL_INPUT_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+
+// Checks all of `options` but what the games check.
+// Errors: INVALID_ARGUMENT (the message says what was given and what is allowed).
+absl::Status CheckPoolOptions(const PoolOptions& options);
+
+// Checks a step of a pool of `env_count` environments with observations of `observation_bytes`.
+// Errors: as CheckPoolOptions.
+absl::Status CheckStep(const StepInput& input, const Batch& batch, int32_t env_count,
+                       size_t observation_bytes);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_POOL_POOL_INPUT_H_

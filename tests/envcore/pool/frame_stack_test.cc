@@ -1,0 +1,62 @@
+#include "envcore/pool/frame_stack.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+
+// Frames of two bytes, both `value`.
+void Push(FrameStack& stack, uint8_t value) {
+  const absl::Span<uint8_t> frame = stack.Next();
+  ASSERT_EQ(frame.size(), 2U);
+  std::fill(frame.begin(), frame.end(), value);
+}
+
+std::vector<uint8_t> Shown(const FrameStack& stack, size_t depth) {
+  std::vector<uint8_t> observation(2 * depth);
+  stack.CopyTo(absl::MakeSpan(observation));
+  return observation;
+}
+
+TEST(FrameStackTest, BeginsEmpty) { EXPECT_TRUE(FrameStack(2, 3).empty()); }
+
+TEST(FrameStackTest, TheFirstFrameStandsInTheMissingPlaces) {
+  FrameStack stack(2, 3);
+  Push(stack, 1);
+  EXPECT_FALSE(stack.empty());
+  EXPECT_THAT(Shown(stack, 3), ElementsAre(1, 1, 1, 1, 1, 1));
+  Push(stack, 2);
+  EXPECT_THAT(Shown(stack, 3), ElementsAre(1, 1, 1, 1, 2, 2));
+}
+
+TEST(FrameStackTest, TheOldestFrameGoesFirst) {
+  FrameStack stack(2, 3);
+  for (uint8_t value = 1; value <= 7; ++value) {
+    Push(stack, value);
+  }
+  EXPECT_THAT(Shown(stack, 3), ElementsAre(5, 5, 6, 6, 7, 7));
+}
+
+TEST(FrameStackTest, AClearedStackBeginsAnewWhereverItStood) {
+  for (uint8_t before = 0; before < 7; ++before) {
+    FrameStack stack(2, 3);
+    for (uint8_t value = 0; value < before; ++value) {
+      Push(stack, value);
+    }
+    stack.Clear();
+    EXPECT_TRUE(stack.empty());
+    Push(stack, 8);
+    EXPECT_THAT(Shown(stack, 3), ElementsAre(8, 8, 8, 8, 8, 8));
+    Push(stack, 9);
+    EXPECT_THAT(Shown(stack, 3), ElementsAre(8, 8, 8, 8, 9, 9));
+  }
+}
+
+}  // namespace
+}  // namespace procgen
