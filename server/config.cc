@@ -43,6 +43,8 @@ absl::Status CheckConfig(const Config& config) {
         Range{"pool_count_max", limits.pool_count_max, 1, 1 << 20},
         Range{"pool_environment_count_max", limits.pool_environment_count_max, 1, 1 << 20},
         Range{"environment_count_max", limits.environment_count_max, 1, 1 << 20},
+        Range{"observation_bytes_max", limits.observation_bytes_max, kMessageBytesMin,
+              int64_t{1} << 40},
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},

@@ -31,6 +31,8 @@ ABSL_FLAG(int32_t, pool_environment_count_max, procgen::Limits().pool_environmen
           "environments of one pool");
 ABSL_FLAG(int32_t, environment_count_max, procgen::Limits().environment_count_max,
           "environments of all pools together");
+ABSL_FLAG(int64_t, observation_bytes_max, procgen::Limits().observation_bytes_max,
+          "bytes of one observation of each environment of all pools together");
 ABSL_FLAG(int64_t, request_bytes_max, procgen::Limits().request_bytes_max,
           "bytes of one request message");
 ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
@@ -79,6 +81,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.pool_count_max = absl::GetFlag(FLAGS_pool_count_max);
   limits.pool_environment_count_max = absl::GetFlag(FLAGS_pool_environment_count_max);
   limits.environment_count_max = absl::GetFlag(FLAGS_environment_count_max);
+  limits.observation_bytes_max = absl::GetFlag(FLAGS_observation_bytes_max);
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);

@@ -109,6 +109,10 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_request_bytes_max(limits.request_bytes_max);
   message->set_response_bytes_max(limits.response_bytes_max);
   message->set_requests_in_flight_max(limits.requests_in_flight_max);
+  message->set_observation_bytes_max(limits.observation_bytes_max);
+  message->set_observation_side_px_min(kObservationSidePxMin);
+  message->set_observation_side_px_max(kObservationSidePxMax);
+  message->set_frame_stack_max(kFrameStackMax);
 }
 
 }  // namespace
@@ -128,7 +132,9 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.add_transports(v1::TRANSPORT_STREAM);
   catalog.add_encodings(v1::ENCODING_RAW);
   catalog.add_colors(v1::COLOR_RGB);
+  catalog.add_colors(v1::COLOR_GRAYSCALE);
   catalog.add_layouts(v1::LAYOUT_HWC);
+  catalog.add_layouts(v1::LAYOUT_CHW);
   catalog.add_episode_ends(v1::EPISODE_END_SAME_STEP);
   catalog.add_episode_ends(v1::EPISODE_END_NEXT_STEP);
   catalog.add_episode_ends(v1::EPISODE_END_DISABLED);

@@ -1,8 +1,10 @@
 #include "server/rpc/convert_pool.h"
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -127,39 +129,83 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   return options;
 }
 
-absl::Status CheckObservationFormat(const v1::ObservationFormat& format) {
-  if (absl::Status status =
-          CheckOffered("spec.observation_format.color", format.color(), v1::COLOR_RGB);
-      !status.ok()) {
-    return status;
+absl::StatusOr<Color> ColorOf(v1::Color color) {
+  switch (color) {
+    case v1::COLOR_UNSPECIFIED:
+    case v1::COLOR_RGB:
+      return Color::kRgb;
+    case v1::COLOR_GRAYSCALE:
+      return Color::kGrayscale;
+    default:
+      return NoSuchValue("spec.observation_format.color", color);
   }
-  if (absl::Status status =
-          CheckOffered("spec.observation_format.layout", format.layout(), v1::LAYOUT_HWC);
-      !status.ok()) {
-    return status;
-  }
-  struct Field {
-    absl::string_view name;
-    int32_t value;
-    int32_t offered;
-  };
-  for (const Field& field : {Field{"width_px", format.width_px(), kObservationSidePx},
-                             Field{"height_px", format.height_px(), kObservationSidePx},
-                             Field{"frame_stack", format.frame_stack(), 1}}) {
-    if (field.value < 0) {
-      return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.", field.name, " is ",
-                                                     field.value, ", allowed: at least 0"));
-    }
-    if (field.value != 0 && field.value != field.offered) {
-      return absl::UnimplementedError(
-          absl::StrCat("spec.observation_format.", field.name, " is ", field.value,
-                       ", which is not offered yet; offered: ", field.offered));
-    }
-  }
-  return absl::OkStatus();
 }
 
-// Everything of a spec but its options.
+absl::StatusOr<Layout> LayoutOf(v1::Layout layout) {
+  switch (layout) {
+    case v1::LAYOUT_UNSPECIFIED:
+    case v1::LAYOUT_HWC:
+      return Layout::kHwc;
+    case v1::LAYOUT_CHW:
+      return Layout::kChw;
+    default:
+      return NoSuchValue("spec.observation_format.layout", layout);
+  }
+}
+
+// The side of the square pictures.
+absl::StatusOr<int32_t> SidePxOf(const v1::ObservationFormat& format) {
+  const int32_t width = format.width_px();
+  const int32_t height = format.height_px();
+  for (const auto& [field, value] :
+       {std::pair("width_px", width), std::pair("height_px", height)}) {
+    if (value != 0 && (value < kObservationSidePxMin || value > kObservationSidePxMax)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.observation_format.", field, " is ", value, ", allowed: 0, or ",
+                       kObservationSidePxMin, " to ", kObservationSidePxMax));
+    }
+  }
+  if (width != 0 && height != 0 && width != height) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.observation_format.height_px is ", height, " and width_px is ", width,
+                     ", allowed: the same, or one of them 0; pictures are square"));
+  }
+  return width != 0 ? width : height != 0 ? height : kObservationSidePx;
+}
+
+absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message) {
+  const absl::StatusOr<Color> color = ColorOf(message.color());
+  if (!color.ok()) {
+    return color.status();
+  }
+  const absl::StatusOr<Layout> layout = LayoutOf(message.layout());
+  if (!layout.ok()) {
+    return layout.status();
+  }
+  const absl::StatusOr<int32_t> side_px = SidePxOf(message);
+  if (!side_px.ok()) {
+    return side_px.status();
+  }
+  if (message.frame_stack() < 0 || message.frame_stack() > kFrameStackMax) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.frame_stack is ",
+                                                   message.frame_stack(), ", allowed: 0 to ",
+                                                   kFrameStackMax));
+  }
+  ObservationFormat format;
+  format.frame = {.side_px = *side_px, .color = *color, .layout = *layout};
+  format.frame_stack = std::max(message.frame_stack(), 1);
+  return format;
+}
+
+void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message) {
+  message->set_color(format.frame.color == Color::kRgb ? v1::COLOR_RGB : v1::COLOR_GRAYSCALE);
+  message->set_layout(format.frame.layout == Layout::kHwc ? v1::LAYOUT_HWC : v1::LAYOUT_CHW);
+  message->set_width_px(format.frame.side_px);
+  message->set_height_px(format.frame.side_px);
+  message->set_frame_stack(format.frame_stack);
+}
+
+// Everything of a spec but its options and its observation format.
 absl::Status CheckSpec(const v1::PoolSpec& spec) {
   if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
     return absl::InvalidArgumentError(
@@ -177,9 +223,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
     return absl::InvalidArgumentError(absl::StrCat(
         "spec.total_environments is ", spec.total_environments(),
         ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
-  }
-  if (absl::Status status = CheckObservationFormat(spec.observation_format()); !status.ok()) {
-    return status;
   }
   if (absl::Status status = CheckOffered("spec.transport", spec.transport(), v1::TRANSPORT_STREAM);
       !status.ok()) {
@@ -225,12 +268,7 @@ void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
                                    ? options.total_environments
                                    : options.first_environment + options.env_count);
   spec->set_episode_end(EpisodeEndMessageOf(options.episode_end));
-  v1::ObservationFormat* format = spec->mutable_observation_format();
-  format->set_color(v1::COLOR_RGB);
-  format->set_layout(v1::LAYOUT_HWC);
-  format->set_width_px(kObservationSidePx);
-  format->set_height_px(kObservationSidePx);
-  format->set_frame_stack(1);
+  FillObservationFormat(options.observation_format, spec->mutable_observation_format());
   spec->set_transport(v1::TRANSPORT_STREAM);
   spec->set_encoding(v1::ENCODING_RAW);
 }
@@ -249,6 +287,11 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (!episode_end.ok()) {
     return episode_end.status();
   }
+  absl::StatusOr<ObservationFormat> observation_format =
+      ObservationFormatOf(spec.observation_format());
+  if (!observation_format.ok()) {
+    return observation_format.status();
+  }
   PoolOptions options;
   options.games.assign(spec.games().begin(), spec.games().end());
   options.env_count = spec.env_count();
@@ -256,6 +299,7 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   options.episode_end = *episode_end;
   options.first_environment = spec.first_environment();
   options.total_environments = spec.total_environments();
+  options.observation_format = *observation_format;
   return options;
 }
 
@@ -263,10 +307,9 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   v1::Pool message;
   message.set_name(session.name());
   FillSpec(session.options(), message.mutable_spec());
-  for (const int side : {kObservationSidePx, kObservationSidePx, 3}) {
-    message.add_observation_shape(side);
-  }
-  message.set_observation_bytes(kObservationBytes);
+  const std::vector<int32_t> shape = session.options().observation_format.Shape();
+  message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
+  message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
   const timespec created = absl::ToTimespec(session.create_time());

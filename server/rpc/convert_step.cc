@@ -125,15 +125,24 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       "the request asks for nothing, allowed: step, reset, observe or level_sampler");
 }
 
-int32_t ResponseRowsMax(const StreamRequest& request, int64_t response_bytes_max) {
-  const int64_t row_bytes = kRowNumberBytes + (request.with_observations ? kObservationBytes : 0) +
-                            (request.with_final_observations ? kObservationBytes : 0);
+absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
+                                        int64_t observation_bytes, int64_t response_bytes_max) {
+  const int observation_count =
+      (request.with_observations ? 1 : 0) + (request.with_final_observations ? 1 : 0);
+  const int64_t row_bytes = kRowNumberBytes + observation_count * observation_bytes;
   const int64_t rows = (response_bytes_max - kResponseOverheadBytes) / row_bytes;
-  return static_cast<int32_t>(std::clamp<int64_t>(rows, 1, INT32_MAX));
+  if (rows < 1) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "the answer for one environment has ", observation_count, " x ", observation_bytes,
+        " bytes of observations and needs ", row_bytes + kResponseOverheadBytes, ", limit ", limit,
+        " is ", response_bytes_max));
+  }
+  return static_cast<int32_t>(std::min<int64_t>(rows, INT32_MAX));
 }
 
-Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolResponse* response) {
-  const int64_t picture_bytes = static_cast<int64_t>(part.count) * kObservationBytes;
+Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
+                      v1::StepPoolResponse* response) {
+  const int64_t picture_bytes = part.count * observation_bytes;
   const int32_t slice_end = request.request.first + request.request.count;
   response->set_sequence_number(request.request.sequence_number);
   v1::Batch* message = response->mutable_batch();
@@ -158,7 +167,8 @@ Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolRespo
   return batch;
 }
 
-void CompleteResponse(v1::StepPoolResponse* response) {
+void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response) {
+  const auto picture_bytes = static_cast<size_t>(observation_bytes);
   v1::Batch* batch = response->mutable_batch();
   std::string* pictures = batch->mutable_final_observations();
   const bool has_pictures = !pictures->empty();
@@ -168,15 +178,15 @@ void CompleteResponse(v1::StepPoolResponse* response) {
       continue;
     }
     batch->set_fingerprints(static_cast<int>(kept), batch->fingerprints(row));
-    const size_t from = static_cast<size_t>(row) * kObservationBytes;
-    const size_t to = kept * kObservationBytes;
+    const size_t from = static_cast<size_t>(row) * picture_bytes;
+    const size_t to = kept * picture_bytes;
     if (has_pictures && from != to) {
-      std::memcpy(pictures->data() + to, pictures->data() + from, kObservationBytes);
+      std::memcpy(pictures->data() + to, pictures->data() + from, picture_bytes);
     }
     ++kept;
   }
   batch->mutable_fingerprints()->Truncate(static_cast<int>(kept));
-  pictures->resize(has_pictures ? kept * kObservationBytes : 0);
+  pictures->resize(has_pictures ? kept * picture_bytes : 0);
 }
 
 }  // namespace procgen

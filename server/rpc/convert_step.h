@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "envcore/pool/pool.h"
 #include "procgen/v1/step.pb.h"
 #include "server/session/request.h"
@@ -19,22 +21,27 @@ struct StreamRequest {
   Request request;                       // refers to the above
   bool with_observations = true;         // pictures are answered
   bool with_final_observations = false;  // and those of episodes' ends
+  int32_t rows_max = 0;                  // environments that one response has room for
 };
 
-// Fills in all but `message` from it; what depends on the pool is not checked.
+// Fills in all but `message` and `rows_max` from it; what depends on the pool is not checked.
 // Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
-// How many environments fit one response of at most `response_bytes_max` bytes. At least 1.
-int32_t ResponseRowsMax(const StreamRequest& request, int64_t response_bytes_max);
+// How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose
+// observations have `observation_bytes` each. At least 1. Errors: RESOURCE_EXHAUSTED not even one;
+// `limit` is what to call the limit.
+absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
+                                        int64_t observation_bytes, int64_t response_bytes_max);
 
 // Makes `response` the answer for `part` of `request`, and returns where its values are to be
 // written. Its memory is kept from answer to answer.
-Batch PrepareResponse(const StreamRequest& request, Part part, v1::StepPoolResponse* response);
+Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
+                      v1::StepPoolResponse* response);
 
 // Once the values are written: leaves only the fingerprints and final observations of episodes that
 // ended.
-void CompleteResponse(v1::StepPoolResponse* response);
+void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response);
 
 }  // namespace procgen
 

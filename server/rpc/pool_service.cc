@@ -8,6 +8,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/convert_pool.h"
+#include "server/rpc/convert_step.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
@@ -43,6 +44,14 @@ absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& requ
   return absl::OkStatus();
 }
 
+// A pool whose observations fit no response would be of no use.
+absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
+  return ResponseRowsMax("response_bytes_max", StreamRequest(),
+                         static_cast<int64_t>(options.observation_format.bytes()),
+                         limits.response_bytes_max)
+      .status();
+}
+
 }  // namespace
 
 grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* /*context*/,
@@ -51,8 +60,12 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
   return Call::Start(request, response, [this](Call* call) {
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(call->request().spec());
-    if (!options.ok()) {
-      call->Finish(options.status());
+    absl::Status status = options.status();
+    if (status.ok()) {
+      status = CheckAnswersFit(*options, sessions_->limits());
+    }
+    if (!status.ok()) {
+      call->Finish(std::move(status));
       return;
     }
     sessions_->Create(call->request().pool_id(), *options,

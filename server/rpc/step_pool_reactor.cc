@@ -177,7 +177,7 @@ void StepPoolReactor::OnRequest(StreamRequest* request) {
       return;
     }
   } else if (status.ok()) {
-    status = ReadStreamRequest(request);
+    status = Understand(request);
   }
   if (!status.ok()) {
     EndAfterInbox(std::move(status));
@@ -187,6 +187,16 @@ void StepPoolReactor::OnRequest(StreamRequest* request) {
   if (!reading_ended_) {
     inbox_.push_back(request);
   }
+}
+
+absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
+  if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
+    return status;
+  }
+  const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
+      "attach.response_bytes_max", *request, pool_->observation_bytes(), response_bytes_max_);
+  request->rows_max = rows_max.value_or(0);
+  return rows_max.status();
 }
 
 absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
@@ -289,8 +299,7 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
   {
     absl::MutexLock lock(&mutex_);
     if (status.ok()) {
-      const int32_t rows_max = ResponseRowsMax(*request, response_bytes_max_);
-      part_ = {request->request.first, std::min(rows_max, request->request.count)};
+      part_ = {request->request.first, std::min(request->rows_max, request->request.count)};
       part_waits_ = true;
     } else {
       running_ = nullptr;
@@ -311,7 +320,9 @@ void StepPoolReactor::RunPart() {
     part = part_;
   }
   const Batch batch =
-      response == nullptr ? Batch() : PrepareResponse(*request, part, &response->message);
+      response == nullptr
+          ? Batch()
+          : PrepareResponse(*request, part, pool_->observation_bytes(), &response->message);
   pool_->RunPart(request->request, part, batch, [self = shared_from_this()](absl::Status status) {
     self->OnPartDone(std::move(status));
   });
@@ -330,7 +341,7 @@ void StepPoolReactor::OnPartDone(absl::Status status) {
       FailLocked(status);
     }
     if (response != nullptr && status.ok() && !cancelled_) {
-      CompleteResponse(&response->message);
+      CompleteResponse(pool_->observation_bytes(), &response->message);
       response->answered = is_last ? running_ : nullptr;
       written_.push_back(response);
     } else if (response != nullptr) {

@@ -72,6 +72,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void Act(Action action);
 
   void OnRequest(StreamRequest* request);
+  // Fills in what follows from the message of a request after the first.
+  absl::Status Understand(StreamRequest* request) const;
   absl::Status Attach(const v1::Attach& attach);
   // Reads no more; what was read before is still answered.
   void EndAfterInbox(absl::Status status);

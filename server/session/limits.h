@@ -11,9 +11,12 @@ struct Limits {
   int32_t pool_count_max = 256;               // pools at a time
   int32_t pool_environment_count_max = 4096;  // environments of one pool
   int32_t environment_count_max = 16384;      // environments of all pools together
-  int64_t request_bytes_max = 4 << 20;        // one request message, in bytes
-  int64_t response_bytes_max = 64 << 20;      // one response message, in bytes
-  int32_t requests_in_flight_max = 16;        // unanswered requests of one stream
+  // One observation of each environment of all pools together, in bytes. Stacks of frames are kept,
+  // and what seldom moves in a picture, so memory follows it.
+  int64_t observation_bytes_max = int64_t{4} << 30;
+  int64_t request_bytes_max = 4 << 20;    // one request message, in bytes
+  int64_t response_bytes_max = 64 << 20;  // one response message, in bytes
+  int32_t requests_in_flight_max = 16;    // unanswered requests of one stream
 };
 
 // What a stream gets that asks for nothing else: what gRPC clients take by default, in bytes, and

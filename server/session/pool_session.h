@@ -49,6 +49,8 @@ class PoolSession {
   const std::string& name() const { return name_; }
   const PoolOptions& options() const { return pool_->options(); }
   int32_t env_count() const { return pool_->env_count(); }
+  // Bytes of one environment's observation.
+  int64_t observation_bytes() const { return static_cast<int64_t>(pool_->observation_bytes()); }
   absl::Time create_time() const { return create_time_; }
   bool attached() const;
   // The number that the next new request must bear.

@@ -56,6 +56,20 @@ absl::Status CheckEnvCount(int32_t env_count, int32_t environment_count, const L
   return absl::OkStatus();
 }
 
+// One observation of each environment, in bytes. REQUIRES: CheckEnvCount.
+int64_t ObservationBytesOf(const PoolOptions& options) {
+  return options.env_count * static_cast<int64_t>(options.observation_format.bytes());
+}
+
+absl::Status CheckObservationBytes(int64_t bytes, int64_t bytes_of_others, const Limits& limits) {
+  if (bytes > limits.observation_bytes_max - bytes_of_others) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "one observation of each environment takes ", bytes, " bytes and those of other pools ",
+        bytes_of_others, ", limit observation_bytes_max is ", limits.observation_bytes_max));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art)
@@ -107,17 +121,24 @@ absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOp
       !status.ok()) {
     return status;
   }
+  const int64_t observation_bytes = ObservationBytesOf(options);
+  if (absl::Status status = CheckObservationBytes(observation_bytes, observation_bytes_, limits_);
+      !status.ok()) {
+    return status;
+  }
   if (entries_.size() >= static_cast<size_t>(limits_.pool_count_max)) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "there are ", entries_.size(), " pools, limit pool_count_max is ", limits_.pool_count_max));
   }
   const int64_t number = next_number_;
   std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
-  if (!entries_.try_emplace(name, Entry{number, options.env_count, nullptr}).second) {
+  const Entry entry = {number, options.env_count, observation_bytes, nullptr};
+  if (!entries_.try_emplace(name, entry).second) {
     return absl::AlreadyExistsError(absl::StrCat("pool ", name, " exists; choose another pool_id"));
   }
   next_number_ = number + 1;
   environment_count_ += options.env_count;
+  observation_bytes_ += observation_bytes;
   return name;
 }
 
@@ -128,6 +149,7 @@ void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Po
       absl::MutexLock lock(&mutex_);
       const auto entry = entries_.find(name);
       environment_count_ -= entry->second.env_count;
+      observation_bytes_ -= entry->second.observation_bytes;
       entries_.erase(entry);
     }
     done(pool.status());
@@ -203,8 +225,10 @@ absl::Status Sessions::Delete(absl::string_view name) {
       return found.status();
     }
     pool = *std::move(found);
-    environment_count_ -= pool->env_count();
-    entries_.erase(entries_.find(name));
+    const auto entry = entries_.find(name);
+    environment_count_ -= entry->second.env_count;
+    observation_bytes_ -= entry->second.observation_bytes;
+    entries_.erase(entry);
   }
   pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
   return absl::OkStatus();

@@ -85,6 +85,7 @@ class Sessions {
   struct Entry {
     int64_t number = 0;
     int32_t env_count = 0;
+    int64_t observation_bytes = 0;      // one observation of each environment
     std::shared_ptr<PoolSession> pool;  // null while it is made
   };
 
@@ -103,7 +104,8 @@ class Sessions {
   std::map<std::string, Entry, std::less<>> entries_ ABSL_GUARDED_BY(mutex_);  // by name
   int64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
   int32_t environment_count_ ABSL_GUARDED_BY(mutex_) = 0;
-  int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist
+  int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of one observation of each
+  int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;      // PoolSessions that exist
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
 
   // Last, so that their threads end before what they use.

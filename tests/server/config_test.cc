@@ -38,6 +38,11 @@ TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--request_bytes_max is 1000, allowed: 65536 to 2147483647"));
+  config.server.limits = {};
+  config.server.limits.observation_bytes_max = 0;
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--observation_bytes_max is 0, allowed: 65536 to 1099511627776"));
 }
 
 TEST(ConfigTest, PoolLargerThanServerIsRefused) {

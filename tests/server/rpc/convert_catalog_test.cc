@@ -62,6 +62,16 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_FALSE(features.resume());
 }
 
+TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
+  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  EXPECT_THAT(catalog.colors(), testing::ElementsAre(v1::COLOR_RGB, v1::COLOR_GRAYSCALE));
+  EXPECT_THAT(catalog.layouts(), testing::ElementsAre(v1::LAYOUT_HWC, v1::LAYOUT_CHW));
+  EXPECT_EQ(catalog.limits().observation_side_px_min(), 16);
+  EXPECT_EQ(catalog.limits().observation_side_px_max(), 512);
+  EXPECT_EQ(catalog.limits().frame_stack_max(), 16);
+  EXPECT_EQ(catalog.limits().observation_bytes_max(), int64_t{4} << 30);
+}
+
 TEST(ConvertCatalogTest, ActionsNameTheirKeys) {
   const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   ASSERT_EQ(catalog.actions_size(), 15);

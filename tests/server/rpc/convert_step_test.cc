@@ -46,31 +46,57 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   StreamRequest request = WholeStep(1000);
   for (const bool with_final : {false, true}) {
     request.with_final_observations = with_final;
-    const int32_t rows = ResponseRowsMax(request, limit);
+    const int32_t rows = *ResponseRowsMax("limit", request, kObservationBytes, limit);
     v1::StepPoolResponse response;
-    const Batch batch = PrepareResponse(request, {600, rows}, &response);
+    const Batch batch = PrepareResponse(request, {600, rows}, kObservationBytes, &response);
     std::fill(batch.first.begin(), batch.first.end(), 1);
     std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
-    CompleteResponse(&response);
+    CompleteResponse(kObservationBytes, &response);
     EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(limit));
-    PrepareResponse(request, {600, rows + 1}, &response);
+    PrepareResponse(request, {600, rows + 1}, kObservationBytes, &response);
     EXPECT_GT(response.ByteSizeLong() + 256, static_cast<size_t>(limit));
     EXPECT_EQ(rows, with_final ? 170 : 340);
   }
+}
+
+TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
+  const StreamRequest request = WholeStep(1000);
+  constexpr int64_t kLarge = 512 * 512 * 3;
+  EXPECT_EQ(*ResponseRowsMax("limit", request, 28224, kResponseBytesDefault), 148);
+  EXPECT_EQ(*ResponseRowsMax("limit", request, kLarge, kResponseBytesDefault), 5);
+  v1::StepPoolResponse response;
+  const Batch batch = PrepareResponse(request, {0, 5}, kLarge, &response);
+  EXPECT_EQ(batch.observations.size(), 5U * kLarge);
+  EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(kResponseBytesDefault));
+}
+
+TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
+  StreamRequest request = WholeStep(1);
+  EXPECT_EQ(*ResponseRowsMax("limit", request, 1000000, 1000288), 1);
+  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request, 1000000, 1000287),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "the answer for one environment has 1 x 1000000 bytes of observations and "
+                       "needs 1000288, limit attach.response_bytes_max is 1000287"));
+  request.with_final_observations = true;
+  EXPECT_THAT(ResponseRowsMax("limit", request, 1000000, 1000288),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("2 x 1000000")));
+  request.with_observations = false;
+  request.with_final_observations = false;
+  EXPECT_THAT(ResponseRowsMax("limit", request, 1000000, 65536), IsOk());
 }
 
 TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
   StreamRequest request = WholeStep(4);
   request.with_final_observations = true;
   v1::StepPoolResponse response;
-  const Batch batch = PrepareResponse(request, {0, 4}, &response);
+  const Batch batch = PrepareResponse(request, {0, 4}, kObservationBytes, &response);
   for (size_t row = 0; row < 4; ++row) {
     std::fill_n(batch.final_observations.begin() + static_cast<ptrdiff_t>(row * kObservationBytes),
                 kObservationBytes, static_cast<uint8_t>(row));
   }
   batch.terminated[1] = 1;
   batch.truncated[3] = 1;
-  CompleteResponse(&response);
+  CompleteResponse(kObservationBytes, &response);
   const std::string& kept = response.batch().final_observations();
   ASSERT_EQ(kept.size(), 2U * kObservationBytes);
   EXPECT_EQ(kept.front(), 1);
@@ -80,7 +106,7 @@ TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
 TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   const StreamRequest request = WholeStep(5);
   v1::StepPoolResponse response;
-  const Batch batch = PrepareResponse(request, {0, 5}, &response);
+  const Batch batch = PrepareResponse(request, {0, 5}, kObservationBytes, &response);
   ASSERT_EQ(batch.fingerprints.size(), 5U);
   for (size_t row = 0; row < 5; ++row) {
     batch.fingerprints[row] = UINT64_MAX - row;
@@ -88,16 +114,19 @@ TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   batch.terminated[1] = 1;
   batch.truncated[2] = 1;
   batch.terminated[4] = 1;
-  CompleteResponse(&response);
+  CompleteResponse(kObservationBytes, &response);
   EXPECT_THAT(response.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
 }
 
 TEST(ConvertStepTest, ResponseMemoryIsReused) {
   const StreamRequest request = WholeStep(8);
   v1::StepPoolResponse response;
-  const uint8_t* const before = PrepareResponse(request, {0, 8}, &response).observations.data();
-  EXPECT_EQ(PrepareResponse(request, {0, 8}, &response).observations.data(), before);
-  EXPECT_EQ(PrepareResponse(request, {0, 3}, &response).observations.data(), before);
+  const uint8_t* const before =
+      PrepareResponse(request, {0, 8}, kObservationBytes, &response).observations.data();
+  EXPECT_EQ(PrepareResponse(request, {0, 8}, kObservationBytes, &response).observations.data(),
+            before);
+  EXPECT_EQ(PrepareResponse(request, {0, 3}, kObservationBytes, &response).observations.data(),
+            before);
 }
 
 }  // namespace

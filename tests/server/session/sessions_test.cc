@@ -20,6 +20,7 @@ Limits SmallLimits() {
   limits.pool_count_max = 2;
   limits.pool_environment_count_max = 8;
   limits.environment_count_max = 10;
+  limits.observation_bytes_max = 1 << 20;
   return limits;
 }
 
@@ -102,6 +103,20 @@ TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
                        "spec.env_count is 3 and there are 8 environments, limit "
                        "environment_count_max is 10"));
   EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
+}
+
+TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) {
+  PoolOptions options = MazeOptions(1);
+  options.observation_format.frame.side_px = 512;
+  ASSERT_THAT(Create("a", options), IsOk());
+  EXPECT_THAT(Create("b", options),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "one observation of each environment takes 786432 bytes and those of other "
+                       "pools 786432, limit observation_bytes_max is 1048576"));
+  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  options.games = {"chess"};
+  EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
 }
 
 TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
