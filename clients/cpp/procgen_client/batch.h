@@ -10,6 +10,7 @@ namespace procgen_client {
 
 // The answer to one request: how n environments stand. Row i is environment first_environment() +
 // i. The comments of procgen.v1.Batch tell what each value means.
+// F is the shape of one observation, StepStream::pool().observation_shape(), by default 64, 64, 3.
 // The spans are good until the Batch is filled again or ends. An answer that came in one response
 // is not copied.
 // Threads: compatible (one at a time).
@@ -20,7 +21,7 @@ class Batch {
   int32_t environment_count() const { return value().environment_count(); }
 
   absl::Span<const uint8_t> observations() const { return Bytes(value().observations()); }
-  //                                                          uint8  [n, 64, 64, 3], or empty
+  //                                                          uint8  [n, F], or empty
   absl::Span<const float> rewards() const { return Numbers(value().rewards()); }            // [n]
   absl::Span<const bool> first() const { return Numbers(value().first()); }                 // [n]
   absl::Span<const bool> terminated() const { return Numbers(value().terminated()); }       // [n]
@@ -46,7 +47,7 @@ class Batch {
   }
   absl::Span<const uint8_t> final_observations() const {
     return Bytes(value().final_observations());
-  }  //                                                       uint8  [m, 64, 64, 3], or empty
+  }  //                                                       uint8  [m, F], or empty
 
  private:
   friend class StepStream;

@@ -21,7 +21,8 @@ namespace procgen_client {
 struct StreamOptions {
   int32_t requests_in_flight_max = 2;  // that may be sent ahead of the answers; 1 ... the server's
   // Largest response, in bytes; 0: 4 MiB. A larger answer comes in several responses, which Receive
-  // joins. More than 4 MiB: the client must have been connected with as much.
+  // joins. More than 4 MiB: the client must have been connected with as much. A pool whose
+  // observations are larger than that answers RESOURCE_EXHAUSTED and how much it needs.
   int64_t response_bytes_max = 0;
 };
 

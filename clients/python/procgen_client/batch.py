@@ -22,6 +22,8 @@ class Batch:
     are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
     they are one joined array instead. All other arrays are the caller's own and writable.
 
+    F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
+
     After a request without pictures (``observe=False``) ``observations`` is None;
     ``final_observations`` is empty unless asked for.
     """
@@ -38,8 +40,8 @@ class Batch:
     episode_returns: np.ndarray  # Of the ended or running episode            float32 [n]
     episode_lengths: np.ndarray  # Of the same, in steps                      int32   [n]
     fingerprints: np.ndarray  # Hashes of episodes that ended, in order       uint64  [m]
-    final_observations: np.ndarray  # Last pictures of those; or empty        uint8   [m, 64, 64, 3]
-    observations: np.ndarray | None  # What the agents see                    uint8   [n, 64, 64, 3]
+    final_observations: np.ndarray  # Last ones of those; or empty            uint8   [m, *F]
+    observations: np.ndarray | None  # What the agents see                    uint8   [n, *F]
 
     @property
     def environment_count(self) -> int:

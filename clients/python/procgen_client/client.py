@@ -140,6 +140,10 @@ class Client:
         total_environments: int = 0,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
+        screen_size: int = 64,
+        grayscale_obs: bool = False,
+        layout: str = "hwc",
+        frame_stack: int = 1,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -157,6 +161,14 @@ class Client:
                 pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
+            screen_size: Side of the observations' square pictures in pixels, in [16, 512]; they are
+                drawn at that size.
+            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, in place of
+                three.
+            layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
+            frame_stack: Number of pictures of successive steps in one observation, oldest first, in
+                [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
+                stands in all places. Pool.observation_shape tells the shape.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -174,6 +186,12 @@ class Client:
             episode_end=episode_end,
             first_environment=first_environment,
             total_environments=total_environments,
+            observation_format=_options.observation_format(
+                screen_size=screen_size,
+                grayscale_obs=grayscale_obs,
+                layout=layout,
+                frame_stack=frame_stack,
+            ),
         )
         return self.create_pool_from_spec(
             spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max

@@ -6,10 +6,16 @@ from collections.abc import Sequence
 from typing import Any, TypedDict
 
 from procgen_client._proto import pools_pb2
+from procgen_client._requests import in_range, message_of
 from procgen_client.errors import InvalidArgumentError
 
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 EPISODE_ENDS = ("same_step", "next_step", "disabled")
+LAYOUTS = ("hwc", "chw")
+# Sides that an observation is drawn at, in pixels, and the most pictures in one.
+SCREEN_SIZE_MIN = 16
+SCREEN_SIZE_MAX = 512
+FRAME_STACK_MAX = 16
 
 
 class EnvironmentOptions(TypedDict, total=False):
@@ -75,6 +81,38 @@ def environment_options(
         raise InvalidArgumentError(f"an option has a wrong value: {error}") from error
 
 
+def observation_format(
+    *,
+    screen_size: int = 64,
+    grayscale_obs: bool = False,
+    layout: str = "hwc",
+    frame_stack: int = 1,
+) -> pools_pb2.ObservationFormat:
+    """Gives an ObservationFormat as a message.
+
+    Args:
+        screen_size: Side of the square picture in pixels, in [SCREEN_SIZE_MIN, SCREEN_SIZE_MAX]; it
+            is drawn at that size.
+        grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, in place of three.
+        layout: Order of a picture's axes, one of LAYOUTS: height, width, channels or channels,
+            height, width.
+        frame_stack: Number of pictures of successive steps in one observation, oldest first, in
+            [1, FRAME_STACK_MAX]. More than 1 make a first axis.
+
+    Raises:
+        InvalidArgumentError: A value is out of range.
+    """
+    side_px = in_range("screen_size", screen_size, SCREEN_SIZE_MIN, SCREEN_SIZE_MAX)
+    return message_of(
+        pools_pb2.ObservationFormat,
+        color=pools_pb2.COLOR_GRAYSCALE if grayscale_obs else pools_pb2.COLOR_RGB,
+        layout=_enum_value("layout", layout, LAYOUTS, pools_pb2.Layout),
+        width_px=side_px,
+        height_px=side_px,
+        frame_stack=in_range("frame_stack", frame_stack, 1, FRAME_STACK_MAX),
+    )
+
+
 def pool_spec(
     games: str | Sequence[str],
     env_count: int,
@@ -83,6 +121,7 @@ def pool_spec(
     episode_end: str = "same_step",
     first_environment: int = 0,
     total_environments: int = 0,
+    observation_format: pools_pb2.ObservationFormat | None = None,
 ) -> pools_pb2.PoolSpec:
     """Gives the spec of a pool as a message.
 
@@ -94,6 +133,7 @@ def pool_spec(
         first_environment: For a part of a larger pool: the index of its first environment in the
             whole.
         total_environments: For the same: number of environments of the whole.
+        observation_format: From observation_format. None: as released.
 
     Raises:
         InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
@@ -108,6 +148,7 @@ def pool_spec(
             episode_end=end,
             first_environment=first_environment,
             total_environments=total_environments,
+            observation_format=observation_format,
         )
     except (TypeError, ValueError) as error:
         raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error

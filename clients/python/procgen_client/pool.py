@@ -36,6 +36,10 @@ from procgen_client.pool_resource import PoolResource
 if TYPE_CHECKING:
     from procgen_client.client import Client
 
+# What a server sends at most in one response unless told otherwise. In bytes.
+_RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
+# What a response for one environment has besides an observation and a final one, at most. In bytes.
+_ROW_OVERHEAD_BYTES = 1024
 
 class Pool(PoolResource):
     """A number of environments that are stepped as one batch.
@@ -310,7 +314,8 @@ class Pool(PoolResource):
             take_over: End another client's stream, if there is one.
             response_bytes_max: Largest response that the server may send, in bytes; larger answers
                 come in several, which receive joins, and part of which are stepped while others are
-                on their way. 0: 4 MiB.
+                on their way. 0: 4 MiB, or what the answer for one environment takes, if that is
+                more.
 
         Raises:
             FailedPreconditionError: Another stream is attached.
@@ -326,7 +331,7 @@ class Pool(PoolResource):
             pool=self.name,
             requests_in_flight_max=self.requests_in_flight_max,
             take_over=take_over,
-            response_bytes_max=response_bytes_max,
+            response_bytes_max=response_bytes_max or self._response_bytes_max(),
         )
         self._requests.put(step_pb2.StepPoolRequest(attach=attach))
         response = self._next_response()
@@ -368,6 +373,13 @@ class Pool(PoolResource):
                 pass  # It is gone, or the server is.
 
     # Internals.
+
+    def _response_bytes_max(self) -> int:
+        """Gives 0, for what servers send by default, or more where that has no room for a row."""
+        row = 2 * int(np.prod(self.observation_shape)) + _ROW_OVERHEAD_BYTES
+        if row <= _RESPONSE_BYTES_DEFAULT:
+            return 0
+        return min(row, self._client.catalog().limits.response_bytes_max)
 
     def _send(self, request: step_pb2.StepPoolRequest) -> int:
         if len(self._in_flight) >= self.requests_in_flight_max:

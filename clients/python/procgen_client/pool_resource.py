@@ -32,7 +32,8 @@ class PoolResource(abc.ABC):
         name: Resource name, e.g. ``"pools/7"``.
         spec: What the pool was made with, every default filled in (also a rand_seed that the server
             drew).
-        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default.
+        observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default; with
+            a stack of k > 1 pictures k comes first, so ``(4, 84, 84, 1)`` for four grey ones.
     """
 
     def __init__(self, client: Client, message: pools_pb2.Pool) -> None:

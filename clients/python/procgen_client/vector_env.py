@@ -39,6 +39,11 @@ class ProcgenVectorEnv(VectorEnv):
     ends the episode); rewards float64 [N]; terminations and truncations bool [N]. A time limit
     truncates, everything else terminates.
 
+    Observations of another form (screen_size, grayscale_obs, layout and frame_stack, as
+    Client.create_pool takes them) are [N, *pool.observation_shape]. A stack of frames has its own
+    axis before the frame's, as Gymnasium's FrameStackObservation makes it; at an episode's
+    beginning, and after restore_states and clone_states, one frame stands in all places.
+
     Infos, each with a mask ``_key`` of the environments it holds for:
 
     - ``level_seed`` int32 [N]: level in the observation;
@@ -88,8 +93,9 @@ class ProcgenVectorEnv(VectorEnv):
             copy: True: observations are copies of your own. False: they are read-only views of what
                 was received; they are not written again, so they may be kept. It saves 12 kB of
                 copying for each environment.
-            **options: The released options, as Client.create_pool takes them: distribution_mode,
-                num_levels, start_level, rand_seed, use_sequential_levels, ...
+            **options: As Client.create_pool takes them: the released options (distribution_mode,
+                num_levels, start_level, rand_seed, use_sequential_levels, ...) and the form of the
+                observations (screen_size, grayscale_obs, layout, frame_stack).
 
         Raises:
             InvalidArgumentError: An argument is out of range.

@@ -83,6 +83,12 @@ env.step([0, -1])
 env.close()
 env.close()
 assert env.closed
+
+atari = {"screen_size": 84, "grayscale_obs": True, "frame_stack": 4}
+with ProcgenVectorEnv("maze", 2, server=sys.argv[1], **atari) as env:
+    box = gymnasium.spaces.Box(0, 255, (4, 84, 84, 1), np.uint8)
+    assert env.single_observation_space == box
+    assert env.observation_space == batch_space(box, 2)
 """
 
 

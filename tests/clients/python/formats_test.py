@@ -1,0 +1,123 @@
+"""Observations in other colours, layouts, sizes and stacks.
+
+The measure is a pool with the same seeds and observations as released: numpy converts those.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from procgen_client import AutoresetMode, Client, ProcgenVectorEnv, ServerProcess
+from procgen_client.errors import InvalidArgumentError, ResourceExhaustedError
+
+_OPTIONS: dict[str, Any] = {"distribution_mode": "easy", "rand_seed": 7}
+
+
+def _grey(rgb: np.ndarray) -> np.ndarray:
+    luma = rgb.astype(np.int32) @ np.array([77, 150, 29])
+    return ((luma + 128) // 256).astype(np.uint8)[..., np.newaxis]
+
+
+def test_colours_and_layouts_are_those_of_the_released_observation(client: Client) -> None:
+    with (
+        client.create_pool("coinrun", 3, **_OPTIONS) as rgb,
+        client.create_pool("coinrun", 3, layout="chw", **_OPTIONS) as planes,
+        client.create_pool("coinrun", 3, grayscale_obs=True, **_OPTIONS) as grey,
+    ):
+        assert planes.observation_shape == (3, 64, 64)
+        assert grey.observation_shape == (64, 64, 1)
+        for action in (7, 7, 4, 2, -1, 8):
+            frames = rgb.step([action] * 3).observations
+            np.testing.assert_array_equal(
+                planes.step([action] * 3).observations, frames.transpose(0, 3, 1, 2)
+            )
+            np.testing.assert_array_equal(grey.step([action] * 3).observations, _grey(frames))
+
+
+@pytest.mark.parametrize("screen_size", [16, 84, 512])
+def test_sizes_are_those_asked_for(client: Client, screen_size: int) -> None:
+    with client.create_pool("maze", 2, screen_size=screen_size, **_OPTIONS) as pool:
+        observations = pool.observe().observations
+        assert observations.shape == (2, screen_size, screen_size, 3)
+        assert observations.std() > 10
+
+
+def test_stacks_are_the_last_frames_of_the_episode(client: Client) -> None:
+    with (
+        client.create_pool("bigfish", 2, **_OPTIONS) as single,
+        client.create_pool("bigfish", 2, frame_stack=3, **_OPTIONS) as stacked,
+    ):
+        assert stacked.observation_shape == (3, 64, 64, 3)
+        frames = [single.observe().observations] * 3
+        np.testing.assert_array_equal(stacked.observe().observations, np.stack(frames, axis=1))
+        for action in (7, 7, 1, 5, -1, 8, 8):
+            batch = single.step([action] * 2, final_observations=True)
+            seen = stacked.step([action] * 2, final_observations=True)
+            if action == -1:
+                last = np.stack([*frames[1:], batch.final_observations], axis=1)
+                np.testing.assert_array_equal(seen.final_observations, last)
+                frames = [batch.observations] * 3
+            else:
+                frames = [*frames[1:], batch.observations]
+            np.testing.assert_array_equal(seen.observations, np.stack(frames, axis=1))
+
+
+def test_observations_above_the_default_limit_of_responses_arrive(client: Client) -> None:
+    with client.create_pool("maze", 2, screen_size=512, frame_stack=16, **_OPTIONS) as pool:
+        batch = pool.step([4, -1], final_observations=True)
+        assert batch.observations.shape == (2, 16, 512, 512, 3)
+        assert batch.final_observations.shape == (1, 16, 512, 512, 3)
+
+
+def test_vector_environment_has_the_shape_asked_for(server: ServerProcess) -> None:
+    with ProcgenVectorEnv(
+        "starpilot",
+        2,
+        server=server.address,
+        autoreset_mode=AutoresetMode.SAME_STEP,
+        screen_size=84,
+        grayscale_obs=True,
+        layout="chw",
+        frame_stack=4,
+        **_OPTIONS,
+    ) as env:
+        assert env.pool.observation_shape == (4, 1, 84, 84)
+        observations, _ = env.reset()
+        assert observations.shape == (2, 4, 1, 84, 84)
+        for place in range(1, 4):
+            np.testing.assert_array_equal(observations[:, place], observations[:, 0])
+        before = env.step([7, 7])[0]
+        after, _, _, _, infos = env.step([7, -1])
+        np.testing.assert_array_equal(after[0, :3], before[0, 1:])
+        np.testing.assert_array_equal(after[1, :3], after[1, 1:])
+        assert infos["final_obs"][1].shape == (4, 1, 84, 84)
+        np.testing.assert_array_equal(infos["final_obs"][1][:3], before[1, 1:])
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ({"screen_size": 15}, "screen_size is 15; it is in [16, 512]"),
+        ({"screen_size": 513}, "screen_size is 513; it is in [16, 512]"),
+        ({"screen_size": 0}, "screen_size is 0; it is in [16, 512]"),
+        ({"frame_stack": 0}, "frame_stack is 0; it is in [1, 16]"),
+        ({"frame_stack": 17}, "frame_stack is 17; it is in [1, 16]"),
+        ({"layout": "nchw"}, "layout is 'nchw'; it is one of hwc, chw"),
+        ({"screen_size": 84.5}, "ObservationFormat has a wrong value"),
+    ],
+)
+def test_formats_out_of_range_are_refused(
+    client: Client, argument: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InvalidArgumentError) as raised:
+        client.create_pool("maze", 1, **argument)
+    assert message in raised.value.message
+
+
+def test_observations_beyond_the_servers_limit_are_refused(client: Client) -> None:
+    with pytest.raises(ResourceExhaustedError) as raised:
+        client.create_pool("maze", 400, screen_size=512, frame_stack=16)
+    assert "limit observation_bytes_max is 4294967296" in raised.value.message
