@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <utility>
 
 #include "envcore/world/kinds.h"
 
@@ -24,14 +22,10 @@ struct CellAnswer {
 CellAnswer AskCells(const World& world, Rules& rules, const Entity& entity, float x, float y,
                     Axis axis) {
   CellAnswer answer;
-  std::optional<int> asked;  // mostly the corners lie in cells of one kind
   for (const float side_x : {-1.0F, 1.0F}) {
     for (const float side_y : {-1.0F, 1.0F}) {
       const int kind = world.CellAtPoint(x + (entity.rx * kCornerShare) * side_x,
                                          y + (entity.ry * kCornerShare) * side_y);
-      if (std::exchange(asked, kind) == kind) {
-        continue;
-      }
       answer.blocked = answer.blocked || rules.Blocks(entity, kind, axis);
       answer.reflected = answer.reflected || rules.Reflects(entity, kind);
     }
