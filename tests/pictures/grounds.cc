@@ -31,12 +31,12 @@ constexpr int kWindowStarts[] = {4, 36};
 void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
   for (const int top : kWindowStarts) {
     for (const int left : kWindowStarts) {
-      Window& window = windows->emplace_back();
+      Rgba* pixel = windows->emplace_back().data();
       for (int y = 0; y < kWindowSidePx; ++y) {
         for (int x = 0; x < kWindowSidePx; ++x) {
-          const auto at = static_cast<size_t>(((top + y) * kAgentViewSidePx + left + x) * 3);
-          window[static_cast<size_t>(y * kWindowSidePx + x)] = {view[at], view[at + 1],
-                                                                view[at + 2], 255};
+          const int from = ((top + y) * kAgentViewSidePx + left + x) * 3;
+          const uint8_t* rgb = view.data() + from;
+          *pixel++ = {rgb[0], rgb[1], rgb[2], 255};
         }
       }
     }

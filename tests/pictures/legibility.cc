@@ -144,7 +144,8 @@ WorstWindow Decide(const std::vector<float>& distances) {
   for (size_t i = 0; i < distances.size(); ++i) {
     windows.push_back({.window = i, .distance = distances[i]});
   }
-  const auto worst = windows.begin() + static_cast<ptrdiff_t>(kWorstShare * windows.size());
+  const auto worst =
+      windows.begin() + static_cast<ptrdiff_t>(kWorstShare * static_cast<double>(windows.size()));
   std::nth_element(
       windows.begin(), worst, windows.end(),
       [](const WorstWindow& a, const WorstWindow& b) { return a.distance < b.distance; });
