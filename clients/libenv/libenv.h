@@ -117,7 +117,8 @@ LIBENV_API void libenv_act(struct LibenvHandle* handle);
 LIBENV_API void libenv_close(struct LibenvHandle* handle);
 
 // Waits for the step, writes a snapshot of one environment to `data`, and returns its size. 0: it
-// could not be taken, or `length` bytes are too few (it has at most 1 MiB); nothing is written then.
+// could not be taken, or `length` bytes are too few (it has at most 1 MiB); nothing is written
+// then.
 LIBENV_API int get_state(struct LibenvHandle* handle, int environment, char* data, int length);
 
 // Waits for the step, puts one environment into the state of a snapshot and refreshes its buffers.

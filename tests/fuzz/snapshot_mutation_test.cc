@@ -37,7 +37,8 @@ TEST(SnapshotMutationTest, SomeMutantsAreRestoredAndSomeRefused) {
   uint32_t restored = 0;
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
     const std::string mutant = MutatedSnapshot(snapshot, seed, kSnapshotBytesMax);
-    restored += Environment::Restore(*FindGame("miner"), mutant).ok() ? 1 : 0;
+    restored +=
+        Environment::Restore(*FindGame("miner"), mutant, EpisodeEnd::kSameStep).ok() ? 1 : 0;
   }
   EXPECT_GT(restored, kSeedCount / 10);
   EXPECT_LT(restored, kSeedCount);
