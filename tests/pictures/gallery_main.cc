@@ -39,20 +39,16 @@ int Main(const std::vector<char*>& arguments) {
                              " arguments beside the flags, it is one: the folder to draw into"));
   }
   const std::string folder = arguments[1];
-  const auto games = FindGames(absl::GetFlag(FLAGS_games));
-  if (!games.ok()) {
-    return Fail(games.status().message());
-  }
-  const auto art = OpenArt(absl::GetFlag(FLAGS_art));
-  if (!art.ok()) {
-    return Fail(art.status().message());
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art));
+  if (!request.ok()) {
+    return Fail(request.status().message());
   }
   if (absl::Status status = MakeFolder(absl::StrCat(folder, "/pictures")); !status.ok()) {
     return Fail(status.message());
   }
-  Gallery gallery(folder, **art);
-  Progress progress(games->size());
-  for (const GameFacts* game : *games) {
+  Gallery gallery(folder, *request->art);
+  Progress progress(request->games.size());
+  for (const GameFacts* game : request->games) {
     absl::Status status = gallery.AddGame(
         *game, [&](int64_t done, int64_t total) { progress.Show(game->name, done, total); });
     if (!status.ok()) {
@@ -60,7 +56,7 @@ int Main(const std::vector<char*>& arguments) {
     }
     progress.Finish(game->name, "drawn");
   }
-  if (absl::Status status = gallery.AddSharedSprites(*games->front()); !status.ok()) {
+  if (absl::Status status = gallery.AddSharedSprites(*request->games.front()); !status.ok()) {
     return Fail(status.message());
   }
   const std::string list = absl::StrCat(folder, "/sheets.json");

@@ -123,20 +123,17 @@ int Main(const std::vector<char*>& arguments) {
   if (const std::string error = CommandError(arguments); !error.empty()) {
     return Fail(error);
   }
-  const auto games = FindGames(absl::GetFlag(FLAGS_games));
-  if (!games.ok()) {
-    return Fail(games.status().message());
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art));
+  if (!request.ok()) {
+    return Fail(request.status().message());
   }
-  const auto art = OpenArt(absl::GetFlag(FLAGS_art));
-  if (!art.ok()) {
-    return Fail(art.status().message());
-  }
-  Progress progress(games->size());
+  Progress progress(request->games.size());
   int64_t weak_count = 0;
-  for (const GameFacts* game : *games) {
+  for (const GameFacts* game : request->games) {
     const Cast& cast = CastOf(game->name);
-    const std::vector<Likeness> likenesses = CompareParts(
-        cast, **art, [&](int64_t done, int64_t total) { progress.Show(cast.game, done, total); });
+    const std::vector<Likeness> likenesses =
+        CompareParts(cast, *request->art,
+                     [&](int64_t done, int64_t total) { progress.Show(cast.game, done, total); });
     progress.Finish(cast.game, absl::StrFormat("%.1f", likenesses.front().distance));
     PrintTable(cast, likenesses);
     if (absl::Status status = WriteCrops(cast, likenesses); !status.ok()) {

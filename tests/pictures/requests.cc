@@ -2,12 +2,13 @@
 
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 
 namespace procgen {
+namespace {
 
 absl::StatusOr<std::vector<const GameFacts*>> FindGames(const std::vector<std::string>& names) {
   std::vector<const GameFacts*> games;
@@ -35,6 +36,21 @@ absl::StatusOr<std::shared_ptr<const SharedArt>> OpenArt(const std::string& fold
     return SharedArt::Embedded();
   }
   return SharedArt::LoadFolder(folder);
+}
+
+}  // namespace
+
+absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
+                                                  const std::string& art_folder) {
+  auto games = FindGames(game_names);
+  if (!games.ok()) {
+    return games.status();
+  }
+  auto art = OpenArt(art_folder);
+  if (!art.ok()) {
+    return art.status();
+  }
+  return DrawingRequest{.games = *std::move(games), .art = *std::move(art)};
 }
 
 absl::Status MakeFolder(const std::string& folder) {
