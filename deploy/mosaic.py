@@ -1,9 +1,21 @@
-"""Draws a mosaic of games: a row a game, its name and pictures of some of its environments."""
+#!/usr/bin/env python3
+"""Draws mosaics: rows of pictures with a name and a description, a caption under each picture.
+
+As a program: mosaic.py SHEETS.json. The file lists sheets, each with the `file` to draw, its `rows`
+(`name`, `description`, `pictures` with a `file` and an optional `caption`); `side_px` if all
+pictures are to be shown at one size; `page_width_px` if the sheet is to be reduced for a web page.
+Paths are relative to the folder of the list.
+"""
 
 from __future__ import annotations
 
+import argparse
+import functools
+import json
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -11,36 +23,68 @@ from PIL import Image, ImageDraw, ImageFont
 _MARGIN_PX = 40
 _GAP_PX = 14
 _LABEL_WIDTH_PX = 250
+_NAME_WIDTH_PX = _LABEL_WIDTH_PX - _GAP_PX
 _CORNER_RADIUS_PX = 12
 _BACKGROUND = (22, 25, 32)
 _NAME_COLOR = (240, 242, 246)
 _DESCRIPTION_COLOR = (150, 158, 172)
 _NAME_SIZE_PX = 34
+_NAME_SIZE_LEAST_PX = 14  # of long names
 _DESCRIPTION_SIZE_PX = 18
 _DESCRIPTION_LINE_CHARACTERS = 24
-
-# A game's name, what it is in one line, pictures uint8 [height, width, 3].
-Row = tuple[str, str, Sequence[np.ndarray]]
+_CAPTION_HEIGHT_PX = 26
 
 
-def draw(rows: Sequence[Row], *, side_px: int) -> Image.Image:
-    """Gives the mosaic; pictures of another size than side_px are scaled, without smoothing."""
-    columns = max(len(frames) for _, _, frames in rows)
-    pitch = side_px + _GAP_PX
-    width = 2 * _MARGIN_PX + _LABEL_WIDTH_PX + columns * pitch - _GAP_PX
-    height = 2 * _MARGIN_PX + len(rows) * pitch - _GAP_PX
+class Picture(NamedTuple):
+    """A picture and what is written under it."""
+
+    frame: np.ndarray  # uint8 [height, width, 3]
+    caption: str = ""
+
+
+class Row(NamedTuple):
+    """A row of pictures, with a name and a line about it to the left."""
+
+    name: str
+    description: str
+    pictures: Sequence[Picture]
+
+
+def draw(rows: Sequence[Row], *, side_px: int | None = None) -> Image.Image:
+    """Gives the mosaic.
+
+    With side_px all pictures are squares of that size: smaller ones are enlarged without smoothing,
+    larger ones reduced. Otherwise each has its own size.
+    """
+    pictures = [picture for row in rows for picture in row.pictures]
+    sizes = [(side_px, side_px) if side_px else p.frame.shape[1::-1] for p in pictures]
+    captioned = any(picture.caption for picture in pictures)
+    pitch_x = max(width for width, _ in sizes) + _GAP_PX
+    pitch_y = max(height for _, height in sizes) + _GAP_PX + captioned * _CAPTION_HEIGHT_PX
+    columns = max(len(row.pictures) for row in rows)
+    width = 2 * _MARGIN_PX + _LABEL_WIDTH_PX + columns * pitch_x - _GAP_PX
+    height = 2 * _MARGIN_PX + len(rows) * pitch_y - _GAP_PX
     image = Image.new("RGB", (width, height), _BACKGROUND)
-    corners = _rounded_square(side_px)
-    for number, (name, description, frames) in enumerate(rows):
-        top = _MARGIN_PX + number * pitch
-        _write_label(image, name, description, top + side_px // 2)
-        for column, frame in enumerate(frames):
-            picture = Image.fromarray(frame)
-            if picture.size != (side_px, side_px):
-                picture = picture.resize((side_px, side_px), Image.Resampling.NEAREST)
-            left = _MARGIN_PX + _LABEL_WIDTH_PX + column * pitch
-            image.paste(picture, (left, top), corners)
+    for number, row in enumerate(rows):
+        top = _MARGIN_PX + number * pitch_y
+        _write_label(image, row.name, row.description, top + (pitch_y - _GAP_PX) // 2)
+        for column, picture in enumerate(row.pictures):
+            left = _MARGIN_PX + _LABEL_WIDTH_PX + column * pitch_x
+            _paste(image, picture, (left, top), side_px)
     return image
+
+
+def _paste(image: Image.Image, picture: Picture, at: tuple[int, int], side_px: int | None) -> None:
+    shown = Image.fromarray(picture.frame)
+    if side_px and shown.size != (side_px, side_px):
+        enlarges = shown.width < side_px
+        filter_ = Image.Resampling.NEAREST if enlarges else Image.Resampling.BOX
+        shown = shown.resize((side_px, side_px), filter_)
+    image.paste(shown, at, _rounded(shown.size))
+    if picture.caption:
+        below = (at[0], at[1] + shown.height + 2)
+        font = _font("DejaVuSans.ttf", _DESCRIPTION_SIZE_PX)
+        ImageDraw.Draw(image).text(below, picture.caption, _DESCRIPTION_COLOR, font)
 
 
 def _write_label(image: Image.Image, name: str, description: str, middle: int) -> None:
@@ -49,7 +93,11 @@ def _write_label(image: Image.Image, name: str, description: str, middle: int) -
     line_height = round(1.35 * _DESCRIPTION_SIZE_PX)
     name_height = round(1.5 * _NAME_SIZE_PX)
     y = middle - (name_height + len(lines) * line_height) // 2
-    canvas.text((_MARGIN_PX, y), name, _NAME_COLOR, _font("DejaVuSans-Bold.ttf", _NAME_SIZE_PX))
+    for size_px in range(_NAME_SIZE_PX, _NAME_SIZE_LEAST_PX - 1, -1):
+        font = _font("DejaVuSans-Bold.ttf", size_px)
+        if font.getlength(name) <= _NAME_WIDTH_PX:
+            break
+    canvas.text((_MARGIN_PX, y), name, _NAME_COLOR, font)
     y += name_height
     font = _font("DejaVuSans.ttf", _DESCRIPTION_SIZE_PX)
     for line in lines:
@@ -64,10 +112,44 @@ def _font(file_name: str, size_px: int) -> ImageFont.ImageFont | ImageFont.FreeT
         return ImageFont.load_default()  # Small, but there.
 
 
-def _rounded_square(side_px: int) -> Image.Image:
+@functools.cache
+def _rounded(size: tuple[int, int]) -> Image.Image:
     """Gives a mask with smooth round corners: drawn four times as large, then scaled down."""
-    large = Image.new("L", (4 * side_px, 4 * side_px), 0)
+    width, height = size
+    large = Image.new("L", (4 * width, 4 * height), 0)
     ImageDraw.Draw(large).rounded_rectangle(
-        (0, 0, 4 * side_px - 1, 4 * side_px - 1), 4 * _CORNER_RADIUS_PX, fill=255
+        (0, 0, 4 * width - 1, 4 * height - 1), 4 * _CORNER_RADIUS_PX, fill=255
     )
-    return large.resize((side_px, side_px), Image.Resampling.LANCZOS)
+    return large.resize(size, Image.Resampling.LANCZOS)
+
+
+def _for_page(image: Image.Image, width_px: int) -> Image.Image:
+    """Reduces a mosaic, with few colors, so that the file is small."""
+    size = (width_px, round(image.height * width_px / image.width))
+    return image.resize(size, Image.Resampling.LANCZOS).quantize(256)
+
+
+def _read_row(row: dict, folder: Path) -> Row:
+    pictures = []
+    for picture in row["pictures"]:
+        with Image.open(folder / picture["file"]) as image:
+            pictures.append(Picture(np.asarray(image.convert("RGB")), picture.get("caption", "")))
+    return Row(row["name"], row["description"], pictures)
+
+
+def main() -> None:
+    """Draws the sheets of a list."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("list", type=Path, help="the list of sheets, a .json")
+    path = parser.parse_args().list
+    for sheet in json.loads(path.read_text()):
+        rows = [_read_row(row, path.parent) for row in sheet["rows"]]
+        image = draw(rows, side_px=sheet.get("side_px"))
+        if "page_width_px" in sheet:
+            image = _for_page(image, sheet["page_width_px"])
+        image.save(path.parent / sheet["file"], optimize=True)
+        print(path.parent / sheet["file"], flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -165,7 +165,10 @@ def demonstrate(address: str, arguments: argparse.Namespace) -> None:
             run_game(client, game.name, game.description, arguments, progress) for game in games
         ]
     print_table(results, arguments.environments)
-    rows = [(result.name, result.description, result.frames) for result in results]
+    rows = [
+        mosaic.Row(result.name, result.description, [mosaic.Picture(f) for f in result.frames])
+        for result in results
+    ]
     mosaic.draw(rows, side_px=_PICTURE_SIDE_PX).save(arguments.output)
     print(f"The games: {arguments.output.resolve()}")
 

@@ -1,4 +1,4 @@
-// CaveFlyer: a rocket ship flies through an irregular cave to the green saucer (+10, level
+// CaveFlyer: a rocket ship flies through an irregular cave to the goal, a saucer (+10, level
 // complete). It turns and thrusts along its heading; walls only stop it. Meteors, red saucers and
 // patrolling enemy ships end the episode on contact. Shots destroy red saucers (five hits, +3); the
 // others swallow them.
@@ -16,7 +16,7 @@
 namespace procgen {
 namespace {
 
-constexpr int kGoalKind = 1;  // the green saucer
+constexpr int kGoalKind = 1;  // the saucer to fly to
 constexpr int kMeteorKind = 2;
 constexpr int kRedSaucerKind = 3;
 constexpr int kShotKind = 4;
@@ -62,7 +62,7 @@ constexpr float kSaucerReward = 3;
 
 constexpr ArtSlot kArtSlots[] = {
     {0, 0, "ship", "misc_assets/playerShip1_red.png", 99, 75},
-    {1, 0, "green_saucer", "misc_assets/ufoGreen2.png", 91, 91},
+    {1, 0, "goal_saucer", "misc_assets/ufoGreen2.png", 91, 91},
     {2, 0, "meteor", "misc_assets/meteorBrown_big1.png", 101, 84},
     {3, 0, "red_saucer", "misc_assets/ufoRed2.png", 91, 91},
     {4, 0, "shot", "misc_assets/laserBlue02.png", 13, 37},

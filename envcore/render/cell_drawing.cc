@@ -8,6 +8,11 @@
 #include "envcore/render/sharp_picture.h"
 
 namespace procgen {
+namespace {
+
+constexpr uint32_t kOpaque = 255;
+
+}  // namespace
 
 void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& viewport,
                         const Frame& frame) {
@@ -17,13 +22,36 @@ void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& 
   viewport_ = &viewport;
   frame_ = &frame;
   ++frame_number_;
-  FindRanges(viewport);
-  FindCells();
+  shown_.clear();
+  columns_.clear();
+  rows_.clear();
+  if (HasCells()) {
+    FindRanges(viewport);
+    FindCells();
+  }
+}
+
+bool CellDrawing::HasCells() const {
+  const Grid& grid = *cells_->grid;
+  const int first_column = std::max(cells_->first_column, 0);
+  const int last_column = std::min(cells_->last_column, grid.width() - 1);
+  const bool all_in_grid = cells_->first_column >= 0 && cells_->last_column < grid.width() &&
+                           cells_->first_row >= 0 && cells_->last_row < grid.height();
+  if (!all_in_grid && cells_->out_of_bounds_kind != kOutsideKind) {
+    return true;
+  }
+  const int last_row = std::min(cells_->last_row, grid.height() - 1);
+  for (int y = std::max(cells_->first_row, 0); y <= last_row && first_column <= last_column; ++y) {
+    const absl::Span<const int16_t> kinds = grid.Row(y).subspan(
+        static_cast<size_t>(first_column), static_cast<size_t>(last_column - first_column + 1));
+    if (std::any_of(kinds.begin(), kinds.end(), [](int kind) { return kind != kEmptyKind; })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void CellDrawing::FindRanges(const Viewport& viewport) {
-  columns_.clear();
-  rows_.clear();
   for (int x = cells_->first_column; x <= cells_->last_column; ++x) {
     const ScreenRect rect = viewport.OfCell(x, 0);
     columns_.push_back({RoundPx(rect.x), RoundPx(rect.x + rect.width)});
@@ -84,7 +112,6 @@ CellDrawing::Look* CellDrawing::LookOf(int kind) {
 }
 
 void CellDrawing::FindCells() {
-  shown_.clear();
   const Grid& grid = *cells_->grid;
   Look* outside = LookOf(cells_->out_of_bounds_kind);
   const int column_count = static_cast<int>(columns_.size());
@@ -184,7 +211,7 @@ void CellDrawing::DrawScaledCell(Look& look, PixelRange across, PixelRange down)
   if (scaled == nullptr) {
     scaled = &look.art.picture->ScaledTo({.width = width, .height = height});
   }
-  DrawScaled(*scaled, across.first, down.first, *frame_);
+  DrawScaled(*scaled, across.first, down.first, kOpaque, *frame_);
 }
 
 }  // namespace procgen

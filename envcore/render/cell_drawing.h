@@ -57,6 +57,8 @@ class CellDrawing {
     int row;
   };
 
+  // Whether any cell in view is not empty.
+  bool HasCells() const;
   void FindRanges(const Viewport& viewport);
   // Lists the cells that are to be drawn, in the order of drawing: column by column.
   void FindCells();

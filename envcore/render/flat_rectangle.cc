@@ -53,7 +53,7 @@ void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame) {
   const int right = std::min(box.right, frame.side_px);
   const int bottom = std::min(box.bottom, frame.side_px);
   for (int y = std::max(box.top, 0); y < bottom && left < right; ++y) {
-    std::fill(frame.At(left, y), frame.At(left, y) + (right - left), color);
+    FillRun(frame.At(left, y), static_cast<size_t>(right - left), color);
   }
 }
 

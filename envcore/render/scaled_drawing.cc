@@ -13,14 +13,22 @@
 namespace procgen {
 namespace {
 
-// Rows are short: four pixels at a time cost less than a call of memcpy.
+constexpr uint32_t kOpaque = 255;
+
+// Rows are short: four pixels at a time, the last four over some of those before, cost less than a
+// call of memcpy.
 void CopyPixels(const Rgba* from, int count, Rgba* to) {
-  for (; count >= 4; count -= 4, from += 4, to += 4) {
-    std::memcpy(to, from, 4 * sizeof(Rgba));
+  if (count < 4) {
+    for (; count > 0; --count) {
+      *to++ = *from++;
+    }
+    return;
   }
-  for (; count > 0; --count) {
-    *to++ = *from++;
+  const int last = count - 4;
+  for (int i = 0; i < last; i += 4) {
+    std::memcpy(to + i, from + i, 4 * sizeof(Rgba));
   }
+  std::memcpy(to + last, from + last, 4 * sizeof(Rgba));
 }
 
 #if defined(__SSE2__)
@@ -36,15 +44,18 @@ class FourPixels {
     bytes_ = Products(bytes_, factors, factors);
   }
 
-  void LayOver(Rgba* below) const {
+  // Lays them over what lies at `below`.
+  void LayOver(const Rgba* below) {
     const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(below));
     // What is left of each pixel below, in both halves of its 32 bits.
     const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(bytes_, 24));
     const __m128i rests = _mm_or_si128(rest, _mm_slli_epi32(rest, 16));
     const __m128i left =
         Products(pixels, _mm_unpacklo_epi32(rests, rests), _mm_unpackhi_epi32(rests, rests));
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(below), _mm_add_epi8(bytes_, left));
+    bytes_ = _mm_add_epi8(bytes_, left);
   }
+
+  void Store(Rgba* to) const { _mm_storeu_si128(reinterpret_cast<__m128i*>(to), bytes_); }
 
  private:
   // As procgen::Mul, each channel by its factor of 16 bits.
@@ -75,11 +86,15 @@ class FourPixels {
     }
   }
 
-  void LayOver(Rgba* below) const {
-    for (const Rgba& pixel : pixels_) {
-      procgen::LayOver(pixel, *below++);
+  void LayOver(const Rgba* below) {
+    for (Rgba& pixel : pixels_) {
+      Rgba result = *below++;
+      procgen::LayOver(pixel, result);
+      pixel = result;
     }
   }
+
+  void Store(Rgba* to) const { std::copy(pixels_.begin(), pixels_.end(), to); }
 
  private:
   std::array<Rgba, 4> pixels_;
@@ -87,24 +102,29 @@ class FourPixels {
 
 #endif
 
-void LayPixels(const Rgba* from, int count, Rgba* to) {
-  for (; count >= 4; count -= 4, from += 4, to += 4) {
-    FourPixels(from).LayOver(to);
+FourPixels LaidOver(const Rgba* from, uint32_t opacity, const Rgba* below) {
+  FourPixels four(from);
+  if (opacity != kOpaque) {
+    four.Mul(opacity);
   }
-  for (; count > 0; --count, ++from, ++to) {
-    LayOver(*from, *to);
-  }
+  four.LayOver(below);
+  return four;
 }
 
-void LayFadedPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
-  for (; count >= 4; count -= 4, from += 4, to += 4) {
-    FourPixels four(from);
-    four.Mul(opacity);
-    four.LayOver(to);
+void LayPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
+  if (count < 4) {
+    for (; count > 0; --count, ++from, ++to) {
+      LayOver(Mul(*from, opacity), *to);
+    }
+    return;
   }
-  for (; count > 0; --count, ++from, ++to) {
-    LayOver(Mul(*from, opacity), *to);
+  // The last four lie over some of those before; so what is below them is looked at first.
+  const int last = count - 4;
+  const FourPixels last_four = LaidOver(from + last, opacity, to + last);
+  for (int i = 0; i < last; i += 4) {
+    LaidOver(from + i, opacity, to + i).Store(to + i);
   }
+  last_four.Store(to + last);
 }
 
 // Calls `draw(source, count, pixel)` for each row of the picture that is in the frame.
@@ -123,12 +143,15 @@ void ForEachRow(const Image& image, int left, int top, const Frame& frame, Draw 
 
 }  // namespace
 
-void DrawScaled(const ScaledPicture& picture, int left, int top, const Frame& frame) {
-  if (picture.opaque) {
+void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacity,
+                const Frame& frame) {
+  if (picture.opaque && opacity == kOpaque) {
     ForEachRow(picture.image, left, top, frame, CopyPixels);
-  } else {
-    ForEachRow(picture.image, left, top, frame, LayPixels);
+    return;
   }
+  ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {
+    LayPixels(from, count, opacity, to);
+  });
 }
 
 void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
@@ -138,6 +161,9 @@ void DrawScaledShown(const ScaledPicture& picture, int left, int top, const Hidd
     return;
   }
   const Image& image = picture.image;
+  if (left >= frame.side_px || left + image.width() <= 0) {
+    return;
+  }
   const int end = std::min(top + image.height(), frame.side_px);
   for (int y = std::max(top, 0); y < end; ++y) {
     const Rgba* source = image.Row(y - top);
@@ -146,13 +172,6 @@ void DrawScaledShown(const ScaledPicture& picture, int left, int top, const Hidd
           std::copy(source + (from - left), source + (to - left), frame.At(from, y));
         });
   }
-}
-
-void DrawScaledFaded(const ScaledPicture& picture, int left, int top, uint32_t opacity,
-                     const Frame& frame) {
-  ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {
-    LayFadedPixels(from, count, opacity, to);
-  });
 }
 
 }  // namespace procgen

@@ -10,12 +10,11 @@
 namespace procgen {
 
 // Draws a picture that has its size, its top left pixel at (left, top), anywhere in the frame or
-// outside. `opacity`: a factor of Mul.
-void DrawScaled(const ScaledPicture& picture, int left, int top, const Frame& frame);
+// outside. `opacity`: a factor of Mul, 255 for all.
+void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacity,
+                const Frame& frame);
 // Draws one that is opaque, but for the pixels that may be left out; null: none.
 void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
-                     const Frame& frame);
-void DrawScaledFaded(const ScaledPicture& picture, int left, int top, uint32_t opacity,
                      const Frame& frame);
 
 }  // namespace procgen

@@ -34,8 +34,8 @@ class Drawing {
   // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
     BeginCells();
-    std::fill_n(frame_.pixels,
-                static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
+    FillRun(frame_.pixels,
+            static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
     if (background != nullptr) {
       DrawBackground(*background);
     }

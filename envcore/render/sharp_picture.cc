@@ -12,7 +12,6 @@ namespace procgen {
 namespace {
 
 constexpr double kLargeSidePx = 16;
-constexpr uint32_t kOpaque = 255;
 // Of a background that is kept scaled: those of worlds that are a few views large.
 constexpr int64_t kScaledBackdropPixelsMax = 1 << 16;
 // How many source pixels a pixel of a larger background has at least, on each axis.
@@ -26,15 +25,6 @@ bool IsLarge(const TurnedRect& turned) {
   const auto [top, bottom] = std::minmax_element(
       corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.y < q.y; });
   return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
-}
-
-void DrawScaledAt(const ScaledPicture& scaled, int left, int top, uint32_t opacity,
-                  const Frame& frame) {
-  if (opacity == kOpaque) {
-    DrawScaled(scaled, left, top, frame);
-  } else {
-    DrawScaledFaded(scaled, left, top, opacity, frame);
-  }
 }
 
 // The turn of a picture that scales, in [0, kTurnCount).
@@ -55,15 +45,15 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
   }
   if (rotation == 0) {
     if (size.width > 0 && size.height > 0) {
-      DrawScaledAt(picture.ScaledTo(size), left, top, opacity, frame);
+      DrawScaled(picture.ScaledTo(size), left, top, opacity, frame);
     }
     return true;
   }
   // A turned picture keeps its size from place to place.
   size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), TurnOf(rotation)};
   const ScaledPicture& scaled = picture.ScaledTo(size);
-  DrawScaledAt(scaled, RoundPx(rect.x + (rect.width - scaled.image.width()) / 2),
-               RoundPx(rect.y + (rect.height - scaled.image.height()) / 2), opacity, frame);
+  DrawScaled(scaled, RoundPx(rect.x + (rect.width - scaled.image.width()) / 2),
+             RoundPx(rect.y + (rect.height - scaled.image.height()) / 2), opacity, frame);
   return true;
 }
 

@@ -8,6 +8,10 @@
 namespace procgen {
 namespace {
 
+// How often a still part must be met again before it is kept: a camera that stops for a moment goes
+// on soon.
+constexpr int kRepeatsMin = 2;
+
 // Calls `use` with the kinds of each row of the grid that is in view, as far as it is; stops and
 // returns false when that does.
 template <typename Use>
@@ -40,10 +44,14 @@ bool SameWindow(const CellLayer& a, const CellLayer& b) {
 StillLayer::Use StillLayer::Meet(const Scene& scene) {
   if (!Knows(scene)) {
     Remember(scene);
+    repeat_count_ = 0;
     pixels_.clear();
     return Use::kDrawOnly;
   }
-  return pixels_.empty() ? Use::kKeep : Use::kCopy;
+  if (!pixels_.empty()) {
+    return Use::kCopy;
+  }
+  return ++repeat_count_ < kRepeatsMin ? Use::kDrawOnly : Use::kKeep;
 }
 
 void StillLayer::CopyTo(const Frame& frame) const {

@@ -18,8 +18,8 @@ class StillLayer {
   // What to do with the still part of a scene.
   enum class Use {
     kCopy,      // it is kept: CopyTo
-    kKeep,      // draw it and Keep it: it was the same in the scene before
-    kDrawOnly,  // draw it: it is new, and may move on
+    kKeep,      // draw it and Keep it: it was the same in the scenes before
+    kDrawOnly,  // draw it: it is new, or not known for long, and may move on
   };
 
   // Looks at the next scene. REQUIRES: the scenes are all drawn with the same art, at one size.
@@ -46,6 +46,8 @@ class StillLayer {
   int grid_width_ = 0;
   int grid_height_ = 0;
   std::vector<int16_t> kinds_;  // of the grid's cells in view, row by row
+
+  int repeat_count_ = 0;  // scenes that met it again and did not find it kept
 
   std::vector<Rgba> pixels_;  // empty: not kept
 };

@@ -2,12 +2,11 @@
 // Debian's Abseil is built without the sanitizer, so that it would see no lock taken and report
 // races between all that is guarded, in our code and behind gRPC, which locks with them, too.
 // Linked into every program of the tsan preset, these definitions come before the library's and
-// call them.
+// call them. What ends in WithTimeout is not here, because it calls what ends in WithDeadline.
 //
 // While a lock is being taken or given up the sanitizer ignores the thread, so conditions that
 // Abseil evaluates on another thread's behalf, with the lock held, are no races either.
 
-#include <dlfcn.h>
 #include <sanitizer/tsan_interface.h>
 
 #include <atomic>
@@ -16,14 +15,11 @@
 #include "absl/base/internal/spinlock_wait.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/synchronization/notification.h"
+#include "tests/sanitizer/library_function.h"
 
 namespace {
 
-// The library's own definition of the function with this mangled name.
-template <typename Function>
-Function* Next(const char* mangled_name) {
-  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, mangled_name));
-}
+constexpr char kLibrary[] = "libabsl_synchronization.so.20220623";
 
 void BeforeWait(absl::Mutex* mutex) { __tsan_mutex_pre_unlock(mutex, 0); }
 
@@ -39,27 +35,31 @@ namespace absl {
 ABSL_NAMESPACE_BEGIN
 
 Mutex::~Mutex() {
-  static auto* const next = Next<void(Mutex*)>("_ZN4absl7debian35MutexD1Ev");
+  static auto* const next =
+      procgen::LibraryFunction<void(Mutex*)>(kLibrary, "_ZN4absl7debian35MutexD1Ev");
   __tsan_mutex_destroy(this, __tsan_mutex_not_static);
   next(this);
 }
 
 void Mutex::Lock() {
-  static auto* const next = Next<void(Mutex*)>("_ZN4absl7debian35Mutex4LockEv");
+  static auto* const next =
+      procgen::LibraryFunction<void(Mutex*)>(kLibrary, "_ZN4absl7debian35Mutex4LockEv");
   __tsan_mutex_pre_lock(this, 0);
   next(this);
   __tsan_mutex_post_lock(this, 0, 0);
 }
 
 void Mutex::Unlock() {
-  static auto* const next = Next<void(Mutex*)>("_ZN4absl7debian35Mutex6UnlockEv");
+  static auto* const next =
+      procgen::LibraryFunction<void(Mutex*)>(kLibrary, "_ZN4absl7debian35Mutex6UnlockEv");
   __tsan_mutex_pre_unlock(this, 0);
   next(this);
   __tsan_mutex_post_unlock(this, 0);
 }
 
 bool Mutex::TryLock() {
-  static auto* const next = Next<bool(Mutex*)>("_ZN4absl7debian35Mutex7TryLockEv");
+  static auto* const next =
+      procgen::LibraryFunction<bool(Mutex*)>(kLibrary, "_ZN4absl7debian35Mutex7TryLockEv");
   __tsan_mutex_pre_lock(this, __tsan_mutex_try_lock);
   const bool locked = next(this);
   __tsan_mutex_post_lock(
@@ -69,51 +69,33 @@ bool Mutex::TryLock() {
 }
 
 void Mutex::LockWhen(const Condition& condition) {
-  static auto* const next =
-      Next<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex8LockWhenERKNS0_9ConditionE");
+  static auto* const next = procgen::LibraryFunction<void(Mutex*, const Condition&)>(
+      kLibrary, "_ZN4absl7debian35Mutex8LockWhenERKNS0_9ConditionE");
   __tsan_mutex_pre_lock(this, 0);
   next(this, condition);
   __tsan_mutex_post_lock(this, 0, 0);
 }
 
 void Mutex::Await(const Condition& condition) {
-  static auto* const next =
-      Next<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex5AwaitERKNS0_9ConditionE");
+  static auto* const next = procgen::LibraryFunction<void(Mutex*, const Condition&)>(
+      kLibrary, "_ZN4absl7debian35Mutex5AwaitERKNS0_9ConditionE");
   BeforeWait(this);
   next(this, condition);
   AfterWait(this);
 }
 
-bool Mutex::AwaitWithTimeout(const Condition& condition, Duration timeout) {
-  static auto* const next = Next<bool(Mutex*, const Condition&, Duration)>(
-      "_ZN4absl7debian35Mutex16AwaitWithTimeoutERKNS0_9ConditionENS0_8DurationE");
-  BeforeWait(this);
-  const bool result = next(this, condition, timeout);
-  AfterWait(this);
-  return result;
-}
-
 bool Mutex::AwaitWithDeadline(const Condition& condition, Time deadline) {
-  static auto* const next = Next<bool(Mutex*, const Condition&, Time)>(
-      "_ZN4absl7debian35Mutex17AwaitWithDeadlineERKNS0_9ConditionENS0_4TimeE");
+  static auto* const next = procgen::LibraryFunction<bool(Mutex*, const Condition&, Time)>(
+      kLibrary, "_ZN4absl7debian35Mutex17AwaitWithDeadlineERKNS0_9ConditionENS0_4TimeE");
   BeforeWait(this);
   const bool result = next(this, condition, deadline);
   AfterWait(this);
   return result;
 }
 
-bool Mutex::LockWhenWithTimeout(const Condition& condition, Duration timeout) {
-  static auto* const next = Next<bool(Mutex*, const Condition&, Duration)>(
-      "_ZN4absl7debian35Mutex19LockWhenWithTimeoutERKNS0_9ConditionENS0_8DurationE");
-  __tsan_mutex_pre_lock(this, 0);
-  const bool result = next(this, condition, timeout);
-  __tsan_mutex_post_lock(this, 0, 0);
-  return result;
-}
-
 bool Mutex::LockWhenWithDeadline(const Condition& condition, Time deadline) {
-  static auto* const next = Next<bool(Mutex*, const Condition&, Time)>(
-      "_ZN4absl7debian35Mutex20LockWhenWithDeadlineERKNS0_9ConditionENS0_4TimeE");
+  static auto* const next = procgen::LibraryFunction<bool(Mutex*, const Condition&, Time)>(
+      kLibrary, "_ZN4absl7debian35Mutex20LockWhenWithDeadlineERKNS0_9ConditionENS0_4TimeE");
   __tsan_mutex_pre_lock(this, 0);
   const bool result = next(this, condition, deadline);
   __tsan_mutex_post_lock(this, 0, 0);
@@ -121,25 +103,16 @@ bool Mutex::LockWhenWithDeadline(const Condition& condition, Time deadline) {
 }
 
 void CondVar::Wait(Mutex* mutex) {
-  static auto* const next =
-      Next<void(CondVar*, Mutex*)>("_ZN4absl7debian37CondVar4WaitEPNS0_5MutexE");
+  static auto* const next = procgen::LibraryFunction<void(CondVar*, Mutex*)>(
+      kLibrary, "_ZN4absl7debian37CondVar4WaitEPNS0_5MutexE");
   BeforeWait(mutex);
   next(this, mutex);
   AfterWait(mutex);
 }
 
-bool CondVar::WaitWithTimeout(Mutex* mutex, Duration timeout) {
-  static auto* const next = Next<bool(CondVar*, Mutex*, Duration)>(
-      "_ZN4absl7debian37CondVar15WaitWithTimeoutEPNS0_5MutexENS0_8DurationE");
-  BeforeWait(mutex);
-  const bool result = next(this, mutex, timeout);
-  AfterWait(mutex);
-  return result;
-}
-
 bool CondVar::WaitWithDeadline(Mutex* mutex, Time deadline) {
-  static auto* const next = Next<bool(CondVar*, Mutex*, Time)>(
-      "_ZN4absl7debian37CondVar16WaitWithDeadlineEPNS0_5MutexENS0_4TimeE");
+  static auto* const next = procgen::LibraryFunction<bool(CondVar*, Mutex*, Time)>(
+      kLibrary, "_ZN4absl7debian37CondVar16WaitWithDeadlineEPNS0_5MutexENS0_4TimeE");
   BeforeWait(mutex);
   const bool result = next(this, mutex, deadline);
   AfterWait(mutex);
@@ -147,14 +120,15 @@ bool CondVar::WaitWithDeadline(Mutex* mutex, Time deadline) {
 }
 
 void Notification::Notify() {
-  static auto* const next = Next<void(Notification*)>("_ZN4absl7debian312Notification6NotifyEv");
+  static auto* const next = procgen::LibraryFunction<void(Notification*)>(
+      kLibrary, "_ZN4absl7debian312Notification6NotifyEv");
   __tsan_release(this);
   next(this);
 }
 
 void Notification::WaitForNotification() const {
-  static auto* const next =
-      Next<void(const Notification*)>("_ZNK4absl7debian312Notification19WaitForNotificationEv");
+  static auto* const next = procgen::LibraryFunction<void(const Notification*)>(
+      kLibrary, "_ZNK4absl7debian312Notification19WaitForNotificationEv");
   next(this);
   __tsan_acquire(const_cast<Notification*>(this));
 }
@@ -165,10 +139,11 @@ namespace base_internal {
 // the word; the load makes it see that we have read it.
 uint32_t SpinLockWait(std::atomic<uint32_t>* word, int transition_count,
                       const SpinLockWaitTransition* transitions, SchedulingMode mode) {
-  static auto* const next =
-      Next<uint32_t(std::atomic<uint32_t>*, int, const SpinLockWaitTransition*, SchedulingMode)>(
-          "_ZN4absl7debian313base_internal12SpinLockWaitEPSt6atomicIjEiPKNS1_"
-          "22SpinLockWaitTransitionENS1_14SchedulingModeE");
+  static auto* const next = procgen::LibraryFunction<uint32_t(
+      std::atomic<uint32_t>*, int, const SpinLockWaitTransition*, SchedulingMode)>(
+      "libabsl_spinlock_wait.so.20220623",
+      "_ZN4absl7debian313base_internal12SpinLockWaitEPSt6atomicIjEiPKNS1_"
+      "22SpinLockWaitTransitionENS1_14SchedulingModeE");
   const uint32_t before = next(word, transition_count, transitions, mode);
   word->load(std::memory_order_acquire);
   return before;

@@ -40,6 +40,7 @@ TEST_F(CloneTest, PoolsThatCloneFromOneAnotherAtTheSameTimeAllGetTheirTurns) {
   const std::string one = CreatePool(MazeSpec(8));
   const std::string other = CreatePool(MazeSpec(8));
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&, i] {
       for (int round = 0; round < 25; ++round) {
@@ -77,6 +78,7 @@ TEST_F(CloneTest, ALargePoolOfAnotherServerIsReadPageByPage) {
   const std::vector<std::string> read = SnapshotsOf(source_client->get(), source_pool->name());
   const std::string target = CreatePool(MazeSpec(300));
   std::vector<v1::ClonePair> pairs;
+  pairs.reserve(300);
   for (int32_t i = 0; i < 300; ++i) {
     pairs.push_back(Pair(299 - i, i));
   }

@@ -53,6 +53,7 @@ std::vector<BatchCopy> Played(procgen_client::StepStream* stream, int64_t seed, 
 
 std::vector<std::string> SnapshotsOf(const std::vector<v1::State>& states) {
   std::vector<std::string> snapshots;
+  snapshots.reserve(states.size());
   for (const v1::State& state : states) {
     snapshots.push_back(state.snapshot());
   }
