@@ -23,14 +23,17 @@ struct FrameFormat {
   Color color = Color::kRgb;
   Layout layout = Layout::kHwc;
 
-  int32_t channels() const { return color == Color::kRgb ? 3 : 1; }
+  constexpr int32_t channels() const { return color == Color::kRgb ? 3 : 1; }
   // Bytes of one frame.
-  size_t bytes() const {
+  constexpr size_t bytes() const {
     return static_cast<size_t>(side_px) * static_cast<size_t>(side_px) *
            static_cast<size_t>(channels());
   }
   bool operator==(const FrameFormat&) const = default;
 };
+
+// What the released benchmark shows to an agent: 64 x 64, RGB, HWC.
+inline constexpr FrameFormat kReleasedFrameFormat;
 
 }  // namespace procgen
 

@@ -72,10 +72,10 @@ absl::Status Gallery::AddLevel(const GameFacts& facts, DistributionMode mode, in
   game->FillScene(&scene);
   const std::string name = absl::StrCat(facts.name, "_", DistributionModeName(mode), "_", level);
   const std::string caption = absl::StrCat("level ", level);
-  std::vector<uint8_t> view(size_t{kAgentViewSidePx} * kAgentViewSidePx * 3);
-  rasteriser_.DrawAgentView(scene, *art, nullptr, absl::MakeSpan(view));
-  if (absl::Status status = Write(ImageOf(view, kAgentViewSidePx), absl::StrCat(name, "_agent"),
-                                  caption, agent_views);
+  std::vector<uint8_t> view(kReleasedFrameFormat.bytes());
+  rasteriser_.DrawAgentView(scene, *art, nullptr, kReleasedFrameFormat, absl::MakeSpan(view));
+  if (absl::Status status = Write(ImageOf(view, kReleasedFrameFormat.side_px),
+                                  absl::StrCat(name, "_agent"), caption, agent_views);
       !status.ok()) {
     return status;
   }
