@@ -2,12 +2,14 @@
 
 #include <algorithm>
 
+#include "envcore/pool/patience.h"
+
 namespace procgen {
 namespace {
 
-// A worker takes about this share of its part at a time: few enough grabs to cost nothing, small
+// A worker takes about this share of a part at a time: few enough grabs to cost nothing, small
 // enough to end together.
-constexpr int32_t kGrabsPerWorker = 8;
+constexpr int32_t kGrabsPerPart = 8;
 
 }  // namespace
 
@@ -28,26 +30,36 @@ Crew::~Crew() {
   }
 }
 
-void Crew::Prepare(CrewJob& job, int32_t item_count) const {
-  job.item_count_ = item_count;
-  job.items_per_grab_ = std::max(1, item_count / (worker_count() * kGrabsPerWorker));
-  job.next_item_.store(0, std::memory_order_relaxed);
+void Crew::Prepare(CrewJob& job, int32_t item_count, int32_t part_count) {
+  if (job.parts_.size() != static_cast<size_t>(part_count)) {
+    job.parts_ = std::vector<CrewJob::Part>(static_cast<size_t>(part_count));
+  }
+  int32_t begin = 0;
+  for (int32_t i = 0; i < part_count; ++i) {
+    CrewJob::Part& part = job.parts_[static_cast<size_t>(i)];
+    part.next_item.store(begin, std::memory_order_relaxed);
+    begin += item_count / part_count + (i < item_count % part_count ? 1 : 0);
+    part.end = begin;
+  }
+  job.items_per_grab_ = std::max(1, item_count / (part_count * kGrabsPerPart));
   job.workers_inside_ = 0;
 }
 
 void Crew::Submit(CrewJob& job, int32_t item_count) {
-  Prepare(job, item_count);
+  Prepare(job, item_count, thread_count());
   absl::MutexLock lock(&mutex_);
   waiting_.push_back(&job);
+  work_waits_.store(true, std::memory_order_relaxed);
 }
 
 void Crew::SubmitAndHelp(CrewJob& job, int32_t item_count) {
-  Prepare(job, item_count);
+  Prepare(job, item_count, worker_count());
   {
     absl::MutexLock lock(&mutex_);
     job.workers_inside_ = 1;
     if (!threads_.empty()) {
       waiting_.push_back(&job);
+      work_waits_.store(true, std::memory_order_relaxed);
     }
   }
   Work(job, thread_count());
@@ -60,6 +72,7 @@ void Crew::WorkLoop(int32_t worker) {
   };
   while (true) {
     CrewJob* job = nullptr;
+    AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
       absl::MutexLock lock(&mutex_, absl::Condition(&has_work));
       if (waiting_.empty()) {
@@ -74,14 +87,18 @@ void Crew::WorkLoop(int32_t worker) {
 }
 
 void Crew::Work(CrewJob& job, int32_t worker) {
-  while (true) {
-    const int32_t first = job.next_item_.fetch_add(job.items_per_grab_, std::memory_order_relaxed);
-    if (first >= job.item_count_) {
-      return;
-    }
-    const int32_t end = std::min(first + job.items_per_grab_, job.item_count_);
-    for (int32_t item = first; item < end; ++item) {
-      job.RunItem(item, worker);
+  for (size_t i = 0; i < job.parts_.size(); ++i) {
+    CrewJob::Part& part = job.parts_[(static_cast<size_t>(worker) + i) % job.parts_.size()];
+    while (true) {
+      const int32_t first =
+          part.next_item.fetch_add(job.items_per_grab_, std::memory_order_relaxed);
+      if (first >= part.end) {
+        break;
+      }
+      const int32_t end = std::min(first + job.items_per_grab_, part.end);
+      for (int32_t item = first; item < end; ++item) {
+        job.RunItem(item, worker);
+      }
     }
   }
 }
@@ -92,6 +109,7 @@ void Crew::Leave(CrewJob& job) {
     const auto place = std::find(waiting_.begin(), waiting_.end(), &job);
     if (place != waiting_.end()) {
       waiting_.erase(place);
+      work_waits_.store(!waiting_.empty(), std::memory_order_relaxed);
     }
     if (--job.workers_inside_ > 0) {
       return;

@@ -31,13 +31,20 @@ class CrewJob {
  private:
   friend class Crew;
 
-  int32_t item_count_ = 0;
+  // Items that lie side by side; one worker begins with them, so that what it did the last time it
+  // finds in its cache.
+  struct alignas(64) Part {
+    std::atomic<int32_t> next_item = 0;
+    int32_t end = 0;
+  };
+
+  std::vector<Part> parts_;
   int32_t items_per_grab_ = 1;
-  std::atomic<int32_t> next_item_ = 0;
   int32_t workers_inside_ = 0;  // guarded by the crew's mutex
 };
 
 // A crew of worker threads that does the work of all pools of a process, first come first served.
+// A job that comes again is divided in the same way again.
 // Threads: any method from any thread.
 class Crew {
  public:
@@ -61,9 +68,10 @@ class Crew {
   void SubmitAndHelp(CrewJob& job, int32_t item_count);
 
  private:
-  void Prepare(CrewJob& job, int32_t item_count) const;
+  // Divides the items into parts, one for each worker that is expected.
+  static void Prepare(CrewJob& job, int32_t item_count, int32_t part_count);
   void WorkLoop(int32_t worker);
-  // Takes items of the job until there are none left.
+  // Takes items of the job until there are none left, of the worker's own part first.
   static void Work(CrewJob& job, int32_t worker);
   // Leaves a job that has no items left to take; tells it when it was the last to leave.
   void Leave(CrewJob& job);
@@ -71,6 +79,8 @@ class Crew {
   absl::Mutex mutex_;
   std::deque<CrewJob*> waiting_
       ABSL_GUARDED_BY(mutex_);  // jobs with items left to take, oldest first
+  // Whether there is something in waiting_, for workers that look before they lock.
+  std::atomic<bool> work_waits_ = false;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "envcore/pool/frame_stack.h"
+#include "envcore/pool/patience.h"
 #include "envcore/pool/pool_input.h"
 #include "envcore/render/rasteriser.h"
 
@@ -250,6 +251,7 @@ absl::Status Pool::Step(const StepInput& input, const Batch& batch) {
   absl::Notification done;
   job_->Set(input, batch, [&done](const absl::Status& /*status*/) { done.Notify(); });
   crew_->SubmitAndHelp(*job_, input.count);
+  AwaitAwake([&done] { return done.HasBeenNotified(); });
   done.WaitForNotification();
   return absl::OkStatus();
 }

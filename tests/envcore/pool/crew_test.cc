@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <functional>
+#include <latch>
 #include <thread>
 #include <vector>
 
@@ -95,6 +96,29 @@ TEST(CrewTest, WithoutThreadsTheCallerDoesAllOfIt) {
   crew.SubmitAndHelp(job, 20);
   EXPECT_TRUE(all_here);
   EXPECT_TRUE(done) << "nobody else is left to finish it";
+}
+
+TEST(CrewTest, EachWorkerBeginsWithTheSameItemsEveryTime) {
+  constexpr int32_t kItemCount = 40;
+  Crew crew(1);
+  CountingJob job(kItemCount);
+  for (int round = 0; round < 3; ++round) {
+    std::latch both_came(2);
+    std::vector<std::vector<int32_t>> items(2);  // by worker
+    job.on_item = [&](int32_t item, int32_t worker) {
+      std::vector<int32_t>& mine = items.at(static_cast<size_t>(worker));
+      mine.push_back(item);
+      if (mine.size() == 1) {
+        both_came.arrive_and_wait();  // so that nobody takes all before the other has come
+      }
+    };
+    absl::Notification done;
+    job.on_done = [&done] { done.Notify(); };
+    crew.SubmitAndHelp(job, kItemCount);
+    done.WaitForNotification();
+    EXPECT_EQ(items[0].front(), 0);
+    EXPECT_EQ(items[1].front(), kItemCount / 2);
+  }
 }
 
 TEST(CrewTest, SubmitLeavesTheWorkToTheThreads) {
