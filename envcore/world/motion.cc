@@ -1,7 +1,10 @@
 #include "envcore/world/motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 
 #include "envcore/world/kinds.h"
 
@@ -22,10 +25,15 @@ struct CellAnswer {
 CellAnswer AskCells(const World& world, Rules& rules, const Entity& entity, float x, float y,
                     Axis axis) {
   CellAnswer answer;
+  std::optional<int> asked;  // mostly all four corners are over cells of one kind
   for (const float side_x : {-1.0F, 1.0F}) {
     for (const float side_y : {-1.0F, 1.0F}) {
       const int kind = world.CellAtPoint(x + (entity.rx * kCornerShare) * side_x,
                                          y + (entity.ry * kCornerShare) * side_y);
+      if (asked == kind) {
+        continue;
+      }
+      asked = kind;
       answer.blocked = answer.blocked || rules.Blocks(entity, kind, axis);
       answer.reflected = answer.reflected || rules.Reflects(entity, kind);
     }
@@ -61,10 +69,74 @@ float ThrowBack(float center, float radius, float other_center, float other_radi
   return toward_upper ? -2 * (reach - distance) : 2 * (reach + distance);
 }
 
+// The entities that one can meet in a short move. A move is cut into many pieces; few of a world's
+// entities are near, and only they need be looked at in every piece.
+class Neighbours {
+ public:
+  Neighbours(const World& world, const Entity& entity) : world_(world), entity_(entity) {
+    reach_x_ = std::fabs(entity.vx) + kSpare;
+    reach_y_ = std::fabs(entity.vy) + kSpare;
+    Find();
+  }
+
+  // The last of the world's entities before number `end`, but for the entity itself, that may
+  // overlap with it where it is now. Moves `end` to its number; null: there is none.
+  const Entity* LastBefore(size_t* end) {
+    if (std::fabs(entity_.x - center_x_) > reach_x_ ||
+        std::fabs(entity_.y - center_y_) > reach_y_) {
+      Find();
+    }
+    if (are_too_many_) {
+      return *end == 0 ? nullptr : &world_.entities[--*end];
+    }
+    for (size_t i = 0; i < count_; ++i) {
+      if (numbers_[i] < *end) {
+        *end = numbers_[i];
+        return &world_.entities[*end];
+      }
+    }
+    return nullptr;
+  }
+
+ private:
+  static constexpr size_t kCountMax = 16;
+  static constexpr float kSpare = 0.25F;  // more than a push mostly takes, and all rounding
+
+  void Find() {
+    center_x_ = entity_.x;
+    center_y_ = entity_.y;
+    count_ = 0;
+    are_too_many_ = false;
+    for (size_t i = world_.entities.size(); i-- > 0;) {
+      const Entity& other = world_.entities[i];
+      if (std::fabs(other.x - center_x_) > other.rx + entity_.rx + reach_x_ + kSpare ||
+          std::fabs(other.y - center_y_) > other.ry + entity_.ry + reach_y_ + kSpare ||
+          &other == &entity_) {
+        continue;
+      }
+      if (count_ == kCountMax) {
+        are_too_many_ = true;
+        return;
+      }
+      numbers_[count_++] = i;
+    }
+  }
+
+  const World& world_;
+  const Entity& entity_;
+  float reach_x_ = 0;  // how far from the centre what was found holds
+  float reach_y_ = 0;
+  float center_x_ = 0;
+  float center_y_ = 0;
+  bool are_too_many_ = false;  // to list: all may be near
+  size_t count_ = 0;
+  std::array<size_t, kCountMax> numbers_;  // in the world, highest first
+};
+
 class Mover {
  public:
   Mover(World& world, Rules& rules, Entity& entity)
-      : world_(world), rules_(rules), entity_(entity) {}
+      : world_(world), rules_(rules), entity_(entity), neighbours_(world, entity) {}
 
   // Moves by (dx, dy), one of which is 0. Returns whether something blocked.
   bool MoveElementary(float dx, float dy, int depth) {
@@ -73,8 +145,9 @@ class Mover {
     }
     const Axis axis = dx != 0 ? Axis::kHorizontal : Axis::kVertical;
     bool blocked = MoveThroughCells(dx, dy, axis);
-    for (size_t i = world_.entities.size(); i-- > 0;) {
-      const Entity& other = world_.entities[i];
+    size_t number = world_.entities.size();
+    while (const Entity* near = neighbours_.LastBefore(&number)) {
+      const Entity& other = *near;
       if (&other == &entity_ || other.marked || !Overlap(entity_, other, kOverlapMargin)) {
         continue;
       }
@@ -145,6 +218,7 @@ class Mover {
   World& world_;
   Rules& rules_;
   Entity& entity_;
+  Neighbours neighbours_;
 };
 
 bool MovesHorizontallyFirst(const World& world, const Entity& entity) {
@@ -181,6 +255,7 @@ void MoveSmart(World& world, Rules& rules, Entity& entity) {
   for (int i = 0; i < sub_steps; ++i) {
     bool blocked_x = false;
     bool blocked_y = false;
+    const std::array<float, 4> before = {entity.x, entity.y, entity.vx, entity.vy};
     if (horizontal_first) {
       blocked_x = mover.MoveElementary(entity.vx * share, 0, 0);
       blocked_y = mover.MoveElementary(0, entity.vy * share, 0);
@@ -191,6 +266,13 @@ void MoveSmart(World& world, Rules& rules, Entity& entity) {
     free_x += blocked_x ? 0 : 1;
     free_y += blocked_y ? 0 : 1;
     if (blocked_x && blocked_y) {
+      break;
+    }
+    if (!blocked_x && !blocked_y &&
+        before == std::array<float, 4>{entity.x, entity.y, entity.vx, entity.vy}) {
+      const int rest = sub_steps - i - 1;  // goes the same way: nowhere, and freely
+      free_x += rest;
+      free_y += rest;
       break;
     }
   }

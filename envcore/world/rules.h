@@ -9,7 +9,9 @@ namespace procgen {
 enum class Axis { kHorizontal, kVertical };
 
 // What a game says when things in its world move and meet. The order in which the engine asks is
-// part of the behaviour, for an answer may have side effects.
+// part of the behaviour, for an answer may have side effects. What a game answers to Blocks,
+// Reflects and EntityBlocks follows from what it is asked about, so asking again changes nothing
+// more.
 class Rules {
  public:
   virtual ~Rules() = default;
