@@ -2,8 +2,12 @@
 #define SERVER_RPC_CONVERT_POOL_H_
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "envcore/pool/pool.h"
+#include "google/protobuf/duration.pb.h"
 #include "procgen/v1/pools.pb.h"
+#include "server/session/limits.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -12,6 +16,14 @@ namespace procgen {
 // Errors: INVALID_ARGUMENT a value that its field does not offer; UNIMPLEMENTED one that this
 // server does not offer yet (the message says what is offered).
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
+
+// How long a pool is to live without a stream; `field` is what to call it. Errors: INVALID_ARGUMENT
+// no duration, or a too short one; RESOURCE_EXHAUSTED longer than the limit.
+absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
+                                               const google::protobuf::Duration& message,
+                                               const Limits& limits);
+
+google::protobuf::Duration DurationMessageOf(absl::Duration duration);
 
 // The pool as a resource, its spec with every default filled in.
 v1::Pool PoolMessageOf(const PoolSession& session);

@@ -100,6 +100,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   request->resets.clear();
   request->request = Request();
   request->request.sequence_number = message.sequence_number();
+  request->request.acknowledged = message.acknowledged_sequence_number();
   request->with_final_observations = false;
   switch (message.request_case()) {
     case v1::StepPoolRequest::kStep:

@@ -23,11 +23,30 @@ namespace {
 // How often a stopping server looks whether its streams have ended.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
 
+// How often a client may ask whether the server is there.
+constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
+
 std::string BoundAddress(const std::string& address, int port) {
   if (absl::StartsWith(address, "unix:")) {
     return address;
   }
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
+}
+
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(absl::ToInt64Milliseconds(duration));
+}
+
+void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                              Milliseconds(options.keepalive_timeout));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // As many as need be: a learner that thinks for long sends nothing else.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  // Clients may ask as well; by default gRPC ends the connection of one that does so often.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                              Milliseconds(kPingIntervalMin));
 }
 
 class GrpcServer final : public Server {
@@ -50,6 +69,7 @@ class GrpcServer final : public Server {
     builder.AddListeningPort(options.address, grpc::InsecureServerCredentials(), &port);
     // Two servers on one port would each get some of the connections.
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+    SetKeepalive(options, &builder);
     builder.SetMaxReceiveMessageSize(static_cast<int>(options.limits.request_bytes_max));
     builder.SetMaxSendMessageSize(-1);
     for (grpc::Service* service :

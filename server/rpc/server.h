@@ -18,6 +18,10 @@ struct ServerOptions {
   int32_t worker_count = 1;  // threads that step environments, >= 1
   Limits limits;
   std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
+  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
+  // ended if there is none within `keepalive_timeout`.
+  absl::Duration keepalive_time = absl::Seconds(30);
+  absl::Duration keepalive_timeout = absl::Seconds(10);
 };
 
 // The whole server in one object: services on a port, pools behind them.

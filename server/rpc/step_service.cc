@@ -5,8 +5,8 @@
 namespace procgen {
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepServiceImpl::StepPool(
-    grpc::CallbackServerContext* /*context*/) {
-  return StepPoolReactor::Start(sessions_);
+    grpc::CallbackServerContext* context) {
+  return StepPoolReactor::Start(sessions_, context);
 }
 
 }  // namespace procgen

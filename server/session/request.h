@@ -19,6 +19,7 @@ struct Request {
   };
 
   int64_t sequence_number = 0;
+  int64_t acknowledged = 0;  // answers up to this number have arrived; 0: says nothing
   Kind kind = Kind::kObserve;
   int32_t first = 0;                        // the slice: environments [first, first + count)
   int32_t count = 0;                        // 0: all from `first` on

@@ -7,7 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "absl/time/clock.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -72,12 +72,31 @@ absl::Status CheckObservationBytes(int64_t bytes, int64_t bytes_of_others, const
 
 }  // namespace
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art)
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits) {
+  if (lease_duration < kLeaseDurationMin) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is ", absl::FormatDuration(lease_duration), ", allowed: ",
+                     absl::FormatDuration(kLeaseDurationMin), " to ",
+                     absl::FormatDuration(limits.lease_duration_max)));
+  }
+  if (lease_duration > limits.lease_duration_max) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        field, " is ", absl::FormatDuration(lease_duration), ", limit lease_duration_max is ",
+        absl::FormatDuration(limits.lease_duration_max)));
+  }
+  return absl::OkStatus();
+}
+
+Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                   Clock clock)
     : limits_(limits),
       worker_count_(worker_count),
       art_(std::move(art)),
+      kept_answer_bytes_(limits.kept_answer_bytes_max),
       crew_(std::make_shared<Crew>(worker_count)),
-      side_crew_(kSideThreadCount) {}
+      side_crew_(kSideThreadCount),
+      lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
   std::vector<std::shared_ptr<PoolSession>> pools;
@@ -92,7 +111,8 @@ Sessions::~Sessions() {
   absl::MutexLock lock(&mutex_, absl::Condition(&all_freed));
 }
 
-void Sessions::Create(absl::string_view id, const PoolOptions& options, CreateDone done) {
+void Sessions::Create(absl::string_view id, const PoolOptions& options,
+                      absl::Duration lease_duration, CreateDone done) {
   absl::StatusOr<std::string> name = Reserve(id, options);
   if (!name.ok()) {
     done(name.status());
@@ -101,8 +121,9 @@ void Sessions::Create(absl::string_view id, const PoolOptions& options, CreateDo
   PoolOptions drawn = options;
   drawn.art = art_;
   side_crew_.Run(
-      [this, name = *std::move(name), drawn = std::move(drawn), done = std::move(done)]() mutable {
-        Finish(name, Pool::Create(drawn, crew_), std::move(done));
+      [this, name = *std::move(name), drawn = std::move(drawn), lease_duration,
+       done = std::move(done)]() mutable {
+        Finish(name, Pool::Create(drawn, crew_), lease_duration, std::move(done));
       });
 }
 
@@ -143,14 +164,11 @@ absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOp
 }
 
 void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool,
-                      CreateDone done) {
+                      absl::Duration lease_duration, CreateDone done) {
   if (!pool.ok()) {
     {
       absl::MutexLock lock(&mutex_);
-      const auto entry = entries_.find(name);
-      environment_count_ -= entry->second.env_count;
-      observation_bytes_ -= entry->second.observation_bytes;
-      entries_.erase(entry);
+      EraseLocked(name);
     }
     done(pool.status());
     return;
@@ -158,7 +176,8 @@ void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Po
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(name, *std::move(pool), absl::Now(), &side_crew_, &step_count_),
+      new PoolSession(name, *std::move(pool), lease_duration,
+                      {&side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_}),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;
@@ -225,13 +244,40 @@ absl::Status Sessions::Delete(absl::string_view name) {
       return found.status();
     }
     pool = *std::move(found);
-    const auto entry = entries_.find(name);
-    environment_count_ -= entry->second.env_count;
-    observation_bytes_ -= entry->second.observation_bytes;
-    entries_.erase(entry);
+    EraseLocked(name);
   }
   pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
   return absl::OkStatus();
+}
+
+void Sessions::EraseLocked(absl::string_view name) {
+  const auto entry = entries_.find(name);
+  environment_count_ -= entry->second.env_count;
+  observation_bytes_ -= entry->second.observation_bytes;
+  entries_.erase(entry);
+}
+
+absl::Time Sessions::FreeExpired(absl::Time now) {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  {
+    absl::MutexLock lock(&mutex_);
+    pools = All();
+  }
+  absl::Time next = absl::InfiniteFuture();
+  for (const std::shared_ptr<PoolSession>& pool : pools) {
+    if (!pool->CloseIfExpired(now)) {
+      next = std::min(next, pool->expire_time());
+      continue;
+    }
+    absl::MutexLock lock(&mutex_);
+    // It may have been deleted in the meantime, and its name have gone to another.
+    const auto entry = entries_.find(pool->name());
+    if (entry != entries_.end() && entry->second.pool == pool) {
+      EraseLocked(pool->name());
+      LogEvent(LogLevel::kInfo, "lease_ran_out", {{"pool", pool->name()}});
+    }
+  }
+  return next;
 }
 
 absl::Status Sessions::Draining() {
@@ -251,7 +297,7 @@ void Sessions::Drain() {
     pools = All();
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
-    pool->End(Draining());
+    pool->End(StreamEnd::kDrain, Draining());
   }
 }
 

@@ -15,11 +15,18 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
+#include "server/session/byte_budget.h"
+#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/pool_session.h"
 #include "server/session/side_crew.h"
 
 namespace procgen {
+
+// Checks how long a pool is to live without a stream. `field` is what to call it. Errors:
+// INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits);
 
 // How busy a server is.
 struct Load {
@@ -39,8 +46,9 @@ class Sessions {
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  // Leases run by `clock`.
   Sessions(const Limits& limits, int32_t worker_count,
-           std::shared_ptr<const SharedArt> art = nullptr);
+           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
@@ -50,10 +58,12 @@ class Sessions {
   // What pools draw with; null: the built-in art.
   const SharedArt* art() const { return art_.get(); }
 
-  // Makes the pool `pools/ID` (an empty id: a number is chosen) and calls `done` once, on another
-  // thread or, with an error, on this one. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
+  // Makes the pool `pools/ID` (an empty id: a number is chosen), which lives for `lease_duration`
+  // while it has no stream (infinite: until it is deleted), and calls `done` once, on another
+  // thread or, with an error, on this one. REQUIRES: CheckLeaseDuration. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
   // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
-  void Create(absl::string_view id, const PoolOptions& options, CreateDone done);
+  void Create(absl::string_view id, const PoolOptions& options, absl::Duration lease_duration,
+              CreateDone done);
 
   // Finds a pool by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view name) const;
@@ -71,6 +81,10 @@ class Sessions {
 
   // Ends a pool. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view name);
+
+  // Frees all pools whose leases have run out by `now`, and returns when the next one does; the
+  // alarm calls it in time.
+  absl::Time FreeExpired(absl::Time now);
 
   // Lets no pool be made and no stream attach any more, and ends all streams with UNAVAILABLE once
   // the requests that they are carrying out are answered.
@@ -90,7 +104,9 @@ class Sessions {
   };
 
   absl::StatusOr<std::string> Reserve(absl::string_view id, const PoolOptions& options);
-  void Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool, CreateDone done);
+  void Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool,
+              absl::Duration lease_duration, CreateDone done);
+  void EraseLocked(absl::string_view name) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view name) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -99,6 +115,7 @@ class Sessions {
   const int32_t worker_count_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
+  ByteBudget kept_answer_bytes_;
 
   mutable absl::Mutex mutex_;
   std::map<std::string, Entry, std::less<>> entries_ ABSL_GUARDED_BY(mutex_);  // by name
@@ -111,6 +128,7 @@ class Sessions {
   // Last, so that their threads end before what they use.
   const std::shared_ptr<Crew> crew_;
   SideCrew side_crew_;
+  LeaseAlarm lease_alarm_;
 };
 
 }  // namespace procgen

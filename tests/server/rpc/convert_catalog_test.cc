@@ -57,9 +57,9 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.render());
   EXPECT_TRUE(features.fingerprints());
   EXPECT_FALSE(features.watch());
-  EXPECT_FALSE(features.leases());
+  EXPECT_TRUE(features.leases());
   EXPECT_FALSE(features.level_sampler());
-  EXPECT_FALSE(features.resume());
+  EXPECT_TRUE(features.resume());
 }
 
 TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
