@@ -32,8 +32,8 @@ absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const
         "the first request of a stream has no attach; name the pool there");
   }
   if (request.sequence_number() != 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "sequence_number is ", request.sequence_number(), " with attach, allowed: 0"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("sequence_number is ", request.sequence_number(), " with attach, allowed: 0"));
   }
   const v1::Attach& attach = request.attach();
   const absl::StatusOr<int32_t> in_flight =

@@ -321,9 +321,9 @@ absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
   if (message.nanos() < -kNanosMax || message.nanos() > kNanosMax ||
       (message.seconds() > 0 && message.nanos() < 0) ||
       (message.seconds() < 0 && message.nanos() > 0)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        field, " has ", message.seconds(), " seconds and ", message.nanos(),
-        " nanos, allowed: nanos of the same sign as seconds and at most ", kNanosMax));
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " has ", message.seconds(), " seconds and ", message.nanos(),
+                     " nanos, allowed: nanos of the same sign as seconds and at most ", kNanosMax));
   }
   const absl::Duration lease_duration =
       absl::Seconds(message.seconds()) + absl::Nanoseconds(message.nanos());
@@ -345,8 +345,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_attached(session.attached());
   FillTimestamp(session.create_time(), message.mutable_create_time());
   if (session.lease_duration() != absl::InfiniteDuration()) {
-    *message.mutable_spec()->mutable_lease_duration() =
-        DurationMessageOf(session.lease_duration());
+    *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());
   }
   if (const absl::Time expires = session.expire_time(); expires != absl::InfiniteFuture()) {
     FillTimestamp(expires, message.mutable_expire_time());

@@ -160,9 +160,8 @@ absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
   if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
     return status;
   }
-  const absl::StatusOr<int32_t> rows_max =
-      ResponseRowsMax("attach.response_bytes_max", *request, pool_->observation_bytes(),
-                      terms_.response_bytes_max);
+  const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
+      "attach.response_bytes_max", *request, pool_->observation_bytes(), terms_.response_bytes_max);
   request->rows_max = rows_max.value_or(0);
   return rows_max.status();
 }

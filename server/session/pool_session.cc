@@ -104,11 +104,11 @@ absl::Status PoolSession::CheckAttach(const AttachOptions& options) {
   const int64_t bytes = options.requests_in_flight_max * AnswerBytesMax();
   ByteBudget* budget = surroundings_.kept_answer_bytes;
   if (bytes > reserved_bytes_ && !budget->Change(reserved_bytes_, bytes)) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "attach.resumable keeps ", options.requests_in_flight_max, " answers of up to ",
-        AnswerBytesMax(), " bytes, and other pools have ",
-        budget->reserved_bytes() - reserved_bytes_, ", limit kept_answer_bytes_max is ",
-        budget->bytes_max()));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("attach.resumable keeps ", options.requests_in_flight_max,
+                     " answers of up to ", AnswerBytesMax(), " bytes, and other pools have ",
+                     budget->reserved_bytes() - reserved_bytes_,
+                     ", limit kept_answer_bytes_max is ", budget->bytes_max()));
   }
   reserved_bytes_ = std::max(reserved_bytes_, bytes);
   return absl::OkStatus();
@@ -255,13 +255,13 @@ absl::StatusOr<std::optional<Answer>> PoolSession::Accept(Request* request) {
   const int64_t expected = next_sequence_number_;
   const int64_t number = request->sequence_number;
   if (number < 1 || number > expected) {
-    return absl::InvalidArgumentError(absl::StrCat("sequence_number is ", number, ", allowed: ",
-                                                   expected, ", the next of pool ", name_));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "sequence_number is ", number, ", allowed: ", expected, ", the next of pool ", name_));
   }
   if (request->acknowledged < 0 || request->acknowledged >= number) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("acknowledged_sequence_number is ", request->acknowledged, " with request ",
-                     number, ", allowed: 0 to ", number - 1));
+    return absl::InvalidArgumentError(absl::StrCat("acknowledged_sequence_number is ",
+                                                   request->acknowledged, " with request ", number,
+                                                   ", allowed: 0 to ", number - 1));
   }
   if (number < expected) {
     return Recall(*request);
@@ -339,24 +339,26 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  surroundings_.side_crew->Run([this, environments, take = std::move(take), done = std::move(done)]() mutable {
-    absl::Status status;
-    for (const int32_t environment : environments) {
-      absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
-      status = snapshots.status();
-      if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
-        break;
-      }
-    }
-    done(std::move(status));
-  });
+  surroundings_.side_crew->Run(
+      [this, environments, take = std::move(take), done = std::move(done)]() mutable {
+        absl::Status status;
+        for (const int32_t environment : environments) {
+          absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
+          status = snapshots.status();
+          if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
+            break;
+          }
+        }
+        done(std::move(status));
+      });
 }
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
-  surroundings_.side_crew->Run([this, states = std::move(states), done = std::move(done)]() mutable {
-    done(pool_->RestoreStates(states));
-  });
+  surroundings_.side_crew->Run(
+      [this, states = std::move(states), done = std::move(done)]() mutable {
+        done(pool_->RestoreStates(states));
+      });
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {

@@ -76,8 +76,8 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
                                 const Limits& limits) {
   if (lease_duration < kLeaseDurationMin) {
     return absl::InvalidArgumentError(
-        absl::StrCat(field, " is ", absl::FormatDuration(lease_duration), ", allowed: ",
-                     absl::FormatDuration(kLeaseDurationMin), " to ",
+        absl::StrCat(field, " is ", absl::FormatDuration(lease_duration),
+                     ", allowed: ", absl::FormatDuration(kLeaseDurationMin), " to ",
                      absl::FormatDuration(limits.lease_duration_max)));
   }
   if (lease_duration > limits.lease_duration_max) {
@@ -120,11 +120,10 @@ void Sessions::Create(absl::string_view id, const PoolOptions& options,
   }
   PoolOptions drawn = options;
   drawn.art = art_;
-  side_crew_.Run(
-      [this, name = *std::move(name), drawn = std::move(drawn), lease_duration,
-       done = std::move(done)]() mutable {
-        Finish(name, Pool::Create(drawn, crew_), lease_duration, std::move(done));
-      });
+  side_crew_.Run([this, name = *std::move(name), drawn = std::move(drawn), lease_duration,
+                  done = std::move(done)]() mutable {
+    Finish(name, Pool::Create(drawn, crew_), lease_duration, std::move(done));
+  });
 }
 
 absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOptions& options) {

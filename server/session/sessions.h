@@ -60,8 +60,9 @@ class Sessions {
 
   // Makes the pool `pools/ID` (an empty id: a number is chosen), which lives for `lease_duration`
   // while it has no stream (infinite: until it is deleted), and calls `done` once, on another
-  // thread or, with an error, on this one. REQUIRES: CheckLeaseDuration. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
-  // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
+  // thread or, with an error, on this one. REQUIRES: CheckLeaseDuration. Errors: INVALID_ARGUMENT a
+  // malformed id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
+  // Pool::Create.
   void Create(absl::string_view id, const PoolOptions& options, absl::Duration lease_duration,
               CreateDone done);
 

@@ -149,9 +149,8 @@ TEST_F(PoolsTest, PoolWithoutALeaseDoesNotExpireUntilItGetsOne) {
 TEST_F(PoolsTest, LeaseOutOfRangeIsRefused) {
   v1::PoolSpec spec = MazeSpec(1);
   spec.mutable_lease_duration();
-  EXPECT_THAT(client_->CreatePool(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "spec.lease_duration is 0, allowed: 1s to 24h"));
+  EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                  "spec.lease_duration is 0, allowed: 1s to 24h"));
   EXPECT_THAT(client_->RenewPool(CreatePool(MazeSpec(1)), absl::Hours(25)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "lease_duration is 25h, limit lease_duration_max is 24h"));

@@ -143,7 +143,7 @@ TEST_F(StreamErrorsTest, SecondStreamOnAPool) {
   EXPECT_THAT(client_->Attach(name), StatusIs(absl::StatusCode::kFailedPrecondition,
                                               "another stream is attached to pool " + name +
                                                   ", allowed: one at a time; end that one, or "
-                                              "attach with take_over"));
+                                                  "attach with take_over"));
   procgen_client::Batch batch;
   EXPECT_THAT((*first)->Step({4}, &batch), IsOk());
 }

@@ -26,9 +26,9 @@ struct StreamOptions {
   // joins. More than 4 MiB: the client must have been connected with as much. A pool whose
   // observations are larger than that answers RESOURCE_EXHAUSTED and how much it needs.
   int64_t response_bytes_max = 0;
-  // How long a stream whose connection broke tries to go on, each time. The server keeps its answers
-  // meanwhile, so that no step is lost or taken twice. 0: a broken connection ends the stream, and
-  // the server keeps nothing.
+  // How long a stream whose connection broke tries to go on, each time. The server keeps its
+  // answers meanwhile, so that no step is lost or taken twice. 0: a broken connection ends the
+  // stream, and the server keeps nothing.
   absl::Duration reconnect_timeout = absl::Minutes(1);
   // Another stream that has the pool ends.
   bool take_over = false;

@@ -46,6 +46,7 @@ class Client:
 
     Attributes:
         address: What it is connected to.
+        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class Client:
         *,
         timeout: float = 10.0,
         call_timeout: float = 60.0,
+        reconnect_timeout: float = 60.0,
         credentials: grpc.ChannelCredentials | None = None,
         channel_options: Sequence[tuple[str, Any]] = (),
     ) -> None:
@@ -65,6 +67,9 @@ class Client:
             timeout: How long to wait for the server, in seconds; one that is just starting is
                 waited for.
             call_timeout: How long each call besides stepping may take, in seconds.
+            reconnect_timeout: How long a pool's stream whose connection broke tries to go on, each
+                time, in seconds; the server keeps its answers meanwhile. 0: a broken connection
+                ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS. None: plain text.
             channel_options: More of gRPC's channel arguments.
 
@@ -73,6 +78,7 @@ class Client:
             UnimplementedError: What answers there is no Procgen Server.
         """
         self.address = address
+        self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         self._closed = False
         arguments = [*_channel_arguments(address), *channel_options]
@@ -144,6 +150,7 @@ class Client:
         grayscale_obs: bool = False,
         layout: str = "hwc",
         frame_stack: int = 1,
+        lease_duration: float | None = None,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -169,6 +176,8 @@ class Client:
             frame_stack: Number of pictures of successive steps in one observation, oldest first, in
                 [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
                 stands in all places. Pool.observation_shape tells the shape.
+            lease_duration: How long the pool lives while nobody steps it, in seconds; then the
+                server frees it. None: until it is deleted.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -192,6 +201,7 @@ class Client:
                 layout=layout,
                 frame_stack=frame_stack,
             ),
+            lease_duration=lease_duration,
         )
         return self.create_pool_from_spec(
             spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
@@ -249,6 +259,9 @@ class Client:
             NotFoundError: There is no such pool.
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+
+    def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
+        return self._unary(self._pool_stub.RenewPool, request)
 
     def _save_states(self, request: states_pb2.SaveStatesRequest) -> states_pb2.SaveStatesResponse:
         return self._unary(self._state_stub.SaveStates, request)
@@ -313,6 +326,10 @@ def _channel_arguments(address: str) -> list[tuple[str, Any]]:
         ("grpc.max_send_message_length", -1),
         # A connection of its own for each client, so that several in one process do not share one.
         ("grpc.use_local_subchannel_pool", 1),
+        # A connection that is silent is asked for a sign of life, so that a dead one is found.
+        ("grpc.keepalive_time_ms", 20000),
+        ("grpc.keepalive_timeout_ms", 10000),
+        ("grpc.http2.max_pings_without_data", 0),
         # A server that is just starting is found soon.
         ("grpc.initial_reconnect_backoff_ms", 100),
         ("grpc.min_reconnect_backoff_ms", 100),

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import timedelta
 from typing import Any, TypedDict
+
+from google.protobuf.duration_pb2 import Duration
 
 from procgen_client._proto import pools_pb2
 from procgen_client._requests import in_range, message_of
@@ -122,6 +125,7 @@ def pool_spec(
     first_environment: int = 0,
     total_environments: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
+    lease_duration: float | None = None,
 ) -> pools_pb2.PoolSpec:
     """Gives the spec of a pool as a message.
 
@@ -134,6 +138,8 @@ def pool_spec(
             whole.
         total_environments: For the same: number of environments of the whole.
         observation_format: From observation_format. None: as released.
+        lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
+            deleted.
 
     Raises:
         InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
@@ -149,9 +155,20 @@ def pool_spec(
             first_environment=first_environment,
             total_environments=total_environments,
             observation_format=observation_format,
+            lease_duration=None if lease_duration is None else duration(lease_duration),
         )
     except (TypeError, ValueError) as error:
         raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error
+
+
+def duration(seconds: float) -> Duration:
+    """Gives seconds as a message."""
+    message = Duration()
+    try:
+        message.FromTimedelta(timedelta(seconds=seconds))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidArgumentError(f"a duration of {seconds} seconds is none: {error}") from error
+    return message
 
 
 def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401

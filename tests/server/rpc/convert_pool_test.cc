@@ -170,9 +170,8 @@ TEST(ConvertPoolTest, LeaseIsADuration) {
 
 TEST(ConvertPoolTest, WhatIsNoDurationIsNoLease) {
   google::protobuf::Duration message;
-  EXPECT_THAT(
-      LeaseDurationOf("lease", message, Limits()),
-      StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));
+  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));
   message.set_seconds(INT64_MAX);
   EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("lease_duration_max")));

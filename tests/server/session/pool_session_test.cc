@@ -32,8 +32,9 @@ class PoolSessionTest : public testing::Test {
   }
 
   // Attaches, where nobody has to be waited for.
-  static absl::Status Attach(PoolSession* session, const AttachOptions& options = {},
-                             PoolSession::EndStream end_stream = [](StreamEnd, absl::Status) {}) {
+  static absl::Status Attach(
+      PoolSession* session, const AttachOptions& options = {},
+      PoolSession::EndStream end_stream = [](StreamEnd, absl::Status) {}) {
     absl::Status result = absl::UnknownError("it waits");
     session->Attach(options, std::move(end_stream),
                     [&](absl::Status status) { result = std::move(status); });

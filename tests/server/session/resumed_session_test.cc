@@ -44,8 +44,7 @@ class ResumedSessionTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
-    absl::StatusOr<std::unique_ptr<Pool>> pool =
-        Pool::Create(options, std::make_shared<Crew>(0));
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("pools/7", *std::move(pool), lease, surroundings_.Get());
   }
@@ -114,9 +113,8 @@ TEST_F(ResumedSessionTest, WhatIsAcknowledgedIsForgotten) {
 TEST_F(ResumedSessionTest, OnlyEarlierRequestsCanBeAcknowledged) {
   Attach(kResumable);
   for (const int64_t acknowledged : {int64_t{-1}, int64_t{1}, INT64_MAX}) {
-    EXPECT_THAT(Ask(1, acknowledged),
-                StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr("with request 1, allowed: 0 to 0")));
+    EXPECT_THAT(Ask(1, acknowledged), StatusIs(absl::StatusCode::kInvalidArgument,
+                                               HasSubstr("with request 1, allowed: 0 to 0")));
   }
   EXPECT_EQ(session_->next_sequence_number(), 1);
 }
@@ -184,9 +182,7 @@ TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
   EXPECT_FALSE(second.ended.has_value());
 }
 
-TEST_F(ResumedSessionTest, TakingOverNobodyIsAttaching) {
-  Attach({.take_over = true});
-}
+TEST_F(ResumedSessionTest, TakingOverNobodyIsAttaching) { Attach({.take_over = true}); }
 
 TEST_F(ResumedSessionTest, WhoWaitsToTakeOverIsToldThatThePoolIsClosed) {
   Stream first;
@@ -194,8 +190,7 @@ TEST_F(ResumedSessionTest, WhoWaitsToTakeOverIsToldThatThePoolIsClosed) {
   first.Attach(session_.get(), {});
   second.Attach(session_.get(), {.take_over = true});
   session_->Close(absl::AbortedError("deleted"));
-  EXPECT_THAT(second.attached,
-              testing::Optional(StatusIs(absl::StatusCode::kAborted, "deleted")));
+  EXPECT_THAT(second.attached, testing::Optional(StatusIs(absl::StatusCode::kAborted, "deleted")));
   session_->Detach();
   EXPECT_FALSE(session_->attached());
 }

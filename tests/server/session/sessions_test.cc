@@ -206,9 +206,8 @@ TEST_F(SessionsTest, LeasesAreWithinTheLimits) {
   Limits limits;
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(1), limits), IsOk());
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Hours(24), limits), IsOk());
-  EXPECT_THAT(
-      CheckLeaseDuration("lease", absl::Milliseconds(999), limits),
-      StatusIs(absl::StatusCode::kInvalidArgument, "lease is 999ms, allowed: 1s to 24h"));
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Milliseconds(999), limits),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 999ms, allowed: 1s to 24h"));
   limits.lease_duration_max = absl::Minutes(1);
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(61), limits),
               StatusIs(absl::StatusCode::kResourceExhausted,
