@@ -15,10 +15,11 @@
 namespace procgen {
 namespace {
 
-// gRPC's way to tell a client that it must not try the same call again: this server will not
-// serve it. Its other UNAVAILABLEs are broken connections.
-constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
-constexpr char kNeverAgain[] = "-1";
+// Tells a client that this server will not serve it, so that it does not try the same again. Other
+// UNAVAILABLEs are broken connections. (gRPC keeps its own key for that, grpc-retry-pushback-ms, to
+// itself: clients' code does not see it.)
+constexpr char kDrainsKey[] = "procgen-drains";
+constexpr char kDrainsValue[] = "1";
 
 }  // namespace
 
@@ -441,7 +442,7 @@ void StepPoolReactor::FinishStream() {
               {"message", std::string(status.message())}});
   }
   if (absl::IsUnavailable(status)) {
-    context_->AddTrailingMetadata(kPushbackKey, kNeverAgain);
+    context_->AddTrailingMetadata(kDrainsKey, kDrainsValue);
   }
   Finish(ToGrpcStatus(status));
 }

@@ -59,10 +59,9 @@ class Sessions {
   const SharedArt* art() const { return art_.get(); }
 
   // Makes the pool `pools/ID` (an empty id: a number is chosen), which lives for `lease_duration`
-  // while it has no stream (infinite: until it is deleted), and calls `done` once, on another
-  // thread or, with an error, on this one. REQUIRES: CheckLeaseDuration. Errors: INVALID_ARGUMENT a
-  // malformed id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
-  // Pool::Create.
+  // without a stream, and calls `done` once, on another thread or, with an error, on this one.
+  // REQUIRES: CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed id; RESOURCE_
+  // EXHAUSTED a limit; ALREADY_EXISTS; UNAVAILABLE while draining; those of Pool::Create.
   void Create(absl::string_view id, const PoolOptions& options, absl::Duration lease_duration,
               CreateDone done);
 

@@ -10,7 +10,7 @@ bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& c
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
       // A server that drains says so, and that it is not to be asked again.
-      return context.GetServerTrailingMetadata().count("grpc-retry-pushback-ms") == 0;
+      return context.GetServerTrailingMetadata().count("procgen-drains") == 0;
     case grpc::StatusCode::UNKNOWN:  // "Stream removed": gRPC's word where a socket was reset
       return true;
     default:

@@ -27,7 +27,7 @@ from procgen_client.errors import (
 _BACKOFF_MIN = 0.02
 _BACKOFF_MAX = 2.0
 # A server that drains says so, and that it is not to be asked again.
-_NEVER_AGAIN_KEY = "grpc-retry-pushback-ms"
+_DRAINS_KEY = "procgen-drains"
 
 
 class _BrokenConnectionError(Exception):
@@ -226,6 +226,6 @@ class Stream:
 
 def _is_broken_connection(error: grpc.RpcError) -> bool:
     if error.code() == grpc.StatusCode.UNAVAILABLE:
-        return all(key != _NEVER_AGAIN_KEY for key, _ in error.trailing_metadata() or ())
+        return all(key != _DRAINS_KEY for key, _ in error.trailing_metadata() or ())
     # "Stream removed": gRPC's word where a socket was reset.
     return error.code() == grpc.StatusCode.UNKNOWN
