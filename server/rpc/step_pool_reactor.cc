@@ -254,9 +254,13 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
     request = running_;
     unwanted = cancelled_;
   }
-  absl::StatusOr<std::optional<Answer>> accepted = turn;
-  if (turn.ok()) {
-    accepted = unwanted ? absl::CancelledError() : pool_->Accept(&request->request);
+  absl::StatusOr<std::optional<Answer>> accepted = absl::CancelledError();
+  if (!turn.ok()) {
+    accepted = turn;
+  } else {
+    if (!unwanted) {
+      accepted = pool_->Accept(&request->request);
+    }
     if (!accepted.ok() || accepted->has_value()) {
       pool_->EndTurn();
     }

@@ -183,10 +183,10 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     return absl::FailedPreconditionError(
         absl::StrCat(unanswered, " requests are unanswered, allowed: ", requests_in_flight_max()));
   }
+  absl::MutexLock sending(&send_mutex_);
   if (absl::Status status = Over(); !status.ok()) {
     return status;
   }
-  absl::MutexLock sending(&send_mutex_);
   // Counted before it is sent: its answer may arrive before Write returns.
   const int64_t number = next_sequence_number_++;
   request.set_sequence_number(number);
