@@ -312,6 +312,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
+  message.set_owner(session.owner());
   const timespec created = absl::ToTimespec(session.create_time());
   message.mutable_create_time()->set_seconds(created.tv_sec);
   message.mutable_create_time()->set_nanos(static_cast<int32_t>(created.tv_nsec));

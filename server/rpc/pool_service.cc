@@ -17,7 +17,8 @@ namespace {
 
 constexpr int32_t kPageSizeMax = 1000;
 
-absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& request,
+absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
+                      const v1::ListPoolsRequest& request,
                       v1::ListPoolsResponse* response) {
   if (request.page_size() < 0) {
     return absl::InvalidArgumentError(
@@ -33,7 +34,7 @@ absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& requ
                            ? kPageSizeMax
                            : request.page_size();
   // One more tells whether there is another page.
-  std::vector<Sessions::Numbered> pools = sessions.List(after, static_cast<size_t>(size) + 1);
+  std::vector<Sessions::Numbered> pools = sessions.List(owner, after, static_cast<size_t>(size) + 1);
   if (pools.size() > static_cast<size_t>(size)) {
     pools.pop_back();
     response->set_next_page_token(absl::StrCat(pools.back().number));
@@ -54,11 +55,11 @@ absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
 
 }  // namespace
 
-grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(call->request().spec());
     absl::Status status = options.status();
     if (status.ok()) {
@@ -68,7 +69,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
       call->Finish(std::move(status));
       return;
     }
-    sessions_->Create(call->request().pool_id(), *options,
+    sessions_->Create(call->owner(), call->request().pool_id(), *options,
                       [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());
@@ -77,6 +78,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
                         *call->response() = PoolMessageOf(**pool);
                         LogEvent(LogLevel::kInfo, "pool_created",
                                  {{"pool", (*pool)->name()},
+                                  {"owner", (*pool)->owner()},
                                   {"games", absl::StrCat((*pool)->options().games.front())},
                                   {"environments", absl::StrCat((*pool)->env_count())}});
                         call->Finish(absl::OkStatus());
@@ -84,13 +86,13 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->request().name());
+        sessions_->Find(call->owner(), call->request().name());
     if (pool.ok()) {
       *call->response() = PoolMessageOf(**pool);
     }
@@ -98,35 +100,36 @@ grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* 
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
-  return Call::Start(request, response, [this](Call* call) {
-    call->Finish(ListPage(*sessions_, call->request(), call->response()));
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    call->Finish(ListPage(*sessions_, call->owner(), call->request(), call->response()));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
-  return Call::Start(request, response, [this](Call* call) {
-    absl::Status status = sessions_->Delete(call->request().name());
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    absl::Status status = sessions_->Delete(call->owner(), call->request().name());
     if (status.ok()) {
-      LogEvent(LogLevel::kInfo, "pool_deleted", {{"pool", call->request().name()}});
+      LogEvent(LogLevel::kInfo, "pool_deleted",
+               {{"pool", call->request().name()}, {"owner", call->owner()}});
     }
     call->Finish(std::move(status));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->request().name());
+        sessions_->Find(call->owner(), call->request().name());
     call->Finish(pool.ok() ? absl::UnimplementedError(
                                  "leases are not offered yet: a pool lives until it is deleted")
                            : pool.status());

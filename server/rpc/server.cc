@@ -33,12 +33,14 @@ std::string BoundAddress(const std::string& address, int port) {
 class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
-      : sessions_(options.limits, options.worker_count, options.art),
-        catalog_service_(&sessions_),
-        pool_service_(&sessions_),
-        step_service_(&sessions_),
-        state_service_(&sessions_),
-        render_service_(&sessions_) {}
+      : tls_(options.tls),
+        sessions_(options.limits, options.worker_count, options.art),
+        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners()),
+        catalog_service_(&sessions_, &callers_),
+        pool_service_(&sessions_, &callers_),
+        step_service_(&sessions_, &callers_),
+        state_service_(&sessions_, &callers_, options.clone_sources),
+        render_service_(&sessions_, &callers_) {}
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
 
@@ -47,7 +49,9 @@ class GrpcServer final : public Server {
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
     int port = 0;
-    builder.AddListeningPort(options.address, grpc::InsecureServerCredentials(), &port);
+    builder.AddListeningPort(
+        options.address,
+        tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials(), &port);
     // Two servers on one port would each get some of the connections.
     builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
     builder.SetMaxReceiveMessageSize(static_cast<int>(options.limits.request_bytes_max));
@@ -93,8 +97,10 @@ class GrpcServer final : public Server {
   }
 
  private:
+  const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
   std::string address_;
   Sessions sessions_;
+  const Callers callers_;
   CatalogServiceImpl catalog_service_;
   PoolServiceImpl pool_service_;
   StepServiceImpl step_service_;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/response_limit.h"
@@ -37,16 +38,25 @@ absl::Status CheckAttach(const v1::Attach& attach, const Limits& limits) {
 
 }  // namespace
 
-StepPoolReactor* StepPoolReactor::Start(Sessions* sessions) {
+StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, Caller caller) {
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.
-  std::shared_ptr<StepPoolReactor> reactor(new StepPoolReactor(sessions));
+  std::shared_ptr<StepPoolReactor> reactor(new StepPoolReactor(sessions, std::move(caller)));
   reactor->self_ = reactor;
+  // Weak, because the alarm is the stream's and keeps what it calls.
+  reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
+                             [weak = reactor->weak_from_this()](bool expired) {
+                               const std::shared_ptr<StepPoolReactor> stream = weak.lock();
+                               if (expired && stream != nullptr) {
+                                 stream->OnAttachTimeout();
+                               }
+                             });
   reactor->Drive();
   return reactor.get();
 }
 
-StepPoolReactor::StepPoolReactor(Sessions* sessions) : sessions_(sessions) {
+StepPoolReactor::StepPoolReactor(Sessions* sessions, Caller caller)
+    : sessions_(sessions), caller_(std::move(caller)) {
   absl::MutexLock lock(&mutex_);
   slots_.push_back(std::make_unique<StreamRequest>());
   free_slots_.push_back(slots_.back().get());
@@ -158,6 +168,19 @@ void StepPoolReactor::OnReadDone(bool ok) {
   Drive();
 }
 
+void StepPoolReactor::OnAttachTimeout() {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (attached_) {
+      return;
+    }
+    EndNowLocked(absl::DeadlineExceededError(absl::StrCat(
+        "the stream has sent no attach within ",
+        absl::FormatDuration(sessions_->limits().attach_timeout), ", limit attach_timeout")));
+  }
+  Drive();
+}
+
 void StepPoolReactor::OnRequest(StreamRequest* request) {
   absl::Status status = ParseMessage(read_bytes_, &request->message);
   read_bytes_.Clear();
@@ -209,7 +232,8 @@ absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
   if (!response_bytes_max.ok()) {
     return response_bytes_max.status();
   }
-  absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions_->FindForStream(attach.pool());
+  absl::StatusOr<std::shared_ptr<PoolSession>> pool = 
+      sessions_->FindForStream(caller_.owner, attach.pool());
   if (!pool.ok()) {
     return pool.status();
   }
@@ -228,7 +252,10 @@ absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
                                  : attach.requests_in_flight_max();
   response_bytes_max_ = *response_bytes_max;
   pool_ = *std::move(pool);
-  LogEvent(LogLevel::kInfo, "stream_attached", {{"pool", pool_->name()}});
+  attach_alarm_.Cancel();
+  caller_.share = Owners::Share();
+  LogEvent(LogLevel::kInfo, "stream_attached",
+           {{"pool", pool_->name()}, {"owner", pool_->owner()}});
 
   absl::MutexLock lock(&mutex_);
   attached_ = true;
@@ -424,6 +451,7 @@ void StepPoolReactor::FinishStream() {
     pool_->Detach();
     LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "stream_ended",
              {{"pool", pool_->name()},
+              {"owner", pool_->owner()},
               {"code", absl::StatusCodeToString(status.code())},
               {"message", std::string(status.message())}});
   }

@@ -9,9 +9,11 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
+#include "grpcpp/alarm.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
 #include "procgen/v1/step.pb.h"
+#include "server/rpc/caller.h"
 #include "server/rpc/convert_step.h"
 #include "server/session/pool_session.h"
 #include "server/session/sessions.h"
@@ -21,7 +23,8 @@ namespace procgen {
 // One stream of StepPool, between gRPC's reactions and a PoolSession's turns.
 //
 // The life of a stream:
-//  1. The first request is read and must attach.
+//  1. The first request is read and must attach, within Limits::attach_timeout. Until then the stream
+//     is one of its owner's calls under way, afterwards one of its streams.
 //  2. Requests are read, one at a time, as long as one of requests_in_flight_max slots is free;
 //     they wait in `inbox_`. A slot is free again when its last response is written: a learner that
 //     does not read its answers is not read either.
@@ -41,7 +44,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
                               public std::enable_shared_from_this<StepPoolReactor> {
  public:
   // Begins to serve a stream; it ends itself. `sessions` must outlive it.
-  static StepPoolReactor* Start(Sessions* sessions);
+  static StepPoolReactor* Start(Sessions* sessions, Caller caller);
 
  private:
   struct Response {
@@ -60,7 +63,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
     kFinish,   // end the stream
   };
 
-  explicit StepPoolReactor(Sessions* sessions);
+  StepPoolReactor(Sessions* sessions, Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -71,6 +74,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Act(Action action);
 
+  void OnAttachTimeout();
   void OnRequest(StreamRequest* request);
   // Fills in what follows from the message of a request after the first.
   absl::Status Understand(StreamRequest* request) const;
@@ -92,6 +96,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void FinishStream();
 
   Sessions* const sessions_;
+  Caller caller_;              // its share: until it is attached
+  grpc::Alarm attach_alarm_;   // until then, too
   std::shared_ptr<StepPoolReactor> self_;  // until OnDone
   std::shared_ptr<PoolSession> pool_;      // set before attached_
   int64_t response_bytes_max_ = 0;

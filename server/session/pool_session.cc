@@ -25,11 +25,14 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 
 }  // namespace
 
-PoolSession::PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Time create_time,
-                         SideCrew* side_crew, std::atomic<int64_t>* step_count)
-    : name_(std::move(name)),
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+                         absl::Time create_time, Owners* owners, SideCrew* side_crew,
+                         std::atomic<int64_t>* step_count)
+    : owner_(std::move(owner)),
+      name_(std::move(name)),
       pool_(std::move(pool)),
       create_time_(create_time),
+      owners_(owners),
       side_crew_(side_crew),
       step_count_(step_count) {}
 
@@ -49,7 +52,12 @@ absl::Status PoolSession::Attach(EndStream end_stream) {
     return absl::FailedPreconditionError(absl::StrCat("another stream is attached to pool ", name_,
                                                       ", allowed: one at a time; end that one"));
   }
+  absl::StatusOr<Owners::Share> share = owners_->Take(owner_, {.stream_count = 1});
+  if (!share.ok()) {
+    return share.status();
+  }
   attached_ = true;
+  stream_share_ = *std::move(share);
   end_stream_ = std::move(end_stream);
   return absl::OkStatus();
 }
@@ -58,6 +66,7 @@ void PoolSession::Detach() {
   EndStream last;  // destroyed outside the lock, as it may hold the stream
   absl::MutexLock lock(&mutex_);
   attached_ = false;
+  stream_share_ = Owners::Share();
   std::swap(last, end_stream_);
 }
 

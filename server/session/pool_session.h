@@ -15,6 +15,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/session/owners.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
 
@@ -38,14 +39,18 @@ class PoolSession {
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
-  // `side_crew` and `step_count` must outlive this; environment steps are added to `step_count`.
-  PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Time create_time,
-              SideCrew* side_crew, std::atomic<int64_t>* step_count);
+  // `owners`, `side_crew` and `step_count` must outlive this; environment steps are added to
+  // `step_count`.
+  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+              absl::Time create_time, Owners* owners, SideCrew* side_crew,
+              std::atomic<int64_t>* step_count);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;
   PoolSession& operator=(const PoolSession&) = delete;
 
+  // Who made it; empty where callers are not asked who they are.
+  const std::string& owner() const { return owner_; }
   const std::string& name() const { return name_; }
   const PoolOptions& options() const { return pool_->options(); }
   int32_t env_count() const { return pool_->env_count(); }
@@ -57,7 +62,7 @@ class PoolSession {
   int64_t next_sequence_number() const { return next_sequence_number_; }
 
   // Takes the pool for a stream. Errors: FAILED_PRECONDITION another stream has it; NOT_FOUND it
-  // was closed.
+  // was closed; RESOURCE_EXHAUSTED its owner has too many streams.
   absl::Status Attach(EndStream end_stream);
   // Gives it back. A turn must have ended.
   void Detach();
@@ -99,15 +104,18 @@ class PoolSession {
  private:
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
 
+  const std::string owner_;
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
   const absl::Time create_time_;
+  Owners* const owners_;
   SideCrew* const side_crew_;
   std::atomic<int64_t>* const step_count_;
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
 
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
+  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);  // while attached
   EndStream end_stream_ ABSL_GUARDED_BY(mutex_);  // null once called
   bool turn_taken_ ABSL_GUARDED_BY(mutex_) = false;
   std::deque<Done> waiting_ ABSL_GUARDED_BY(mutex_);

@@ -36,7 +36,7 @@ class SessionsTest : public testing::Test {
   CreateResult Create(absl::string_view id, const PoolOptions& options) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(id, options, [&](CreateResult created) {
+    sessions_.Create("", id, options, [&](CreateResult created) {
       result = std::move(created);
       done.Notify();
     });
@@ -51,7 +51,7 @@ TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
   const CreateResult pool = Create("maze-7", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/maze-7");
-  EXPECT_THAT(sessions_.Find("pools/maze-7"), IsOk());
+  EXPECT_THAT(sessions_.Find("", "pools/maze-7"), IsOk());
 }
 
 TEST_F(SessionsTest, PoolWithoutIdGetsANumber) {
@@ -81,7 +81,7 @@ TEST_F(SessionsTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
   EXPECT_THAT(Create("c", MazeOptions(1)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "there are 2 pools, limit pool_count_max is 2"));
-  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }
 
@@ -113,7 +113,7 @@ TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) 
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "one observation of each environment takes 786432 bytes and those of other "
                        "pools 786432, limit observation_bytes_max is 1048576"));
-  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
   options.games = {"chess"};
   EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
@@ -128,20 +128,20 @@ TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
 }
 
 TEST_F(SessionsTest, UnknownAndMalformedNamesAreToldApart) {
-  EXPECT_THAT(sessions_.Find("pools/nothing"),
+  EXPECT_THAT(sessions_.Find("", "pools/nothing"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
-  EXPECT_THAT(sessions_.Find("nothing"),
+  EXPECT_THAT(sessions_.Find("", "nothing"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'nothing'")));
-  EXPECT_THAT(sessions_.Delete(""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(sessions_.Delete("", ""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 
 TEST_F(SessionsTest, ListIsOldestFirstAndContinues) {
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
-  const std::vector<Sessions::Numbered> page = sessions_.List(0, 1);
+  const std::vector<Sessions::Numbered> page = sessions_.List("", 0, 1);
   ASSERT_EQ(page.size(), 1U);
   EXPECT_EQ(page[0].pool->name(), "pools/b");
-  const std::vector<Sessions::Numbered> rest = sessions_.List(page[0].number, 5);
+  const std::vector<Sessions::Numbered> rest = sessions_.List("", page[0].number, 5);
   ASSERT_EQ(rest.size(), 1U);
   EXPECT_EQ(rest[0].pool->name(), "pools/a");
 }
@@ -155,7 +155,7 @@ TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(Create("b", MazeOptions(1)),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(sessions_.FindForStream("pools/a"),
+  EXPECT_THAT(sessions_.FindForStream("", "pools/a"),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   (*pool)->Detach();
 }
