@@ -36,8 +36,8 @@ absl::Status CheckAccess(const Config& config) {
   const TlsPaths& tls = config.tls;
   if (tls.certificate.empty() != tls.key.empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--tls_", tls.key.empty() ? "key" : "certificate", " is missing, allowed: ",
-                     "--tls_certificate and --tls_key, or none of them"));
+        absl::StrCat("--tls_", tls.key.empty() ? "key" : "certificate",
+                     " is missing, allowed: ", "--tls_certificate and --tls_key, or none of them"));
   }
   if (!tls.client_ca.empty() && tls.certificate.empty()) {
     return absl::InvalidArgumentError(
@@ -77,6 +77,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
+        Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
         Range{"drain_deadline in seconds", absl::ToInt64Seconds(config.drain_deadline), 0, 3600}}) {
     if (range.value < range.min || range.value > range.max) {
@@ -108,11 +109,10 @@ absl::Status LoadSecrets(Config* config) {
     config->server.tokens = *std::move(tokens);
   }
   const std::string default_sources = OthersCanReach(*config) ? "none" : "local";
-  absl::StatusOr<CloneSources> sources = CloneSources::Parse(
-      config->clone_sources.empty() ? default_sources : config->clone_sources);
+  absl::StatusOr<CloneSources> sources =
+      CloneSources::Parse(config->clone_sources.empty() ? default_sources : config->clone_sources);
   if (!sources.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--clone_sources ", sources.status().message()));
+    return absl::InvalidArgumentError(absl::StrCat("--clone_sources ", sources.status().message()));
   }
   config->server.clone_sources = *std::move(sources);
   return absl::OkStatus();

@@ -31,8 +31,8 @@ struct Config {
 absl::Status CheckConfig(const Config& config);
 
 // Reads the files that `config` names for its server, and what it may clone from. REQUIRES:
-// CheckConfig. Errors: a file that is missing or broken, or sources that are none; the message names
-// the flag.
+// CheckConfig. Errors: a file that is missing or broken, or sources that are none; the message
+// names the flag.
 absl::Status LoadSecrets(Config* config);
 
 }  // namespace procgen

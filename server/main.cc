@@ -115,7 +115,7 @@ sigset_t StopSignals() {
 
 // How the log tells who may call.
 std::string AccessText(const Config& config) {
-  return absl::StrCat(config.server.tls == nullptr         ? "plain text"
+  return absl::StrCat(config.server.tls == nullptr        ? "plain text"
                       : config.server.tls->asks_clients() ? "mutual TLS"
                                                           : "TLS",
                       config.server.tokens == nullptr ? "" : ", tokens");
@@ -154,7 +154,8 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
 
   const auto is_ours = [](absl::string_view file) {
-    return absl::EndsWith(file, "server/main.cc") || absl::EndsWith(file, "server/security_flags.cc");
+    return absl::EndsWith(file, "server/main.cc") ||
+           absl::EndsWith(file, "server/security_flags.cc");
   };
   absl::FlagsUsageConfig usage;
   usage.contains_help_flags = is_ours;

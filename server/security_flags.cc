@@ -25,10 +25,11 @@ ABSL_FLAG(std::string, clone_sources, "",
 ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_environment_count_max, 0,
           "environments of one owner; 0: --environment_count_max");
-ABSL_FLAG(int32_t, owner_stream_count_max, 0,
-          "attached streams of one owner; 0: --pool_count_max");
+ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
           "calls of one owner under way, with streams that have not attached");
+ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
+          "connections of all callers together");
 ABSL_FLAG(absl::Duration, attach_timeout, procgen::Limits().attach_timeout,
           "a stream that has not attached by then ends");
 
@@ -50,6 +51,7 @@ void ReadSecurityFlags(Config* config) {
   limits.owner_stream_count_max =
       or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
   limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
+  limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
   limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout);
 }
 

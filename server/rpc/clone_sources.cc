@@ -29,7 +29,8 @@ absl::StatusOr<CloneSources> CloneSources::Parse(absl::string_view list) {
     const absl::StatusOr<Address> with_port = ParseAddress(absl::StrCat(entry, ":0"));
     if (!with_port.ok()) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "has '", entry, "', allowed: HOST, HOST:PORT, unix:PATH, or 'local', with commas between; or 'none'"));
+          "has '", entry,
+          "', allowed: HOST, HOST:PORT, unix:PATH, or 'local', with commas between; or 'none'"));
     }
     sources.hosts_.push_back(absl::AsciiStrToLower(with_port->host));
   }

@@ -18,8 +18,7 @@ namespace {
 constexpr int32_t kPageSizeMax = 1000;
 
 absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
-                      const v1::ListPoolsRequest& request,
-                      v1::ListPoolsResponse* response) {
+                      const v1::ListPoolsRequest& request, v1::ListPoolsResponse* response) {
   if (request.page_size() < 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("page_size is ", request.page_size(), ", allowed: 0 to ", kPageSizeMax));
@@ -34,7 +33,8 @@ absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
                            ? kPageSizeMax
                            : request.page_size();
   // One more tells whether there is another page.
-  std::vector<Sessions::Numbered> pools = sessions.List(owner, after, static_cast<size_t>(size) + 1);
+  std::vector<Sessions::Numbered> pools =
+      sessions.List(owner, after, static_cast<size_t>(size) + 1);
   if (pools.size() > static_cast<size_t>(size)) {
     pools.pop_back();
     response->set_next_page_token(absl::StrCat(pools.back().number));

@@ -95,7 +95,8 @@ grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
     grpc::ByteBuffer* response) {
   return RenderCall::Start(*callers_, *context, request, response, [this](RenderCall* call) {
-    absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions_->Find(call->owner(), call->request().pool());
+    absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {
       status = CheckRender(call->request(), **pool, sessions_->limits());

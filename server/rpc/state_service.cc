@@ -157,9 +157,8 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
 // Where a caller may have this server connect to.
 absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSources& allowed) {
   if (server.size() > kServerLengthMax) {
-    return absl::InvalidArgumentError(absl::StrCat("source_server has ", server.size(),
-                                                   " characters, allowed: at most ",
-                                                   kServerLengthMax));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "source_server has ", server.size(), " characters, allowed: at most ", kServerLengthMax));
   }
   absl::StatusOr<Address> address = ParseAddress(server);
   if (!address.ok()) {
@@ -167,9 +166,10 @@ absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSour
         "source_server is '", server, "', allowed: 'HOST:PORT', '[IPV6]:PORT' or 'unix:PATH'"));
   }
   if (!allowed.Allows(*address)) {
-    return absl::PermissionDeniedError(absl::StrCat(
-        "source_server is ", server, ", which this server may not connect to; its operator allows "
-        "sources with --clone_sources"));
+    return absl::PermissionDeniedError(
+        absl::StrCat("source_server is ", server,
+                     ", which this server may not connect to; its operator allows "
+                     "sources with --clone_sources"));
   }
   return address;
 }
@@ -283,7 +283,7 @@ grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerCo
 grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
-  return CloneCall::Start(*callers_, *context, request, response, [this, context](CloneCall* call) { 
+  return CloneCall::Start(*callers_, *context, request, response, [this, context](CloneCall* call) {
     Clone(*sessions_, clone_sources_, *context, call);
   });
 }

@@ -232,7 +232,7 @@ absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
   if (!response_bytes_max.ok()) {
     return response_bytes_max.status();
   }
-  absl::StatusOr<std::shared_ptr<PoolSession>> pool = 
+  absl::StatusOr<std::shared_ptr<PoolSession>> pool =
       sessions_->FindForStream(caller_.owner, attach.pool());
   if (!pool.ok()) {
     return pool.status();

@@ -23,7 +23,8 @@ namespace procgen {
 // One stream of StepPool, between gRPC's reactions and a PoolSession's turns.
 //
 // The life of a stream:
-//  1. The first request is read and must attach, within Limits::attach_timeout. Until then the stream
+//  1. The first request is read and must attach, within Limits::attach_timeout. Until then the
+//  stream
 //     is one of its owner's calls under way, afterwards one of its streams.
 //  2. Requests are read, one at a time, as long as one of requests_in_flight_max slots is free;
 //     they wait in `inbox_`. A slot is free again when its last response is written: a learner that
@@ -96,8 +97,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void FinishStream();
 
   Sessions* const sessions_;
-  Caller caller_;              // its share: until it is attached
-  grpc::Alarm attach_alarm_;   // until then, too
+  Caller caller_;                          // its share: until it is attached
+  grpc::Alarm attach_alarm_;               // until then, too
   std::shared_ptr<StepPoolReactor> self_;  // until OnDone
   std::shared_ptr<PoolSession> pool_;      // set before attached_
   int64_t response_bytes_max_ = 0;

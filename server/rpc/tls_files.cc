@@ -36,8 +36,7 @@ std::vector<CertificatePointer> CertificatesIn(const std::string& pem) {
 
 KeyPointer KeyIn(const std::string& pem) {
   const BioPointer bio = BioOf(pem);
-  KeyPointer key(PEM_read_bio_PrivateKey(bio.get(), nullptr, &NoPassword, nullptr),
-                 &EVP_PKEY_free);
+  KeyPointer key(PEM_read_bio_PrivateKey(bio.get(), nullptr, &NoPassword, nullptr), &EVP_PKEY_free);
   ERR_clear_error();
   return key;
 }
@@ -146,8 +145,8 @@ grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
 grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
     grpc_ssl_server_certificate_config** config) {
   absl::MutexLock lock(&mutex_);
-  const bool has_changed = certificate_.HasChanged() || key_.HasChanged() ||
-                           (asks_clients_ && client_ca_.HasChanged());
+  const bool has_changed =
+      certificate_.HasChanged() || key_.HasChanged() || (asks_clients_ && client_ca_.HasChanged());
   if (has_changed) {
     absl::StatusOr<Contents> contents = Read();
     LogEvent(contents.ok() ? LogLevel::kInfo : LogLevel::kWarning,

@@ -34,12 +34,11 @@ absl::Status CheckLine(const std::vector<absl::string_view>& words) {
         absl::StrCat("has ", words.size(), " words, allowed: 'OWNER TOKEN'"));
   }
   if (words[0].size() > kOwnerLengthMax ||
-      !std::all_of(words[0].begin(), words[0].end(), [](unsigned char letter) {
-        return absl::ascii_isgraph(letter);
-      })) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("has an owner of ", words[0].size(), " characters, allowed: 1 to ",
-                     kOwnerLengthMax, " printable ones of ASCII"));
+      !std::all_of(words[0].begin(), words[0].end(),
+                   [](unsigned char letter) { return absl::ascii_isgraph(letter); })) {
+    return absl::InvalidArgumentError(absl::StrCat("has an owner of ", words[0].size(),
+                                                   " characters, allowed: 1 to ", kOwnerLengthMax,
+                                                   " printable ones of ASCII"));
   }
   if (words[1].size() < kTokenLengthMin || words[1].size() > kTokenLengthMax ||
       !std::all_of(words[1].begin(), words[1].end(), IsTokenLetter)) {
@@ -65,14 +64,13 @@ absl::StatusOr<std::vector<TokenDigest>> ParseTokens(absl::string_view text) {
       continue;
     }
     if (absl::Status status = CheckLine(words); !status.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("line ", line_number, " ", status.message()));
+      return absl::InvalidArgumentError(absl::StrCat("line ", line_number, " ", status.message()));
     }
     const TokenDigest digest = {DigestOf(words[1]), std::string(words[0])};
     const auto [first, is_new] = seen.emplace(digest.sha256, line_number);
     if (!is_new) {
-      return absl::InvalidArgumentError(absl::StrCat("line ", line_number, " has the token of line ",
-                                                     first->second, ", allowed: each once"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "line ", line_number, " has the token of line ", first->second, ", allowed: each once"));
     }
     digests.push_back(digest);
   }
@@ -98,8 +96,7 @@ absl::Status TokenFile::Read() {
   }
   absl::StatusOr<std::vector<TokenDigest>> digests = ParseTokens(*text);
   if (!digests.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(file_.path(), ": ", digests.status().message()));
+    return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": ", digests.status().message()));
   }
   digests_ = *std::move(digests);
   if (file_.is_open_to_all()) {

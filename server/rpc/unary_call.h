@@ -30,9 +30,9 @@ absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
 // parsing answers garbage with UNIMPLEMENTED and no message.
 //
-// The life of a call: it is let in (Callers), made, and handed to the service's function, which calls
-// Finish once, on any thread, and not after; it ends itself when gRPC has done with it, which is when
-// the answer is on its way. Until then it counts as one of its owner's.
+// The life of a call: it is let in (Callers), made, and handed to the service's function, which
+// calls Finish once, on any thread, and not after; it ends itself when gRPC has done with it, which
+// is when the answer is on its way. Until then it counts as one of its owner's.
 template <typename Request, typename Response>
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:

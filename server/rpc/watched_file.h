@@ -13,9 +13,8 @@
 
 namespace procgen {
 
-// A small file that is read again when it was written or replaced. Whoever uses it asks; there is no
-// thread that watches.
-// Threads: compatible (one at a time).
+// A small file that is read again when it was written or replaced. Whoever uses it asks; there is
+// no thread that watches. Threads: compatible (one at a time).
 class WatchedFile {
  public:
   static constexpr size_t kBytesMax = 1 << 20;

@@ -116,7 +116,7 @@ class PoolSession {
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);  // while attached
-  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);  // null once called
+  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);        // null once called
   bool turn_taken_ ABSL_GUARDED_BY(mutex_) = false;
   std::deque<Done> waiting_ ABSL_GUARDED_BY(mutex_);
   absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open

@@ -28,8 +28,8 @@ class PoolSessionTest : public testing::Test {
     options.episode_end = episode_end;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, crew_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("pools/7", *std::move(pool), absl::Now(), &side_crew_,
-                                         &step_count_);
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::Now(), &owners_,
+                                         &side_crew_, &step_count_);
   }
 
   // Accepts a request and carries it out as one part.
@@ -94,6 +94,7 @@ class PoolSessionTest : public testing::Test {
 
   std::atomic<int64_t> step_count_ = 0;
   std::shared_ptr<Crew> crew_ = std::make_shared<Crew>(1);
+  Owners owners_{Limits()};
   SideCrew side_crew_{1};
 };
 
