@@ -14,6 +14,7 @@ namespace procgen {
 namespace {
 
 constexpr int kGamesMax = 64;
+constexpr size_t kGameLengthMax = 64;  // characters; no game has a longer name
 
 template <typename Enum>
 std::string EnumText(Enum value) {
@@ -210,6 +211,13 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
   if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
     return absl::InvalidArgumentError(
         absl::StrCat("spec.games has ", spec.games_size(), " entries, allowed: 1 to ", kGamesMax));
+  }
+  for (int i = 0; i < spec.games_size(); ++i) {
+    if (spec.games(i).size() > kGameLengthMax) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.games[", i, "] has ", spec.games(i).size(),
+                       " characters, allowed: the name of a game, at most ", kGameLengthMax));
+    }
   }
   if (spec.first_environment() < 0 || spec.total_environments() < 0) {
     return absl::InvalidArgumentError(absl::StrCat(

@@ -3,14 +3,16 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
 namespace procgen_client {
 
 StepStream::~StepStream() { Close().IgnoreError(); }
 
-absl::Status StepStream::Attach(procgen::v1::StepService::Stub* stub, const std::string& pool,
-                                const StreamOptions& options) {
+absl::Status StepStream::Attach(procgen::v1::StepService::Stub* stub, const std::string& token,
+                                const std::string& pool, const StreamOptions& options) {
+  ShowToken(token, &context_);
   stream_ = stub->StepPool(&context_);
   procgen::v1::StepPoolRequest request;
   request.mutable_attach()->set_pool(pool);

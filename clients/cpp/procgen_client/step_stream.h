@@ -72,8 +72,8 @@ class StepStream {
       grpc::ClientReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>;
 
   StepStream() = default;
-  absl::Status Attach(procgen::v1::StepService::Stub* stub, const std::string& pool,
-                      const StreamOptions& options);
+  absl::Status Attach(procgen::v1::StepService::Stub* stub, const std::string& token,
+                      const std::string& pool, const StreamOptions& options);
   // OK while the stream goes on; afterwards what every call returns.
   absl::Status Over();
   // What the server says of the stream; it is over.

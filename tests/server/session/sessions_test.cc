@@ -33,10 +33,11 @@ PoolOptions MazeOptions(int32_t env_count) {
 
 class SessionsTest : public testing::Test {
  protected:
-  CreateResult Create(absl::string_view id, const PoolOptions& options) {
+  CreateResult Create(absl::string_view id, const PoolOptions& options,
+                      absl::string_view owner = "") {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create("", id, options, [&](CreateResult created) {
+    sessions_.Create(owner, id, options, [&](CreateResult created) {
       result = std::move(created);
       done.Notify();
     });
@@ -58,6 +59,54 @@ TEST_F(SessionsTest, PoolWithoutIdGetsANumber) {
   const CreateResult pool = Create("", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/1");
+}
+
+TEST_F(SessionsTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
+  ASSERT_THAT(Create("a", MazeOptions(1), "alice"), IsOk());
+  EXPECT_THAT(sessions_.Find("alice", "pools/a"), IsOk());
+  for (const char* other : {"bob", "", "alic", "alice2"}) {
+    EXPECT_THAT(sessions_.Find(other, "pools/a"),
+                StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+    EXPECT_THAT(sessions_.Delete(other, "pools/a"),
+                StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+    EXPECT_TRUE(sessions_.List(other, 0, 9).empty());
+  }
+  EXPECT_EQ(sessions_.List("alice", 0, 9).size(), 1U);
+}
+
+TEST_F(SessionsTest, OwnersMayHavePoolsOfOneName) {
+  const CreateResult of_alice = Create("a", MazeOptions(1), "alice");
+  const CreateResult of_bob = Create("a", MazeOptions(2), "bob");
+  ASSERT_THAT(of_alice, IsOk());
+  ASSERT_THAT(of_bob, IsOk());
+  EXPECT_EQ(*sessions_.Find("alice", "pools/a"), *of_alice);
+  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
+  ASSERT_THAT(sessions_.Delete("alice", "pools/a"), IsOk());
+  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
+}
+
+TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
+  Limits limits = SmallLimits();
+  limits.owner_pool_count_max = 1;
+  Sessions sessions(limits, 1);
+  const auto create = [&](const PoolOptions& options) {
+    absl::Status status;
+    absl::Notification done;
+    sessions.Create("alice", "", options, [&](const CreateResult& created) {
+      status = created.status();
+      done.Notify();
+    });
+    done.WaitForNotification();
+    return status;
+  };
+  PoolOptions unknown = MazeOptions(1);
+  unknown.games = {"chess"};
+  EXPECT_THAT(create(unknown), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  ASSERT_THAT(create(MazeOptions(1)), IsOk());
+  EXPECT_THAT(create(MazeOptions(1)),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner alice has 1 pools")));
+  ASSERT_THAT(sessions.Delete("alice", "pools/2"), IsOk());
+  EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
 
 TEST_F(SessionsTest, MalformedIdsAreRefused) {
