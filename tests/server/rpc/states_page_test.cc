@@ -27,8 +27,8 @@ class StatesPageTest : public testing::Test {
     options.env_count = 4;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("pools/7", *std::move(pool), create_time, &side_crew_,
-                                         &step_count_);
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), create_time, &owners_,
+                                         &side_crew_, &step_count_);
   }
 
   absl::StatusOr<std::unique_ptr<StatesPage>> Begin() {
@@ -36,6 +36,7 @@ class StatesPageTest : public testing::Test {
   }
 
   std::atomic<int64_t> step_count_ = 0;
+  Owners owners_{Limits()};
   SideCrew side_crew_{1};
   std::unique_ptr<PoolSession> session_ = Make(absl::UnixEpoch());
   v1::SaveStatesRequest request_;
