@@ -26,7 +26,7 @@ class Credentials:
 
     Attributes:
         ca: Certificates that vouch for the server. Given: TLS is spoken. None: plain text.
-        certificate: The client's own certificate, for servers that ask for one; with `key` and `ca`.
+        certificate: The client's own, for servers that ask for one; with `key` and `ca`.
         key: The key of `certificate`.
         token: Bears out who calls, for servers with tokens. Without TLS it is sent to this machine
             only (loopback, unix sockets), unless `token_in_plain_text`.
@@ -41,7 +41,7 @@ class Credentials:
 
     @classmethod
     def from_environment(cls) -> Credentials:
-        """What PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN say; each may be missing."""
+        """What PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN say, if they are there."""
         return cls(
             ca=os.environ.get(CA_VARIABLE) or None,
             certificate=os.environ.get(CERTIFICATE_VARIABLE) or None,
