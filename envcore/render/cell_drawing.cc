@@ -206,10 +206,11 @@ void CellDrawing::DrawPicture(const Look& look, int column, int row) const {
 void CellDrawing::DrawScaledCell(Look& look, PixelRange across, PixelRange down) const {
   const int width = across.end - across.first;
   const int height = down.end - down.first;
-  const ScaledPicture*& scaled = look.scaled[static_cast<size_t>(height - height_min_)]
-                                            [static_cast<size_t>(width - width_min_)];
+  std::shared_ptr<const ScaledPicture>& scaled =
+      look.scaled[static_cast<size_t>(height - height_min_)]
+                 [static_cast<size_t>(width - width_min_)];
   if (scaled == nullptr) {
-    scaled = &look.art.picture->ScaledTo({.width = width, .height = height});
+    scaled = look.art.picture->ScaledTo({.width = width, .height = height});
   }
   DrawScaled(*scaled, across.first, down.first, kOpaque, *frame_);
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "envcore/render/frame.h"
@@ -47,7 +48,7 @@ class CellDrawing {
     Rgba color;
     SpriteArt art;
     // By height above the least, width above the least; null: not looked at yet.
-    std::array<std::array<const ScaledPicture*, 2>, 2> scaled = {};
+    std::array<std::array<std::shared_ptr<const ScaledPicture>, 2>, 2> scaled;
   };
 
   // A cell in view, by its place in columns_ and rows_.

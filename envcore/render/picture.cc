@@ -52,9 +52,10 @@ const Image& Picture::LevelFor(double width_px, double height_px) const {
   return levels_[level];
 }
 
-const ScaledPicture& Picture::ScaledTo(const ScaledSize& size) const {
+std::shared_ptr<const ScaledPicture> Picture::ScaledTo(const ScaledSize& size) const {
   const ScaledPicture* scaled = scaled_->Find(size);
-  return scaled != nullptr ? *scaled : scaled_->Make(LevelFor(size.width, size.height), size);
+  return scaled != nullptr ? Unowned(*scaled)
+                           : scaled_->Make(LevelFor(size.width, size.height), size);
 }
 
 Picture Picture::Mirrored() const {

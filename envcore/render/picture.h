@@ -36,9 +36,9 @@ class Picture {
 
   // Whether it may be shown scaled (Levels::kAll) in place of pixel by pixel.
   bool scales() const { return scaled_ != nullptr; }
-  // The picture in exactly that many pixels; it lives as long as this.
+  // The picture in exactly that many pixels. This must live as long as what is returned.
   // REQUIRES: scales(); 1 <= width, height.
-  const ScaledPicture& ScaledTo(const ScaledSize& size) const;
+  std::shared_ptr<const ScaledPicture> ScaledTo(const ScaledSize& size) const;
 
   // The picture with its columns reversed, at all its levels.
   Picture Mirrored() const;

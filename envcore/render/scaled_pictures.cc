@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <numbers>
+#include <utility>
 
 namespace procgen {
 namespace {
@@ -144,23 +144,31 @@ const ScaledPicture* ScaledPictures::Find(const ScaledSize& size) const {
   return entry == nullptr ? nullptr : &entry->picture;
 }
 
-const ScaledPicture& ScaledPictures::Make(const Image& source, const ScaledSize& size) const {
+std::shared_ptr<const ScaledPicture> ScaledPictures::Make(const Image& source,
+                                                          const ScaledSize& size) const {
   auto made = std::make_unique<Entry>();
   made->size = size;
   made->picture.image = Scaled(source, size);
   made->picture.opaque = IsOpaque(made->picture.image);
+  const auto bytes = static_cast<int64_t>(sizeof(Rgba)) * made->picture.image.width() *
+                     made->picture.image.height();
+  if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {
+    kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
+    return std::make_shared<const ScaledPicture>(std::move(made->picture));
+  }
   Bucket& bucket = BucketOf(size);
   const Entry* head = bucket.load(std::memory_order_acquire);
   const Entry* seen = nullptr;
   do {
     if (const Entry* entry = FindIn(head, seen, size)) {
-      return entry->picture;
+      kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
+      return Unowned(entry->picture);
     }
     seen = head;
     made->next = head;
   } while (!bucket.compare_exchange_weak(head, made.get(), std::memory_order_acq_rel,
                                          std::memory_order_acquire));
-  return made.release()->picture;
+  return Unowned(made.release()->picture);
 }
 
 }  // namespace procgen

@@ -4,6 +4,8 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 
 #include "envcore/render/image.h"
 
@@ -27,28 +29,36 @@ struct ScaledSize {
   bool operator==(const ScaledSize&) const = default;
 };
 
+// A picture that lives at least as long as something else does: costs nothing to hold.
+inline std::shared_ptr<const ScaledPicture> Unowned(const ScaledPicture& picture) {
+  return {std::shared_ptr<const ScaledPicture>(), &picture};
+}
+
 // `source` at another size, each pixel the mean of the area that it stands for, rounded. A turned
 // one is as large as its corners need. REQUIRES: width, height > 0; the source is not empty.
 Image Scaled(const Image& source, const ScaledSize& size);
 
-// The sizes and angles that one picture has been drawn at, each made once and kept. Sizes are
-// small, and a picture keeps its proportions, give or take a pixel, so that what is kept is bounded
-// by some dozens of images, or some hundreds of one that turns. Threads: any method from any
-// thread; what is kept is never locked.
+// The sizes and angles that one picture has been drawn at, each made once and kept, up to a number
+// of bytes: enough for some dozens of sizes of a sprite at all its angles. Those beyond, which only
+// pools of many different observation sizes ask for, are made anew for each use. Threads: any
+// method from any thread; what is kept is never locked.
 class ScaledPictures {
  public:
   // Sprites and cells that are larger are not kept.
   static constexpr int kSidePxMax = 32;
+  // Of pixels, that are kept.
+  static constexpr int64_t kKeptBytesMax = 2 << 20;
 
   ScaledPictures() = default;
   ~ScaledPictures();
   ScaledPictures(const ScaledPictures&) = delete;
   ScaledPictures& operator=(const ScaledPictures&) = delete;
 
-  // The picture at a size; null: it was not made yet. What is returned lives as long as this.
+  // The picture at a size; null: it is not kept. What is returned lives as long as this.
   const ScaledPicture* Find(const ScaledSize& size) const;
-  // Makes it from `source`, unless another thread was faster.
-  const ScaledPicture& Make(const Image& source, const ScaledSize& size) const;
+  // Makes it from `source`, unless another thread was faster. What is returned is either kept, and
+  // lives as long as this, or the caller's.
+  std::shared_ptr<const ScaledPicture> Make(const Image& source, const ScaledSize& size) const;
 
  private:
   struct Entry {
@@ -63,6 +73,7 @@ class ScaledPictures {
 
   // Chains that only grow, at their heads.
   mutable std::array<Bucket, 64> buckets_ = {};
+  mutable std::atomic<int64_t> kept_bytes_ = 0;
 };
 
 }  // namespace procgen

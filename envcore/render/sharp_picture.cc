@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <numbers>
 
 #include "envcore/render/scaled_drawing.h"
@@ -45,15 +46,15 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
   }
   if (rotation == 0) {
     if (size.width > 0 && size.height > 0) {
-      DrawScaled(picture.ScaledTo(size), left, top, opacity, frame);
+      DrawScaled(*picture.ScaledTo(size), left, top, opacity, frame);
     }
     return true;
   }
   // A turned picture keeps its size from place to place.
   size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), TurnOf(rotation)};
-  const ScaledPicture& scaled = picture.ScaledTo(size);
-  DrawScaled(scaled, RoundPx(rect.x + (rect.width - scaled.image.width()) / 2),
-             RoundPx(rect.y + (rect.height - scaled.image.height()) / 2), opacity, frame);
+  const std::shared_ptr<const ScaledPicture> scaled = picture.ScaledTo(size);
+  DrawScaled(*scaled, RoundPx(rect.x + (rect.width - scaled->image.width()) / 2),
+             RoundPx(rect.y + (rect.height - scaled->image.height()) / 2), opacity, frame);
   return true;
 }
 
@@ -96,7 +97,7 @@ void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const Hid
                            0};
   if (picture.scales() && size.width > 0 && size.height > 0 &&
       int64_t{size.width} * size.height <= kScaledBackdropPixelsMax) {
-    DrawScaledShown(picture.ScaledTo(size), left, top, hidden, frame);
+    DrawScaledShown(*picture.ScaledTo(size), left, top, hidden, frame);
     return;
   }
   // Of a large one a view shows a small part, which should fit the caches.

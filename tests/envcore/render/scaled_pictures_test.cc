@@ -1,5 +1,6 @@
 #include "envcore/render/scaled_pictures.h"
 
+#include <cstdint>
 #include <thread>
 #include <vector>
 
@@ -75,13 +76,30 @@ TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
   const ScaledPictures pictures;
   const ScaledSize size = {.width = 5, .height = 4};
   EXPECT_EQ(pictures.Find(size), nullptr);
-  const ScaledPicture& made = pictures.Make(source, size);
-  EXPECT_TRUE(made.opaque);
-  EXPECT_EQ(made.image.width(), 5);
-  EXPECT_EQ(pictures.Find(size), &made);
-  EXPECT_EQ(&pictures.Make(source, size), &made);
+  const auto made = pictures.Make(source, size);
+  EXPECT_TRUE(made->opaque);
+  EXPECT_EQ(made->image.width(), 5);
+  EXPECT_EQ(pictures.Find(size), made.get());
+  EXPECT_EQ(pictures.Make(source, size), made);
   EXPECT_EQ(pictures.Find({.width = 4, .height = 5}), nullptr);
   EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .turn = 1}), nullptr);
+}
+
+TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
+  const Image source = Checks(9);
+  const ScaledPictures pictures;
+  constexpr int kSide = 256;
+  int64_t kept_bytes = 0;
+  for (int width = 1; width <= kSide; ++width) {
+    const ScaledSize size = {.width = width, .height = kSide};
+    const auto made = pictures.Make(source, size);
+    EXPECT_EQ(made->image.width(), width) << "made all the same";
+    if (pictures.Find(size) != nullptr) {
+      kept_bytes += int64_t{4} * width * kSide;
+    }
+  }
+  EXPECT_GT(kept_bytes, ScaledPictures::kKeptBytesMax / 2);
+  EXPECT_LE(kept_bytes, ScaledPictures::kKeptBytesMax);
 }
 
 TEST(ScaledPicturesTest, ThreadsGetTheSame) {
@@ -98,7 +116,7 @@ TEST(ScaledPicturesTest, ThreadsGetTheSame) {
         for (int height = 1; height <= kSide; ++height) {
           const ScaledSize size = {.width = width, .height = height};
           const ScaledPicture* found = pictures.Find(size);
-          mine.push_back(found != nullptr ? found : &pictures.Make(source, size));
+          mine.push_back(found != nullptr ? found : pictures.Make(source, size).get());
         }
       }
     });

@@ -1,0 +1,49 @@
+#ifndef TESTS_BENCHMARK_LOCAL_LEARNER_H_
+#define TESTS_BENCHMARK_LOCAL_LEARNER_H_
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "envcore/pool/pool.h"
+#include "tests/benchmark/action_tape.h"
+
+namespace procgen {
+
+// What is measured of the engine.
+struct Course {
+  std::string game;
+  DistributionMode mode = DistributionMode::kEasy;
+  int worker_count = 1;  // the calling thread is one of them
+  bool drawn = true;
+};
+
+// A pool in this process, the random actions that it is given, and memory for what it answers.
+// Threads: compatible (one thread at a time).
+class LocalLearner {
+ public:
+  static constexpr int32_t kEnvCount = 64;
+
+  // The environments have gone from their common start to a typical mixture of states.
+  static absl::StatusOr<LocalLearner> Start(const Course& course);
+
+  // Steps all environments once.
+  absl::Status Step();
+
+ private:
+  LocalLearner(std::unique_ptr<Pool> pool, bool drawn);
+
+  std::unique_ptr<Pool> pool_;
+  ActionTape actions_;
+  std::vector<uint8_t> observations_;  // empty: not drawn
+  std::array<float, kEnvCount> rewards_ = {};
+  std::array<uint8_t, kEnvCount> first_ = {};
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_BENCHMARK_LOCAL_LEARNER_H_

@@ -1,0 +1,77 @@
+// procgen-benchmark-start: from the start of a server process to the first observation. README.md
+// beside this file says what the figures mean.
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+#include "envcore/games/game_catalog.h"
+#include "procgen_client/client.h"
+#include "tests/benchmark/benchmark_run.h"
+#include "tests/benchmark/time_now.h"
+#include "tests/service/server_process.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kEnvCount = 64;
+constexpr int kStartCount = 5;
+
+// Starts a server, makes a pool of `game` and asks what its environments show.
+absl::Status SeeFirstObservation(const std::string& game) {
+  ServerProcess server({"--address=127.0.0.1:0", "--log_level=error"});
+  const auto client = procgen_client::Client::Connect(server.Address());
+  if (!client.ok()) {
+    return client.status();
+  }
+  v1::PoolSpec spec;
+  spec.add_games(game);
+  spec.set_env_count(kEnvCount);
+  const auto pool = (*client)->CreatePool(spec);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  const auto stream = (*client)->Attach(pool->name());
+  if (!stream.ok()) {
+    return stream.status();
+  }
+  procgen_client::Batch batch;
+  return (*stream)->Observe(&batch);
+}
+
+void RunCourse(const std::string& game, benchmark::State& state) {
+  absl::Duration best = absl::InfiniteDuration();
+  absl::Status status;
+  for ([[maybe_unused]] const auto iteration : state) {
+    const absl::Duration start = TimeNow(TimeKind::kWall);
+    status.Update(SeeFirstObservation(game));
+    best = std::min(best, TimeNow(TimeKind::kWall) - start);
+  }
+  if (!status.ok()) {
+    state.SkipWithError(status.ToString().c_str());
+  }
+  state.counters["seconds"] = absl::ToDoubleSeconds(best);
+}
+
+void RegisterCourses() {
+  for (const GameFacts& game : GameCatalog()) {
+    const std::string name = absl::StrCat("start/", game.name, "/environments:", kEnvCount);
+    benchmark::RegisterBenchmark(
+        name.c_str(),
+        [&game](benchmark::State& state) { RunCourse(std::string(game.name), state); })
+        ->Iterations(kStartCount)
+        ->Unit(benchmark::kMillisecond);
+  }
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  return procgen::RunBenchmarks(argc, argv, 0, procgen::RegisterCourses);
+}
