@@ -37,8 +37,7 @@ absl::StatusOr<std::unique_ptr<procgen_client::Client>> AccessTest::Connect(
     const procgen_client::Credentials& credentials) {
   procgen_client::ConnectOptions options;
   options.credentials = credentials;
-  // Long for who is welcome. Who is not finds out as long as gRPC tries again.
-  options.timeout = absl::Seconds(2);
+  options.timeout = absl::Seconds(30);
   return procgen_client::Client::Connect(address_, options);
 }
 
