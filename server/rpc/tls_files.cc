@@ -161,9 +161,10 @@ grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
   }
   is_fetched_ = true;
+  // gRPC wants roots also where it will ask no client for a certificate.
   const grpc_ssl_pem_key_cert_pair pair = {contents_.key.c_str(), contents_.certificate.c_str()};
   *config = grpc_ssl_server_certificate_config_create(
-      asks_clients_ ? contents_.client_ca.c_str() : nullptr, &pair, 1);
+      (asks_clients_ ? contents_.client_ca : contents_.certificate).c_str(), &pair, 1);
   return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
 }
 
