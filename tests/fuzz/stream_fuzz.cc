@@ -21,64 +21,66 @@ namespace {
 constexpr char kStepPool[] = "/procgen.v1.StepService/StepPool";
 constexpr size_t kPiecesMax = 24;
 
-// A stream whose operations are waited for, but for one read that may be under way.
+// A stream that reads all the while, so that the server is never kept from answering; other
+// operations are waited for.
 class RawStream {
  public:
   explicit RawStream(const std::shared_ptr<grpc::Channel>& channel)
       : stub_(channel), call_(stub_.PrepareCall(&context_, kStepPool, &queue_)) {
     call_->StartCall(tag(kOther));
-    Wait(kOther);
+    WaitForOther();
     call_->Read(&response_, tag(kRead));
   }
 
   bool Write(const std::string& bytes) {
     const grpc::Slice slice(bytes);
     call_->Write(grpc::ByteBuffer(&slice, 1), tag(kOther));
-    return Wait(kOther);
-  }
-
-  // Waits for a response and checks it; false: there are no more.
-  bool Read() {
-    if (!Wait(kRead)) {
-      is_read_ = true;
-      return false;
-    }
-    Check();
-    response_.Clear();
-    call_->Read(&response_, tag(kRead));
-    return true;
+    return WaitForOther();
   }
 
   void Cancel() { context_.TryCancel(); }
 
   absl::Status Finish() {
     call_->WritesDone(tag(kOther));
-    Wait(kOther);
-    while (!is_read_ && Read()) {
+    WaitForOther();
+    while (!all_read_) {
+      Next();
     }
     grpc::Status status;
     call_->Finish(&status, tag(kOther));
-    Wait(kOther);
+    WaitForOther();
     return {static_cast<absl::StatusCode>(status.error_code()), status.error_message()};
   }
 
  private:
-  enum Operation : uint8_t { kRead, kOther, kOperationCount };
+  enum Operation : uint8_t { kRead, kOther };
 
   static void* tag(Operation operation) { return reinterpret_cast<void*>(uintptr_t{operation}); }
 
-  // Waits until `operation` has ended, and remembers another that has; returns whether it is ok.
-  bool Wait(Operation operation) {
-    while (!ended_[operation]) {
-      void* ended = nullptr;
-      bool ok = false;
-      Require(queue_.Next(&ended, &ok), "an operation ends");
-      const auto index = reinterpret_cast<uintptr_t>(ended);
-      ended_[index] = true;
-      ok_[index] = ok;
+  // Waits until the operation that is no read has ended; returns whether it is ok.
+  bool WaitForOther() {
+    other_ended_ = false;
+    while (!other_ended_) {
+      Next();
     }
-    ended_[operation] = false;
-    return ok_[operation];
+    return other_ok_;
+  }
+
+  // Waits until an operation has ended. A response is checked, and the next one read.
+  void Next() {
+    void* ended = nullptr;
+    bool ok = false;
+    Require(queue_.Next(&ended, &ok), "an operation ends");
+    if (ended == tag(kOther)) {
+      other_ended_ = true;
+      other_ok_ = ok;
+    } else if (ok) {
+      Check();
+      response_.Clear();
+      call_->Read(&response_, tag(kRead));
+    } else {
+      all_read_ = true;
+    }
   }
 
   void Check() {
@@ -101,9 +103,9 @@ class RawStream {
   grpc::CompletionQueue queue_;
   std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call_;
   grpc::ByteBuffer response_;
-  bool ended_[kOperationCount] = {};
-  bool ok_[kOperationCount] = {};
-  bool is_read_ = false;  // to its end
+  bool other_ended_ = false;
+  bool other_ok_ = false;
+  bool all_read_ = false;
   bool is_attached_ = false;
   int64_t number_ = 0;
 };

@@ -29,7 +29,7 @@ struct ConnectOptions {
   // much.
   int32_t response_bytes_max = 4 << 20;
   // None: Credentials::FromEnvironment().
-  std::optional<Credentials> credentials;
+  std::optional<Credentials> credentials = std::nullopt;
 };
 
 // Where CloneStates reads.
