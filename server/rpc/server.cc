@@ -11,12 +11,8 @@
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
-#include "server/rpc/catalog_service.h"
 #include "server/rpc/listener.h"
-#include "server/rpc/pool_service.h"
-#include "server/rpc/render_service.h"
-#include "server/rpc/state_service.h"
-#include "server/rpc/step_service.h"
+#include "server/rpc/services.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -44,11 +40,7 @@ class GrpcServer final : public Server {
       : tls_(options.tls),
         sessions_(options.limits, options.worker_count, options.art),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners()),
-        catalog_service_(&sessions_, &callers_),
-        pool_service_(&sessions_, &callers_),
-        step_service_(&sessions_, &callers_),
-        state_service_(&sessions_, &callers_, options.clone_sources),
-        render_service_(&sessions_, &callers_) {}
+        services_(&sessions_, &callers_, options.clone_sources) {}
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
 
@@ -70,11 +62,7 @@ class GrpcServer final : public Server {
             grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
             tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials());
     SetLimits(options.limits, &builder);
-    for (grpc::Service* service :
-         std::initializer_list<grpc::Service*>{&catalog_service_, &pool_service_, &step_service_,
-                                               &state_service_, &render_service_}) {
-      builder.RegisterService(service);
-    }
+    services_.RegisterWith(&builder);
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC does not start a server");
@@ -140,11 +128,7 @@ class GrpcServer final : public Server {
   std::string address_;
   Sessions sessions_;
   const Callers callers_;
-  CatalogServiceImpl catalog_service_;
-  PoolServiceImpl pool_service_;
-  StepServiceImpl step_service_;
-  StateServiceImpl state_service_;
-  RenderServiceImpl render_service_;
+  Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;  // hands its connections to server_
 };

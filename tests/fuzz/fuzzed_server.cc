@@ -37,16 +37,9 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
 FuzzedServer::FuzzedServer()
     : sessions_(SmallLimits(), kWorkerCount),
       callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners()),
-      catalog_service_(&sessions_, &callers_),
-      pool_service_(&sessions_, &callers_),
-      step_service_(&sessions_, &callers_),
-      state_service_(&sessions_, &callers_, CloneSources()),
-      render_service_(&sessions_, &callers_) {
+      services_(&sessions_, &callers_, CloneSources()) {
   grpc::ServerBuilder builder;
-  for (grpc::Service* service : std::initializer_list<grpc::Service*>{
-           &catalog_service_, &pool_service_, &step_service_, &state_service_, &render_service_}) {
-    builder.RegisterService(service);
-  }
+  services_.RegisterWith(&builder);
   server_ = builder.BuildAndStart();
   Require(server_ != nullptr, "there is a server");
   channel_ = server_->InProcessChannel(grpc::ChannelArguments());

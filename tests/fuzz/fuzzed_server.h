@@ -11,11 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "grpcpp/grpcpp.h"
 #include "server/rpc/caller.h"
-#include "server/rpc/catalog_service.h"
-#include "server/rpc/pool_service.h"
-#include "server/rpc/render_service.h"
-#include "server/rpc/state_service.h"
-#include "server/rpc/step_service.h"
+#include "server/rpc/services.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -41,11 +37,7 @@ class FuzzedServer {
  private:
   Sessions sessions_;
   const Callers callers_;
-  CatalogServiceImpl catalog_service_;
-  PoolServiceImpl pool_service_;
-  StepServiceImpl step_service_;
-  StateServiceImpl state_service_;
-  RenderServiceImpl render_service_;
+  Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::shared_ptr<grpc::Channel> channel_;
 };
