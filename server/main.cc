@@ -21,6 +21,7 @@
 #include "envcore/pool/shared_art.h"
 #include "server/config.h"
 #include "server/rpc/server.h"
+#include "server/security_flags.h"
 #include "server/session/event_log.h"
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
@@ -98,7 +99,11 @@ absl::StatusOr<Config> ReadConfig() {
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
+  ReadSecurityFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = LoadSecrets(&config); !status.ok()) {
     return status;
   }
   if (const std::string folder = absl::GetFlag(FLAGS_art); !folder.empty()) {
@@ -121,6 +126,14 @@ sigset_t StopSignals() {
   return signals;
 }
 
+// How the log tells who may call.
+std::string AccessText(const Config& config) {
+  return absl::StrCat(config.server.tls == nullptr        ? "plain text"
+                      : config.server.tls->asks_clients() ? "mutual TLS"
+                                                          : "TLS",
+                      config.server.tokens == nullptr ? "" : ", tokens");
+}
+
 int Serve(const Config& config, const sigset_t& stop_signals) {
   SetLogLevel(config.log_level);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
@@ -133,6 +146,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
            {{"address", (*server)->address()},
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
+            {"access", AccessText(config)},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
@@ -153,7 +167,8 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
 
   const auto is_ours = [](absl::string_view file) {
-    return absl::EndsWith(file, "server/main.cc");
+    return absl::EndsWith(file, "server/main.cc") ||
+           absl::EndsWith(file, "server/security_flags.cc");
   };
   absl::FlagsUsageConfig usage;
   usage.contains_help_flags = is_ours;

@@ -110,6 +110,10 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_response_bytes_max(limits.response_bytes_max);
   message->set_requests_in_flight_max(limits.requests_in_flight_max);
   message->set_observation_bytes_max(limits.observation_bytes_max);
+  message->set_owner_pool_count_max(limits.owner_pool_count_max);
+  message->set_owner_environment_count_max(limits.owner_environment_count_max);
+  message->set_owner_stream_count_max(limits.owner_stream_count_max);
+  message->set_owner_call_count_max(limits.owner_call_count_max);
   message->set_observation_side_px_min(kObservationSidePxMin);
   message->set_observation_side_px_max(kObservationSidePxMax);
   message->set_frame_stack_max(kFrameStackMax);

@@ -15,6 +15,7 @@ namespace procgen {
 namespace {
 
 constexpr int kGamesMax = 64;
+constexpr size_t kGameLengthMax = 64;  // characters; no game has a longer name
 
 template <typename Enum>
 std::string EnumText(Enum value) {
@@ -212,6 +213,13 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
     return absl::InvalidArgumentError(
         absl::StrCat("spec.games has ", spec.games_size(), " entries, allowed: 1 to ", kGamesMax));
   }
+  for (int i = 0; i < spec.games_size(); ++i) {
+    if (spec.games(i).size() > kGameLengthMax) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.games[", i, "] has ", spec.games(i).size(),
+                       " characters, allowed: the name of a game, at most ", kGameLengthMax));
+    }
+  }
   if (spec.first_environment() < 0 || spec.total_environments() < 0) {
     return absl::InvalidArgumentError(absl::StrCat(
         "spec.first_environment is ", spec.first_environment(), " and spec.total_environments is ",
@@ -343,6 +351,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
+  message.set_owner(session.owner());
   FillTimestamp(session.create_time(), message.mutable_create_time());
   if (session.lease_duration() != absl::InfiniteDuration()) {
     *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());

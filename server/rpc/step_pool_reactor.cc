@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/shared_bytes.h"
@@ -23,17 +24,28 @@ constexpr char kDrainsValue[] = "1";
 
 }  // namespace
 
-StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, grpc::CallbackServerContext* context) {
+StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, grpc::CallbackServerContext* context,
+                                        Caller caller) {
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.
-  std::shared_ptr<StepPoolReactor> reactor(new StepPoolReactor(sessions, context));
+  std::shared_ptr<StepPoolReactor> reactor(
+      new StepPoolReactor(sessions, context, std::move(caller)));
   reactor->self_ = reactor;
+  // Weak, because the alarm is the stream's and keeps what it calls.
+  reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
+                             [weak = reactor->weak_from_this()](bool expired) {
+                               const std::shared_ptr<StepPoolReactor> stream = weak.lock();
+                               if (expired && stream != nullptr) {
+                                 stream->OnAttachTimeout();
+                               }
+                             });
   reactor->Drive();
   return reactor.get();
 }
 
-StepPoolReactor::StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context)
-    : sessions_(sessions), context_(context) {}
+StepPoolReactor::StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context,
+                                 Caller caller)
+    : sessions_(sessions), context_(context), caller_(std::move(caller)) {}
 
 void StepPoolReactor::Drive() {
   const std::shared_ptr<StepPoolReactor> self = shared_from_this();
@@ -136,6 +148,7 @@ void StepPoolReactor::OnReadDone(bool ok) {
   absl::Status status = ParseMessage(read_bytes_, &request->message);
   read_bytes_.Clear();
   if (!std::exchange(attaching_, true)) {
+    attach_alarm_.Cancel();
     if (status.ok()) {
       status = Attach(request->message);
     }
@@ -157,6 +170,19 @@ void StepPoolReactor::OnReadDone(bool ok) {
   Drive();
 }
 
+void StepPoolReactor::OnAttachTimeout() {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (attached_) {
+      return;
+    }
+    EndNowLocked(absl::DeadlineExceededError(absl::StrCat(
+        "the stream has sent no attach within ",
+        absl::FormatDuration(sessions_->limits().attach_timeout), ", limit attach_timeout")));
+  }
+  Drive();
+}
+
 absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
   if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
     return status;
@@ -173,7 +199,7 @@ absl::Status StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
     return terms.status();
   }
   absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions_->FindForStream(request.attach().pool());
+      sessions_->FindForStream(caller_.owner, request.attach().pool());
   if (!pool.ok()) {
     return pool.status();
   }
@@ -195,8 +221,10 @@ void StepPoolReactor::OnAttached(absl::Status status) {
     status = Sessions::Draining();
   }
   if (status.ok()) {
+    caller_.share = Owners::Share();
     LogEvent(LogLevel::kInfo, "stream_attached",
              {{"pool", pool_->name()},
+              {"owner", pool_->owner()},
               {"next_sequence_number", absl::StrCat(pool_->next_sequence_number())}});
   } else {
     EndAfterInbox(status);
@@ -442,6 +470,7 @@ void StepPoolReactor::FinishStream() {
   if (was_attached) {
     LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "stream_ended",
              {{"pool", pool_name_},
+              {"owner", caller_.owner},
               {"code", absl::StatusCodeToString(status.code())},
               {"message", std::string(status.message())}});
   }

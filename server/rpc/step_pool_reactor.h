@@ -7,10 +7,12 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
+#include "grpcpp/alarm.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/attach.h"
+#include "server/rpc/caller.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/request_window.h"
 #include "server/rpc/response_queue.h"
@@ -22,8 +24,9 @@ namespace procgen {
 // One stream of StepPool, between gRPC's reactions and a PoolSession's turns.
 //
 // The life of a stream:
-//  1. The first request is read and must attach; where another stream is to be taken over, that one
-//     lets go of the pool first.
+//  1. The first request is read and must attach, within Limits::attach_timeout; where another stream
+//     is to be taken over, that one lets go of the pool first. Until then the stream is one of its
+//     owner's calls under way, afterwards one of its streams.
 //  2. Requests are read, one at a time, as long as the window has room (RequestWindow).
 //  3. The first of the inbox takes a turn at the pool, is accepted, and is carried out part by
 //     part: each part is stepped straight into one of two response messages, so one is stepped
@@ -42,7 +45,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
                               public std::enable_shared_from_this<StepPoolReactor> {
  public:
   // Begins to serve a stream; it ends itself. `sessions` must outlive it.
-  static StepPoolReactor* Start(Sessions* sessions, grpc::CallbackServerContext* context);
+  static StepPoolReactor* Start(Sessions* sessions, grpc::CallbackServerContext* context,
+                                Caller caller);
 
  private:
   enum class Action {
@@ -56,7 +60,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
     kFinish,   // end the stream
   };
 
-  StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context);
+  StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context, Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -67,6 +71,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Act(Action action);
 
+  void OnAttachTimeout();
   // Takes in the first request. OK: OnAttached follows, or was called.
   absl::Status Attach(const v1::StepPoolRequest& request);
   void OnAttached(absl::Status status);
@@ -99,6 +104,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
 
   Sessions* const sessions_;
   grpc::CallbackServerContext* const context_;
+  Caller caller_;                          // its share: until it is attached
+  grpc::Alarm attach_alarm_;               // until the first request was read
   std::shared_ptr<StepPoolReactor> self_;  // until OnDone
   // Set by attach; the pool is let go when no turn is taken any more.
   std::shared_ptr<PoolSession> pool_;

@@ -25,9 +25,10 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 
 }  // namespace
 
-PoolSession::PoolSession(std::string name, std::unique_ptr<Pool> pool,
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
                          absl::Duration lease_duration, const PoolSurroundings& surroundings)
-    : name_(std::move(name)),
+    : owner_(std::move(owner)),
+      name_(std::move(name)),
       pool_(std::move(pool)),
       surroundings_(surroundings),
       create_time_(surroundings.lease_alarm->Now()),
@@ -98,16 +99,32 @@ absl::Status PoolSession::CheckAttach(const AttachOptions& options) {
         absl::StrCat("another stream is attached to pool ", name_,
                      ", allowed: one at a time; end that one, or attach with take_over"));
   }
-  if (!options.resumable) {
-    return absl::OkStatus();
+  Owners::Share share;
+  if (!attached_) {
+    absl::StatusOr<Owners::Share> taken = surroundings_.owners->Take(owner_, {.stream_count = 1});
+    if (!taken.ok()) {
+      return taken.status();
+    }
+    share = *std::move(taken);
   }
-  const int64_t bytes = options.requests_in_flight_max * AnswerBytesMax();
+  if (options.resumable) {
+    if (absl::Status status = ReserveAnswers(options.requests_in_flight_max); !status.ok()) {
+      return status;
+    }
+  }
+  if (!attached_) {
+    stream_share_ = std::move(share);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status PoolSession::ReserveAnswers(int32_t count) {
+  const int64_t bytes = count * AnswerBytesMax();
   ByteBudget* budget = surroundings_.kept_answer_bytes;
   if (bytes > reserved_bytes_ && !budget->Change(reserved_bytes_, bytes)) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("attach.resumable keeps ", options.requests_in_flight_max,
-                     " answers of up to ", AnswerBytesMax(), " bytes, and other pools have ",
-                     budget->reserved_bytes() - reserved_bytes_,
+        absl::StrCat("attach.resumable keeps ", count, " answers of up to ", AnswerBytesMax(),
+                     " bytes, and other pools have ", budget->reserved_bytes() - reserved_bytes_,
                      ", limit kept_answer_bytes_max is ", budget->bytes_max()));
   }
   reserved_bytes_ = std::max(reserved_bytes_, bytes);
@@ -143,6 +160,7 @@ void PoolSession::Detach() {
       BeginStream(next->options, std::move(next->end_stream));
     } else {
       attached_ = false;
+      stream_share_ = Owners::Share();
       BeginLease();
     }
   }

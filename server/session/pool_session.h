@@ -21,6 +21,7 @@
 #include "server/session/kept_answers.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
+#include "server/session/owners.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
 
@@ -31,6 +32,7 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 
 // What all pools of a server share. All of it must outlive them.
 struct PoolSurroundings {
+  Owners* owners = nullptr;
   SideCrew* side_crew = nullptr;
   LeaseAlarm* lease_alarm = nullptr;           // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
@@ -69,13 +71,15 @@ class PoolSession {
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
   // closed.
-  PoolSession(std::string name, std::unique_ptr<Pool> pool, absl::Duration lease_duration,
-              const PoolSurroundings& surroundings);
+  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+              absl::Duration lease_duration, const PoolSurroundings& surroundings);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;
   PoolSession& operator=(const PoolSession&) = delete;
 
+  // Who made it; empty where callers are not asked who they are.
+  const std::string& owner() const { return owner_; }
   const std::string& name() const { return name_; }
   const PoolOptions& options() const { return pool_->options(); }
   int32_t env_count() const { return pool_->env_count(); }
@@ -94,8 +98,8 @@ class PoolSession {
   // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
   // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
   // resumable. Errors: FAILED_PRECONDITION another stream has it, and is not to be taken over;
-  // ABORTED a third one took over; RESOURCE_EXHAUSTED no memory for answers; what it was closed
-  // with.
+  // ABORTED a third one took over; RESOURCE_EXHAUSTED its owner has too many streams, or no memory
+  // for answers; what it was closed with.
   void Attach(const AttachOptions& options, EndStream end_stream, Done done);
   // Gives it back: to the stream that takes over, or its lease begins. A turn must have ended.
   void Detach();
@@ -154,6 +158,7 @@ class PoolSession {
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
   absl::Status CheckAttach(const AttachOptions& options) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ReserveAnswers(int32_t count) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginStream(const AttachOptions& options, EndStream end_stream)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginLease() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -162,6 +167,7 @@ class PoolSession {
   // An answer of the pool, kept, has no more bytes.
   int64_t AnswerBytesMax() const;
 
+  const std::string owner_;
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
   const PoolSurroundings surroundings_;
@@ -170,6 +176,7 @@ class PoolSession {
 
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
+  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);    // while attached; who takes over has it
   AttachOptions stream_options_ ABSL_GUARDED_BY(mutex_);  // of the last one attached
   EndStream end_stream_ ABSL_GUARDED_BY(mutex_);          // null once called
   std::optional<Successor> successor_ ABSL_GUARDED_BY(mutex_);

@@ -66,7 +66,8 @@ TEST(BinaryTest, HelpListsTheFlags) {
   process.Wait();
   for (const char* flag :
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level"}) {
+        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level", "--tls_certificate",
+        "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }
 }

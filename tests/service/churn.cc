@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "gmock/gmock.h"
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "server/rpc/server.h"

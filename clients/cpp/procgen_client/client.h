@@ -18,6 +18,7 @@
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/credentials.h"
 #include "procgen_client/step_stream.h"
 
 namespace procgen_client {
@@ -27,6 +28,8 @@ struct ConnectOptions {
   // Largest response that can be received, in bytes. StreamOptions::response_bytes_max may be as
   // much.
   int32_t response_bytes_max = 4 << 20;
+  // None: Credentials::FromEnvironment().
+  std::optional<Credentials> credentials = std::nullopt;
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and is
   // broken if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(20);
@@ -44,7 +47,8 @@ struct CloneSource {
 // Threads: any method from any thread.
 class Client {
  public:
-  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers.
+  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers,
+  // or not in TLS as it should; those of ChannelCredentialsOf and Credentials::FromEnvironment.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
@@ -84,9 +88,10 @@ class Client {
       const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
 
  private:
-  explicit Client(const std::shared_ptr<grpc::Channel>& channel);
+  Client(const std::shared_ptr<grpc::Channel>& channel, std::string token);
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
+  const std::string token_;  // empty: none
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;

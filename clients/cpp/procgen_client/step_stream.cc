@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "grpcpp/alarm.h"
+#include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
 namespace procgen_client {
@@ -32,9 +33,9 @@ class Backoff {
 
 }  // namespace
 
-StepStream::StepStream(procgen::v1::StepService::Stub* stub, const std::string& pool,
-                       const StreamOptions& options)
-    : stub_(stub), reconnect_timeout_(options.reconnect_timeout) {
+StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
+                       const std::string& pool, const StreamOptions& options)
+    : stub_(stub), token_(std::move(token)), reconnect_timeout_(options.reconnect_timeout) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
   attach->set_requests_in_flight_max(options.requests_in_flight_max);
@@ -72,6 +73,7 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
       }
     });
   }
+  ShowToken(token_, &connection->context);
   connection->stream = stub_->StepPool(&connection->context);
   procgen::v1::StepPoolResponse response;
   if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {

@@ -89,7 +89,7 @@ class StepStream {
     std::unique_ptr<ReaderWriter> stream;
   };
 
-  StepStream(procgen::v1::StepService::Stub* stub, const std::string& pool,
+  StepStream(procgen::v1::StepService::Stub* stub, std::string token, const std::string& pool,
              const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
@@ -112,6 +112,7 @@ class StepStream {
   std::shared_ptr<Connection> connection();
 
   procgen::v1::StepService::Stub* const stub_;
+  const std::string token_;  // empty: none
   const absl::Duration reconnect_timeout_;
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;      // at first

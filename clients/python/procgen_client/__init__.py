@@ -19,6 +19,7 @@ from procgen_client._gymnasium import AutoresetMode
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
+from procgen_client.credentials import Credentials
 from procgen_client.errors import ProcgenError
 from procgen_client.pool import Pool
 from procgen_client.server_process import ServerProcess
@@ -32,6 +33,7 @@ __all__ = [
     "AutoresetMode",
     "Batch",
     "Client",
+    "Credentials",
     "Pool",
     "ProcgenError",
     "ProcgenVectorEnv",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from procgen_client._proto import (
     step_pb2,
 )
 from procgen_client._wire import read_response
+from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
@@ -56,7 +58,7 @@ class Client:
         timeout: float = 10.0,
         call_timeout: float = 60.0,
         reconnect_timeout: float = 60.0,
-        credentials: grpc.ChannelCredentials | None = None,
+        credentials: Credentials | None = None,
         channel_options: Sequence[tuple[str, Any]] = (),
     ) -> None:
         """Connects.
@@ -70,11 +72,14 @@ class Client:
             reconnect_timeout: How long a pool's stream whose connection broke tries to go on, each
                 time, in seconds; the server keeps its answers meanwhile. 0: a broken connection
                 ends the stream, and the server keeps nothing.
-            credentials: For a server that speaks TLS. None: plain text.
+            credentials: For a server that speaks TLS or asks who calls. None: what the environment
+                says (Credentials.from_environment); nothing there: plain text without a token.
             channel_options: More of gRPC's channel arguments.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
+            UnauthenticatedError: The server asks for another token.
+            InvalidArgumentError, NotFoundError: As Credentials.channel.
             UnimplementedError: What answers there is no Procgen Server.
         """
         self.address = address
@@ -82,19 +87,21 @@ class Client:
         self._call_timeout = call_timeout
         self._closed = False
         arguments = [*_channel_arguments(address), *channel_options]
-        if credentials is None:
-            self._channel = grpc.insecure_channel(address, arguments)
-        else:
-            self._channel = grpc.secure_channel(address, credentials, arguments)
+        shown = Credentials.from_environment() if credentials is None else credentials
+        self._channel = shown.channel(address, arguments)
+        self._metadata = shown.metadata()
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
-        self._step_pool = self._channel.stream_stream(
-            _STEP_POOL_METHOD,
-            request_serializer=step_pb2.StepPoolRequest.SerializeToString,
-            response_deserializer=read_response,
+        self._step_pool = functools.partial(
+            self._channel.stream_stream(
+                _STEP_POOL_METHOD,
+                request_serializer=step_pb2.StepPoolRequest.SerializeToString,
+                response_deserializer=read_response,
+            ),
+            metadata=self._metadata,
         )
         try:
             self._catalog = self._first_catalog(timeout)
@@ -283,7 +290,10 @@ class Client:
         if self._closed:
             raise CancelledError(f"the connection to {self.address} was closed by this client")
         try:
-            return method(request, **({"timeout": self._call_timeout} | arguments))
+            return method(
+                request,
+                **({"timeout": self._call_timeout, "metadata": self._metadata} | arguments),
+            )
         except grpc.RpcError as error:
             raise from_rpc_error(error) from None
 
@@ -307,15 +317,19 @@ class Client:
     def _reason(self) -> str:
         """Tells why the connection fails, in gRPC's words."""
         try:
-            self._catalog_stub.GetCatalog(catalog_pb2.GetCatalogRequest(), timeout=1)
+            self._catalog_stub.GetCatalog(
+                catalog_pb2.GetCatalogRequest(), timeout=1, metadata=self._metadata
+            )
         except grpc.RpcError as error:
             return error.details() or error.code().name
         return "it has just begun to"
 
 
-def connect(address: str, *, timeout: float = 10.0) -> Client:
-    """Connects to a server; the same as ``Client(address, timeout=timeout)``."""
-    return Client(address, timeout=timeout)
+def connect(
+    address: str, *, timeout: float = 10.0, credentials: Credentials | None = None
+) -> Client:
+    """Connects to a server; the same as :class:`Client` with these arguments."""
+    return Client(address, timeout=timeout, credentials=credentials)
 
 
 def _channel_arguments(address: str) -> list[tuple[str, Any]]:
@@ -335,8 +349,7 @@ def _channel_arguments(address: str) -> list[tuple[str, Any]]:
         ("grpc.min_reconnect_backoff_ms", 100),
         ("grpc.max_reconnect_backoff_ms", 1000),
     ]
-    host = address.rsplit("/", 1)[-1]
-    if address.startswith("unix:") or host.startswith(("localhost:", "127.", "[::1]:")):
+    if is_this_machine(address):
         # This very machine is never behind a proxy, whatever http_proxy says.
         arguments.append(("grpc.enable_http_proxy", 0))
     return arguments

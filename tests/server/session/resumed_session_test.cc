@@ -46,7 +46,8 @@ class ResumedSessionTest : public testing::Test {
     options.env_count = kEnvCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("pools/7", *std::move(pool), lease, surroundings_.Get());
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
+                                         surroundings_.Get());
   }
 
   // Accepts request `number`, in a turn, and keeps an answer if it was to be carried out.
