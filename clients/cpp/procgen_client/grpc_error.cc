@@ -12,6 +12,7 @@ bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& c
       // A server that drains says so, and that it is not to be asked again.
       return context.GetServerTrailingMetadata().count("procgen-drains") == 0;
     case grpc::StatusCode::UNKNOWN:  // "Stream removed": gRPC's word where a socket was reset
+    case grpc::StatusCode::OK:       // the server took the connection's end for the stream's
       return true;
     default:
       return false;

@@ -77,9 +77,9 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
   connection->stream = stub_->StepPool(&connection->context);
   procgen::v1::StepPoolResponse response;
   if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
-    const grpc::Status status = connection->stream->Finish();
-    *is_broken = IsBrokenConnection(status, connection->context) || absl::Now() >= deadline;
-    return ToAbslStatus(status);
+    absl::Status status = EndOf(connection.get(), is_broken);
+    *is_broken = *is_broken || absl::Now() >= deadline;
+    return status;
   }
   alarm.Cancel();
   {
@@ -98,11 +98,8 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
 absl::Status StepStream::Reconnect() {
   // Nobody writes to the broken stream any more.
   absl::MutexLock sending(&send_mutex_);
-  const std::shared_ptr<Connection> broken = connection();
-  const grpc::Status end = broken->stream->Finish();
-  absl::Status status =
-      end.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(end);
-  bool is_broken = resumes() && IsBrokenConnection(end, broken->context);
+  bool is_broken = false;
+  absl::Status status = EndOf(connection().get(), &is_broken);
   const absl::Time deadline = absl::Now() + reconnect_timeout_;
   Backoff backoff;
   while (is_broken) {
@@ -143,12 +140,20 @@ absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
   }
   for (const procgen::v1::StepPoolRequest& request : unanswered) {
     if (!connection->stream->Write(request)) {
-      const grpc::Status status = connection->stream->Finish();
-      *is_broken = IsBrokenConnection(status, connection->context);
-      return ToAbslStatus(status);
+      return EndOf(connection.get(), is_broken);
     }
   }
   return absl::OkStatus();
+}
+
+absl::Status StepStream::EndOf(Connection* connection, bool* is_broken) {
+  // gRPC tells the end to who has read all.
+  procgen::v1::StepPoolResponse dropped;
+  while (connection->stream->Read(&dropped)) {
+  }
+  const grpc::Status end = connection->stream->Finish();
+  *is_broken = IsBrokenConnection(end, connection->context);
+  return end.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(end);
 }
 
 std::shared_ptr<StepStream::Connection> StepStream::connection() {
@@ -200,9 +205,7 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
       unanswered_.push_back(request);
     }
   }
-  if (!connection->stream->Write(request) && !resumes()) {
-    return Finish();
-  }
+  connection->stream->Write(request);
   return number;
 }
 
@@ -250,15 +253,8 @@ absl::Status StepStream::Over() {
 }
 
 absl::Status StepStream::Finish() {
-  absl::MutexLock lock(&mutex_);
-  if (!finished_) {
-    finished_ = true;
-    status_ = ToAbslStatus(connection_->stream->Finish());
-    if (status_.ok()) {
-      status_ = absl::FailedPreconditionError("the stream is closed");
-    }
-  }
-  return status_;
+  bool is_broken = false;
+  return FinishWith(EndOf(connection().get(), &is_broken));
 }
 
 absl::Status StepStream::FinishWith(absl::Status status) {

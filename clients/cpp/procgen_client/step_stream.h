@@ -104,6 +104,8 @@ class StepStream {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
   // Reads the answer to one request; false: the stream has ended.
   bool ReadAnswer(Batch* batch);
+  // Why a connection ended, and whether because it broke.
+  static absl::Status EndOf(Connection* connection, bool* is_broken);
   // OK while the stream goes on; afterwards what every call returns.
   absl::Status Over();
   // What the server says of the stream; it is over.

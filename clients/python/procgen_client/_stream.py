@@ -151,8 +151,12 @@ class Stream:
         try:
             return next(self._call)
         except StopIteration:
+            # The server took the connection's end for that of the stream.
             self.drop()
-            raise UnavailableError(f"the server ended the stream of {self._attach.pool}") from None
+            error = UnavailableError(f"the server ended the stream of {self._attach.pool}")
+            if self._reconnect_timeout > 0:
+                raise _BrokenConnectionError(error) from None
+            raise error from None
         except grpc.RpcError as error:
             is_broken = _is_broken_connection(error)
             self.drop()
