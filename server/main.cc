@@ -50,7 +50,8 @@ ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_tim
 ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
           "and ended if it gives none for this long");
 ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
-          "after SIGTERM or SIGINT, running requests have this long to be answered");
+          "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
+          "save states");
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");

@@ -1,11 +1,13 @@
 #include "server/rpc/attach.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/response_limit.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -52,6 +54,40 @@ absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const
   terms.options.take_over = attach.take_over();
   terms.response_bytes_max = *response_bytes_max;
   return terms;
+}
+
+void AttachStream(const Sessions* sessions, absl::string_view owner,
+                  const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
+                  absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done) {
+  const absl::StatusOr<StreamTerms> terms = ReadAttach(request, sessions->limits());
+  if (!terms.ok()) {
+    done(terms.status());
+    return;
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+      sessions->FindForStream(owner, request.attach().pool());
+  if (!pool.ok()) {
+    done(pool.status());
+    return;
+  }
+  (*pool)->Attach(terms->options, std::move(end_stream),
+                  [sessions, attachment = Attachment{*pool, *terms},
+                   done = std::move(done)](absl::Status status) mutable {
+                    if (status.ok() && sessions->draining()) {
+                      attachment.pool->Detach();  // all streams may have been told before this one
+                      status = Sessions::Draining();
+                    }
+                    if (!status.ok()) {
+                      done(std::move(status));
+                      return;
+                    }
+                    LogEvent(LogLevel::kInfo, "stream_attached",
+                             {{"pool", attachment.pool->name()},
+                              {"owner", attachment.pool->owner()},
+                              {"next_sequence_number",
+                               absl::StrCat(attachment.pool->next_sequence_number())}});
+                    done(std::move(attachment));
+                  });
 }
 
 void FillAttached(const PoolSession& pool, const StreamTerms& terms,

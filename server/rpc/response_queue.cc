@@ -1,6 +1,8 @@
 #include "server/rpc/response_queue.h"
 
+#include "absl/strings/str_cat.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
+#include "server/rpc/shared_bytes.h"
 
 namespace procgen {
 namespace {
@@ -15,6 +17,19 @@ grpc::ByteBuffer Serialized(const v1::StepPoolResponse& response) {
   bool own_buffer = false;
   grpc::SerializationTraits<v1::StepPoolResponse>::Serialize(response, &bytes, &own_buffer);
   return bytes;
+}
+
+absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
+                             int64_t response_bytes_max) {
+  for (const absl::Cord& response : answer) {
+    if (response.size() > static_cast<size_t>(response_bytes_max)) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the kept answer to request ", sequence_number, " has a response of ",
+                       response.size(), " bytes, limit attach.response_bytes_max is ",
+                       response_bytes_max));
+    }
+  }
+  return absl::OkStatus();
 }
 
 ResponseQueue::ResponseQueue() {
@@ -32,6 +47,13 @@ v1::StepPoolResponse* ResponseQueue::Take() {
   v1::StepPoolResponse* message = free_.back();
   free_.pop_back();
   return message;
+}
+
+void ResponseQueue::PushAnswer(const Answer& answer, StreamRequest* request) {
+  for (const absl::Cord& response : answer) {
+    const bool is_last = &response == &answer.back();
+    Push({nullptr, ByteBufferOf(response), is_last ? request : nullptr});
+  }
 }
 
 StreamRequest* ResponseQueue::EndWrite() {

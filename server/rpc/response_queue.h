@@ -1,18 +1,26 @@
 #ifndef SERVER_RPC_RESPONSE_QUEUE_H_
 #define SERVER_RPC_RESPONSE_QUEUE_H_
 
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/convert_step.h"
+#include "server/session/kept_answers.h"
 
 namespace procgen {
 
 // The bytes of a response on the wire.
 grpc::ByteBuffer Serialized(const v1::StepPoolResponse& response);
+
+// Whether an answer that was kept, to request `sequence_number`, can be sent on a stream that takes
+// responses of this size. Errors: RESOURCE_EXHAUSTED.
+absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
+                             int64_t response_bytes_max);
 
 // A response on its way.
 struct Outgoing {
@@ -34,6 +42,8 @@ class ResponseQueue {
   void GiveBack(v1::StepPoolResponse* message) { free_.push_back(message); }
 
   void Push(Outgoing response) { queue_.push_back(std::move(response)); }
+  // Pushes an answer that was kept, to `request`.
+  void PushAnswer(const Answer& answer, StreamRequest* request);
   bool empty() const { return queue_.empty(); }
   bool CanWrite() const { return !queue_.empty() && !writing_; }
   void BeginWrite() { writing_ = true; }

@@ -18,8 +18,11 @@
 namespace procgen {
 namespace {
 
-// How often a stopping server looks whether its streams have ended.
+// How often a stopping server looks whether it has nothing left to do.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
+// How long clients without a call have to close their connections. gRPC for C++ looks after an idle
+// one every five seconds.
+constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
 
 // Calls that may be under way on one connection besides one stream for each pool.
 constexpr int kConnectionCallsMax = 1024;
@@ -117,11 +120,11 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = absl::Now() + deadline;
     BeginDrain();
-    while (sessions_.load().stream_count > 0 && absl::Now() < end) {
+    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && absl::Now() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
     listener_.reset();
-    server_->Shutdown(absl::ToChronoTime(end));
+    server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
   }
 

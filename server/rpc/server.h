@@ -45,8 +45,9 @@ class Server {
   // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
   // request that each is carrying out. Returns at once.
   virtual void BeginDrain() = 0;
-  // BeginDrain; then waits until all streams have ended, `deadline` at most, and stops; what is
-  // left is cancelled. Blocks.
+  // BeginDrain; then waits, `deadline` at most, until no call is under way and the pools whose
+  // streams it ended are deleted (their learners may want to save states), and stops; what is left
+  // is cancelled. Blocks.
   virtual void Stop(absl::Duration deadline) = 0;
 };
 

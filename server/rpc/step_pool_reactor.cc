@@ -1,6 +1,5 @@
 #include "server/rpc/step_pool_reactor.h"
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -9,7 +8,6 @@
 #include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
 #include "server/rpc/grpc_status.h"
-#include "server/rpc/shared_bytes.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
@@ -17,8 +15,7 @@ namespace procgen {
 namespace {
 
 // Tells a client that this server will not serve it, so that it does not try the same again. Other
-// UNAVAILABLEs are broken connections. (gRPC keeps its own key for that, grpc-retry-pushback-ms, to
-// itself: clients' code does not see it.)
+// UNAVAILABLEs are broken connections.
 constexpr char kDrainsKey[] = "procgen-drains";
 constexpr char kDrainsValue[] = "1";
 
@@ -77,12 +74,11 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
   // Who is cancelled or taken over does not wait for the wire, which may be dead.
   if (part_waits_ && (cancelled_ || taken_over_ || responses_.has_free())) {
     part_waits_ = false;
-    part_response_ = TakeResponse();
     return Action::kRunPart;
   }
-  if (running_ == nullptr) {
-    running_ = requests_.Next();
-    if (running_ != nullptr) {
+  if (turn_of_ == nullptr) {
+    turn_of_ = requests_.Next();
+    if (turn_of_ != nullptr) {
       return Action::kTurn;
     }
   }
@@ -90,7 +86,7 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
     requests_.BeginRead();
     return Action::kRead;
   }
-  const bool takes_no_turn = requests_.IsOver() && running_ == nullptr;
+  const bool takes_no_turn = requests_.IsOver() && turn_of_ == nullptr;
   if (attached_ && !letting_go_ && takes_no_turn) {
     letting_go_ = true;
     return Action::kLetGo;
@@ -150,9 +146,8 @@ void StepPoolReactor::OnReadDone(bool ok) {
   if (!std::exchange(attaching_, true)) {
     attach_alarm_.Cancel();
     if (status.ok()) {
-      status = Attach(request->message);
-    }
-    if (!status.ok()) {
+      Attach(request->message);
+    } else {
       OnAttached(std::move(status));
     }
     return;
@@ -193,46 +188,30 @@ absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
   return rows_max.status();
 }
 
-absl::Status StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
-  absl::StatusOr<StreamTerms> terms = ReadAttach(request, sessions_->limits());
-  if (!terms.ok()) {
-    return terms.status();
-  }
-  absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions_->FindForStream(caller_.owner, request.attach().pool());
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  terms_ = *terms;
-  pool_ = *std::move(pool);
-  pool_name_ = pool_->name();
-  pool_->Attach(
-      terms_.options,
+void StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
+  AttachStream(
+      sessions_, caller_.owner, request,
       [self = shared_from_this()](StreamEnd why, const absl::Status& reason) {
         self->EndNow(why, reason);
       },
-      [self = shared_from_this()](absl::Status status) { self->OnAttached(std::move(status)); });
-  return absl::OkStatus();
+      [self = shared_from_this()](absl::StatusOr<Attachment> attachment) {
+        self->OnAttached(std::move(attachment));
+      });
 }
 
-void StepPoolReactor::OnAttached(absl::Status status) {
-  if (status.ok() && sessions_->draining()) {
-    pool_->Detach();  // it may have told all streams before this one attached
-    status = Sessions::Draining();
-  }
-  if (status.ok()) {
+void StepPoolReactor::OnAttached(absl::StatusOr<Attachment> attachment) {
+  if (attachment.ok()) {
+    pool_ = std::move(attachment->pool);
+    pool_name_ = pool_->name();
+    terms_ = attachment->terms;
     caller_.share = Owners::Share();
-    LogEvent(LogLevel::kInfo, "stream_attached",
-             {{"pool", pool_->name()},
-              {"owner", pool_->owner()},
-              {"next_sequence_number", absl::StrCat(pool_->next_sequence_number())}});
   } else {
-    EndAfterInbox(status);
+    EndAfterInbox(attachment.status());
   }
   {
     absl::MutexLock lock(&mutex_);
     requests_.EndTakingIn();
-    attached_ = status.ok();
+    attached_ = attachment.ok();
     if (attached_ && status_.ok()) {
       requests_.Grow(static_cast<size_t>(terms_.options.requests_in_flight_max));
       v1::StepPoolResponse* response = responses_.Take();
@@ -279,7 +258,7 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
   bool unwanted = false;
   {
     absl::MutexLock lock(&mutex_);
-    request = running_;
+    request = turn_of_;
     unwanted = cancelled_;
   }
   absl::StatusOr<std::optional<Answer>> accepted = absl::CancelledError();
@@ -297,11 +276,11 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
     absl::MutexLock lock(&mutex_);
     absl::Status status = accepted.status();
     if (status.ok() && !accepted->has_value()) {
-      part_ = {request->request.first, std::min(request->rows_max, request->request.count)};
+      running_.Begin(request);
       part_waits_ = true;
       unsent_ = false;
     } else {
-      running_ = nullptr;
+      turn_of_ = nullptr;
       status = status.ok() ? AnswerAgain(request, **accepted) : status;
     }
     if (!status.ok()) {
@@ -312,22 +291,12 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
 }
 
 absl::Status StepPoolReactor::AnswerAgain(StreamRequest* request, const Answer& answer) {
-  for (const absl::Cord& response : answer) {
-    if (response.size() > static_cast<size_t>(terms_.response_bytes_max)) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("the kept answer to request ", request->request.sequence_number,
-                       " has a response of ", response.size(),
-                       " bytes, limit attach.response_bytes_max is ", terms_.response_bytes_max));
-    }
+  absl::Status status =
+      CheckKeptAnswer(request->request.sequence_number, answer, terms_.response_bytes_max);
+  if (status.ok() && !cancelled_) {
+    responses_.PushAnswer(answer, request);
   }
-  if (cancelled_) {
-    return absl::OkStatus();
-  }
-  for (const absl::Cord& response : answer) {
-    const bool is_last = &response == &answer.back();
-    responses_.Push({nullptr, ByteBufferOf(response), is_last ? request : nullptr});
-  }
-  return absl::OkStatus();
+  return status;
 }
 
 v1::StepPoolResponse* StepPoolReactor::TakeResponse() {
@@ -337,64 +306,31 @@ v1::StepPoolResponse* StepPoolReactor::TakeResponse() {
 }
 
 void StepPoolReactor::RunPart() {
-  StreamRequest* request = nullptr;
   v1::StepPoolResponse* response = nullptr;
-  Part part;
   {
     absl::MutexLock lock(&mutex_);
-    request = running_;
-    response = part_response_;
-    part = part_;
+    response = TakeResponse();
   }
-  const Batch batch = response == nullptr
-                          ? Batch()
-                          : PrepareResponse(*request, part, pool_->observation_bytes(), response);
-  pool_->RunPart(request->request, part, batch, [self = shared_from_this()](absl::Status status) {
-    self->OnPartDone(std::move(status));
+  running_.RunPart(pool_.get(), response, [self = shared_from_this()](const absl::Status& status) {
+    self->OnPartDone(status);
   });
 }
 
-grpc::ByteBuffer StepPoolReactor::Complete(v1::StepPoolResponse* response) const {
-  CompleteResponse(pool_->observation_bytes(), response);
-  return terms_.options.resumable ? Serialized(*response) : grpc::ByteBuffer();
-}
-
-void StepPoolReactor::OnPartDone(absl::Status status) {
-  v1::StepPoolResponse* response = nullptr;
+void StepPoolReactor::OnPartDone(const absl::Status& status) {
+  Outgoing response = running_.EndPart(*pool_, status.ok(), terms_.options.resumable);
+  const bool is_last = running_.IsOver();
+  const int64_t number = running_.sequence_number();
+  Answer answer = is_last ? running_.TakeAnswer() : Answer();
   {
     absl::MutexLock lock(&mutex_);
-    response = std::exchange(part_response_, nullptr);
-  }
-  const bool is_complete = status.ok() && response != nullptr;
-  grpc::ByteBuffer bytes = is_complete ? Complete(response) : grpc::ByteBuffer();
-  bool is_last = false;
-  int64_t number = 0;
-  Answer answer;
-  {
-    absl::MutexLock lock(&mutex_);
-    const Request& request = running_->request;
-    const int32_t end = part_.first + part_.count;
-    const int32_t rest = request.first + request.count - end;
-    is_last = !status.ok() || rest == 0;
-    number = request.sequence_number;
-    if (bytes.Valid()) {
-      answer_.push_back(CordOf(bytes));
-    }
-    if (is_last) {
-      std::swap(answer, answer_);
-      answer_.clear();
-    } else {
-      part_ = {end, std::min(part_.count, rest)};
-      part_waits_ = true;
-    }
+    part_waits_ = !is_last;
     if (!status.ok()) {
       FailLocked(status);
-      answer.clear();
     }
-    if (is_complete && !unsent_ && !cancelled_) {
-      responses_.Push({response, std::move(bytes), is_last ? running_ : nullptr});
-    } else if (response != nullptr) {
-      responses_.GiveBack(response);
+    if (status.ok() && response.message != nullptr && !unsent_ && !cancelled_) {
+      responses_.Push(std::move(response));
+    } else if (response.message != nullptr) {
+      responses_.GiveBack(response.message);
     }
   }
   if (!answer.empty()) {
@@ -409,7 +345,7 @@ void StepPoolReactor::OnPartDone(absl::Status status) {
 void StepPoolReactor::EndTurn() {
   pool_->EndTurn();
   absl::MutexLock lock(&mutex_);
-  running_ = nullptr;
+  turn_of_ = nullptr;
 }
 
 void StepPoolReactor::LetGo() {

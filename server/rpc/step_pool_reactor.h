@@ -16,6 +16,7 @@
 #include "server/rpc/convert_step.h"
 #include "server/rpc/request_window.h"
 #include "server/rpc/response_queue.h"
+#include "server/rpc/running_request.h"
 #include "server/session/pool_session.h"
 #include "server/session/sessions.h"
 
@@ -52,9 +53,9 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   enum class Action {
     kWait,     // for an event
     kRead,     // the next request
-    kTurn,     // take a turn for running_
+    kTurn,     // take a turn for turn_of_
     kRunPart,  // carry out the next part of running_
-    kAbandon,  // end the turn of running_, whose pool is gone
+    kAbandon,  // end the turn, for the pool is gone
     kLetGo,    // detach from the pool
     kWrite,    // the first of responses_
     kFinish,   // end the stream
@@ -72,9 +73,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void Act(Action action);
 
   void OnAttachTimeout();
-  // Takes in the first request. OK: OnAttached follows, or was called.
-  absl::Status Attach(const v1::StepPoolRequest& request);
-  void OnAttached(absl::Status status);
+  void Attach(const v1::StepPoolRequest& request);
+  void OnAttached(absl::StatusOr<Attachment> attachment);
   // Takes in a request after the first: fills in what follows from its message.
   absl::Status Understand(StreamRequest* request) const;
   // Reads no more; what was read before is still answered.
@@ -94,9 +94,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   // A message for the next part; null: it is carried out for nobody.
   v1::StepPoolResponse* TakeResponse() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunPart();
-  void OnPartDone(absl::Status status);
-  // Completes what was stepped into, and returns its bytes where they are kept.
-  grpc::ByteBuffer Complete(v1::StepPoolResponse* response) const;
+  void OnPartDone(const absl::Status& status);
   void EndTurn();
   void LetGo();
   void Write();
@@ -113,23 +111,21 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   StreamTerms terms_;
   bool attaching_ = false;       // the first request was read
   grpc::ByteBuffer read_bytes_;  // of the read under way
+  RunningRequest running_;       // of the turn that this stream has
 
   absl::Mutex mutex_;
   RequestWindow requests_ ABSL_GUARDED_BY(mutex_);
   ResponseQueue responses_ ABSL_GUARDED_BY(mutex_);
 
-  StreamRequest* running_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of which the turn is, or null
-  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // to be carried out, for a response
-  Part part_ ABSL_GUARDED_BY(mutex_);                         // the next, or that which runs
-  v1::StepPoolResponse* part_response_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of that which runs
-  Answer answer_ ABSL_GUARDED_BY(mutex_);  // to running_, as far as it goes; if it is kept
+  StreamRequest* turn_of_ ABSL_GUARDED_BY(mutex_) = nullptr;  // for which a turn is asked or had
+  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
 
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   bool letting_go_ ABSL_GUARDED_BY(mutex_) = false;
   bool pool_is_gone_ ABSL_GUARDED_BY(mutex_) = false;
   bool taken_over_ ABSL_GUARDED_BY(mutex_) = false;  // somebody waits for the pool
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
-  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;  // the rest of running_'s answer is not sent
+  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;  // the rest of the answer is not sent
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);  // with which the stream ends
 };

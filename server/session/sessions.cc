@@ -160,7 +160,7 @@ absl::StatusOr<Sessions::Key> Sessions::Reserve(absl::string_view owner, absl::s
   const int64_t number = next_number_;
   std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
   Key key(owner, std::move(name));
-  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), nullptr};
+  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), false, nullptr};
   if (!entries_.try_emplace(key, std::move(entry)).second) {
     return absl::AlreadyExistsError(
         absl::StrCat("pool ", key.second, " exists; choose another pool_id"));
@@ -312,10 +312,20 @@ void Sessions::Drain() {
     absl::MutexLock lock(&mutex_);
     draining_ = true;
     pools = All();
+    for (auto& [key, entry] : entries_) {
+      entry.leaving = entry.leaving || (entry.pool != nullptr && entry.pool->attached());
+    }
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
     pool->End(StreamEnd::kDrain, Draining());
   }
+}
+
+int32_t Sessions::LeavingCount() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<int32_t>(std::count_if(entries_.begin(), entries_.end(), [](const auto& kept) {
+    return kept.second.leaving;
+  }));
 }
 
 std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {

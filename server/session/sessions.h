@@ -100,6 +100,9 @@ class Sessions {
   // the requests that they are carrying out are answered.
   void Drain();
   bool draining() const;
+  // Pools that are still there and whose streams were told so: their learners may want to save
+  // states, and delete them when they have.
+  int32_t LeavingCount() const;
   // What is answered while draining: UNAVAILABLE.
   static absl::Status Draining();
 
@@ -111,6 +114,7 @@ class Sessions {
     int32_t env_count = 0;
     int64_t observation_bytes = 0;      // one observation of each environment
     Owners::Share share;                // of the owner's quotas
+    bool leaving = false;               // its stream was told that the server drains
     std::shared_ptr<PoolSession> pool;  // null while it is made
   };
   using Key = std::pair<std::string, std::string>;  // owner, name

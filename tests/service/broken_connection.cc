@@ -22,16 +22,6 @@ constexpr int64_t kResponseBytes = 65536;
 // The answers to one or two requests.
 constexpr int64_t kBytesBetweenFaults = 120'000;
 
-v1::PoolSpec Spec() {
-  v1::PoolSpec spec;
-  spec.add_games("bigfish");
-  spec.add_games("maze");
-  spec.set_env_count(kEnvCount);
-  spec.mutable_options()->set_rand_seed(5);
-  spec.mutable_lease_duration()->set_seconds(3600);
-  return spec;
-}
-
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
   const uint32_t mixed = static_cast<uint32_t>(request / 6 * 31 + environment * 17) * 2654435761U;
@@ -79,10 +69,21 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
   return trace;
 }
 
-// Plays over a connection of its own to `address`, which may be a proxy's.
-std::vector<size_t> PlayAt(const std::string& address, const std::string& pool,
-                           const std::function<void()>& when_attached,
-                           const std::function<bool(size_t)>& goes_on) {
+}  // namespace
+
+v1::PoolSpec TracedSpec() {
+  v1::PoolSpec spec;
+  spec.add_games("bigfish");
+  spec.add_games("maze");
+  spec.set_env_count(kEnvCount);
+  spec.mutable_options()->set_rand_seed(5);
+  spec.mutable_lease_duration()->set_seconds(3600);
+  return spec;
+}
+
+std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
+                            const std::function<bool(size_t)>& goes_on,
+                            const std::function<void()>& when_attached) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());
   const auto stream =
@@ -92,22 +93,21 @@ std::vector<size_t> PlayAt(const std::string& address, const std::string& pool,
   return Play(stream->get(), goes_on);
 }
 
-}  // namespace
-
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(Spec());
-  const auto other_pool = (*client)->CreatePool(Spec());
+  const auto pool = (*client)->CreatePool(TracedSpec());
+  const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
   FaultProxy proxy({.target = address, .seed = seed, .bytes_between_faults = kBytesBetweenFaults});
-  const std::vector<size_t> trace = PlayAt(
-      proxy.address(), pool->name(), [&] { proxy.SetFaults(true); },
-      [&](size_t /*answers*/) { return proxy.break_count() < break_count; });
-  const std::vector<size_t> undisturbed = PlayAt(
-      address, other_pool->name(), [] {}, [&](size_t answers) { return answers < trace.size(); });
+  const std::vector<size_t> trace = TraceAt(
+      proxy.address(), pool->name(),
+      [&](size_t /*answers*/) { return proxy.break_count() < break_count; },
+      [&] { proxy.SetFaults(true); });
+  const std::vector<size_t> undisturbed = TraceAt(
+      address, other_pool->name(), [&](size_t answers) { return answers < trace.size(); }, [] {});
   EXPECT_GE(proxy.break_count(), break_count);
   EXPECT_GT(trace.size(), static_cast<size_t>(break_count) / 2);
   EXPECT_EQ(trace, undisturbed);

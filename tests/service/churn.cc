@@ -4,9 +4,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -110,13 +107,9 @@ constexpr std::array kWays = {CancelWithoutReading, DeletePoolUnderTheStream, Se
 
 }  // namespace
 
-Holdings Holdings::Now() {
+Holdings SettledHoldings() {
   malloc_trim(0);
-  int64_t pages = 0;
-  int64_t resident_pages = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident_pages;
-  const auto files = std::filesystem::directory_iterator("/proc/self/fd");
-  return {resident_pages * sysconf(_SC_PAGESIZE), std::distance(begin(files), end(files))};
+  return Holdings::Of(getpid());
 }
 
 void ChurnPools(int rounds) {

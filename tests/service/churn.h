@@ -1,17 +1,12 @@
 #ifndef TESTS_SERVICE_CHURN_H_
 #define TESTS_SERVICE_CHURN_H_
 
-#include <cstdint>
+#include "tests/service/holdings.h"
 
 namespace procgen {
 
-// What a process holds.
-struct Holdings {
-  int64_t memory_bytes = 0;  // resident
-  int64_t file_count = 0;    // open file descriptors
-
-  static Holdings Now();
-};
+// What this process holds, less what its allocator only keeps.
+Holdings SettledHoldings();
 
 // Makes and drops `rounds` pools on a server in this process, each in one of the bad ways that a
 // learner has: cancelled streams, pools deleted under them, connections that are dropped or cut,

@@ -62,6 +62,16 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.resume());
 }
 
+TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
+  Limits limits;
+  limits.kept_answer_bytes_max = 123456;
+  limits.lease_duration_max = absl::Milliseconds(90500);
+  const v1::Catalog catalog = CatalogMessageOf("", limits, false);
+  EXPECT_EQ(catalog.limits().kept_answer_bytes_max(), 123456);
+  EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
+  EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
+}
+
 TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
   const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
   EXPECT_THAT(catalog.colors(), testing::ElementsAre(v1::COLOR_RGB, v1::COLOR_GRAYSCALE));
