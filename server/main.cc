@@ -49,9 +49,10 @@ ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_tim
           "a connection that is silent for this long is asked for a sign of life");
 ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
           "and ended if it gives none for this long");
-ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
-          "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
-          "save states");
+ABSL_FLAG(
+    absl::Duration, drain_deadline, absl::Seconds(10),
+    "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
+    "save states");
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");

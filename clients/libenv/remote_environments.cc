@@ -74,7 +74,8 @@ absl::StatusOr<std::unique_ptr<RemoteEnvironments>> RemoteEnvironments::Create(
   }
   std::unique_ptr<RemoteEnvironments> environments(
       new RemoteEnvironments(*std::move(client), pool->name()));
-  auto stream = environments->client_->Attach(pool->name(), {.reconnect_timeout = kReconnectTimeout});
+  auto stream =
+      environments->client_->Attach(pool->name(), {.reconnect_timeout = kReconnectTimeout});
   if (!stream.ok()) {
     return stream.status();
   }

@@ -70,24 +70,24 @@ void AttachStream(const Sessions* sessions, absl::string_view owner,
     done(pool.status());
     return;
   }
-  (*pool)->Attach(terms->options, std::move(end_stream),
-                  [sessions, attachment = Attachment{*pool, *terms},
-                   done = std::move(done)](absl::Status status) mutable {
-                    if (status.ok() && sessions->draining()) {
-                      attachment.pool->Detach();  // all streams may have been told before this one
-                      status = Sessions::Draining();
-                    }
-                    if (!status.ok()) {
-                      done(std::move(status));
-                      return;
-                    }
-                    LogEvent(LogLevel::kInfo, "stream_attached",
-                             {{"pool", attachment.pool->name()},
-                              {"owner", attachment.pool->owner()},
-                              {"next_sequence_number",
-                               absl::StrCat(attachment.pool->next_sequence_number())}});
-                    done(std::move(attachment));
-                  });
+  (*pool)->Attach(
+      terms->options, std::move(end_stream),
+      [sessions, attachment = Attachment{*pool, *terms},
+       done = std::move(done)](absl::Status status) mutable {
+        if (status.ok() && sessions->draining()) {
+          attachment.pool->Detach();  // all streams may have been told before this one
+          status = Sessions::Draining();
+        }
+        if (!status.ok()) {
+          done(std::move(status));
+          return;
+        }
+        LogEvent(LogLevel::kInfo, "stream_attached",
+                 {{"pool", attachment.pool->name()},
+                  {"owner", attachment.pool->owner()},
+                  {"next_sequence_number", absl::StrCat(attachment.pool->next_sequence_number())}});
+        done(std::move(attachment));
+      });
 }
 
 void FillAttached(const PoolSession& pool, const StreamTerms& terms,

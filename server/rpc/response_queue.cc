@@ -23,10 +23,9 @@ absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
                              int64_t response_bytes_max) {
   for (const absl::Cord& response : answer) {
     if (response.size() > static_cast<size_t>(response_bytes_max)) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("the kept answer to request ", sequence_number, " has a response of ",
-                       response.size(), " bytes, limit attach.response_bytes_max is ",
-                       response_bytes_max));
+      return absl::ResourceExhaustedError(absl::StrCat(
+          "the kept answer to request ", sequence_number, " has a response of ", response.size(),
+          " bytes, limit attach.response_bytes_max is ", response_bytes_max));
     }
   }
   return absl::OkStatus();

@@ -18,9 +18,9 @@ void RunningRequest::Begin(StreamRequest* request) {
 void RunningRequest::RunPart(PoolSession* pool, v1::StepPoolResponse* response,
                              PoolSession::Done done) {
   response_ = response;
-  const Batch batch = response == nullptr ? Batch()
-                                          : PrepareResponse(*request_, part_,
-                                                            pool->observation_bytes(), response);
+  const Batch batch = response == nullptr
+                          ? Batch()
+                          : PrepareResponse(*request_, part_, pool->observation_bytes(), response);
   pool->RunPart(request_->request, part_, batch, std::move(done));
 }
 

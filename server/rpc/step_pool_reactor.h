@@ -25,7 +25,8 @@ namespace procgen {
 // One stream of StepPool, between gRPC's reactions and a PoolSession's turns.
 //
 // The life of a stream:
-//  1. The first request is read and must attach, within Limits::attach_timeout; where another stream
+//  1. The first request is read and must attach, within Limits::attach_timeout; where another
+//  stream
 //     is to be taken over, that one lets go of the pool first. Until then the stream is one of its
 //     owner's calls under way, afterwards one of its streams.
 //  2. Requests are read, one at a time, as long as the window has room (RequestWindow).

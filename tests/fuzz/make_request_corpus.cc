@@ -158,8 +158,8 @@ void WriteStreams(const std::filesystem::path& folder) {
                             Message(resume), Message(Step(1, {1, 2})), Message(Step(2, {3, 4}))});
   Write(folder / "taken_over", {Message(resume), Message(Step(1, {1, 2})), kMark, Message(resume),
                                 kMark, Message(resume), Message(Step(1, {1, 2}))});
-  Write(folder / "acknowledged", {Message(resume), Message(Step(1, {1, 2})),
-                                  Message(acknowledging), Message(Step(1, {1, 2}))});
+  Write(folder / "acknowledged", {Message(resume), Message(Step(1, {1, 2})), Message(acknowledging),
+                                  Message(Step(1, {1, 2}))});
   Write(folder / "forgotten",
         {Message(resume), Message(Step(1, {1, 2})), kMark, kMark, Message(Attach("pools/a", 1)),
          Message(Step(2, {3, 4})), Message(Step(1, {1, 2}))});

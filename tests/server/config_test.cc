@@ -118,9 +118,10 @@ TEST(ConfigTest, LeasesKeptAnswersAndKeepaliveHaveRanges) {
                        "--keepalive_time in milliseconds is 99, allowed: 100 to 86400000"));
   config.server.keepalive_time = absl::Seconds(1);
   config.server.keepalive_timeout = absl::Hours(25);
-  EXPECT_THAT(CheckConfig(config),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
+  EXPECT_THAT(
+      CheckConfig(config),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
 }
 
 TEST(ConfigTest, PoolLargerThanServerIsRefused) {

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "gtest/gtest.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
+#include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "tests/service/holdings.h"
 #include "tests/service/server_process.h"
@@ -33,8 +33,8 @@ TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
   ASSERT_THAT(other, IsOk());
   const std::string pool = (*client)->CreatePool(MazeSpec(kEnvCount))->name();
 
-  const auto stub = v1::StepService::NewStub(
-      grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  const auto stub =
+      v1::StepService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
   const auto deaf = stub->StepPool(&context);
   v1::StepPoolRequest request;

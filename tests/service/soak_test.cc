@@ -28,8 +28,8 @@ namespace {
 using procgen_client::Client;
 
 constexpr int kLearnerCount = 24;
-constexpr size_t kTraceMax = 120;          // answers that a learner stays for
-constexpr int64_t kLeaseSeconds = 2;       // of pools that nobody deletes
+constexpr size_t kTraceMax = 120;           // answers that a learner stays for
+constexpr int64_t kLeaseSeconds = 2;        // of pools that nobody deletes
 constexpr int64_t kGrowthBytes = 24 << 20;  // of a server that leaks nothing: it settles
 
 absl::Duration SoakLength() {
@@ -92,8 +92,8 @@ class Learners {
         auto proxy = std::make_unique<FaultProxy>(FaultProxy::Options{.target = address_});
         const auto lost = Client::Connect(proxy->address());
         ASSERT_THAT(lost, IsOk());
-        const auto stream = (*lost)->Attach(
-            pool, {.reconnect_timeout = absl::ZeroDuration(), .take_over = true});
+        const auto stream =
+            (*lost)->Attach(pool, {.reconnect_timeout = absl::ZeroDuration(), .take_over = true});
         ASSERT_THAT(stream, IsOk());
         (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
         proxy = nullptr;

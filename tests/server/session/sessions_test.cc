@@ -96,10 +96,11 @@ TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
-    sessions.Create("alice", "", options, absl::InfiniteDuration(), [&](const CreateResult& created) {
-      status = created.status();
-      done.Notify();
-    });
+    sessions.Create("alice", "", options, absl::InfiniteDuration(),
+                    [&](const CreateResult& created) {
+                      status = created.status();
+                      done.Notify();
+                    });
     done.WaitForNotification();
     return status;
   };
