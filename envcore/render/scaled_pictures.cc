@@ -78,6 +78,10 @@ Image ScaledUpright(const Image& source, int width, int height) {
   return image;
 }
 
+int64_t BytesOf(int width, int height) {
+  return static_cast<int64_t>(sizeof(Rgba)) * width * height;
+}
+
 constexpr int kSamplesPerSide = 4;  // of a pixel of a turned image
 
 // Turned around the middle, sampled.
@@ -144,14 +148,18 @@ const ScaledPicture* ScaledPictures::Find(const ScaledSize& size) const {
   return entry == nullptr ? nullptr : &entry->picture;
 }
 
+bool ScaledPictures::HasRoomFor(const ScaledSize& size) const {
+  return kept_bytes_.load(std::memory_order_relaxed) + BytesOf(size.width, size.height) <=
+         kKeptBytesMax;
+}
+
 std::shared_ptr<const ScaledPicture> ScaledPictures::Make(const Image& source,
                                                           const ScaledSize& size) const {
   auto made = std::make_unique<Entry>();
   made->size = size;
   made->picture.image = Scaled(source, size);
   made->picture.opaque = IsOpaque(made->picture.image);
-  const auto bytes = static_cast<int64_t>(sizeof(Rgba)) * made->picture.image.width() *
-                     made->picture.image.height();
+  const int64_t bytes = BytesOf(made->picture.image.width(), made->picture.image.height());
   if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {
     kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
     return std::make_shared<const ScaledPicture>(std::move(made->picture));

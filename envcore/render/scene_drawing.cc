@@ -1,6 +1,7 @@
 #include "envcore/render/scene_drawing.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "envcore/render/flat_rectangle.h"
 #include "envcore/render/overlay_drawing.h"
@@ -34,10 +35,11 @@ class Drawing {
   // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
     BeginCells();
-    FillRun(frame_.pixels,
-            static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
-    if (background != nullptr) {
-      DrawBackground(*background);
+    if (kSmoothing == Smoothing::kSharp && frame_.side_px <= PixelSet::kSidePxMax) {
+      DrawNeededBackground(background);
+    } else {
+      FillPixels(Whole(), kBlack, frame_);
+      DrawBackground(background, nullptr);
     }
     for (const Sprite& sprite : scene_.below_cells) {
       DrawSprite(sprite);
@@ -88,28 +90,57 @@ class Drawing {
     }
   }
 
-  void DrawBackdrop(const Picture& picture, const ScreenRect& rect,
-                    const HiddenPixels* hidden) const {
+  // Whether anything of a picture may be seen that is drawn into a rectangle, turned or not.
+  bool IsInSight(const ScreenRect& rect, float rotation) const {
+    const double margin = rotation == 0 ? 1 : 1 + std::abs(rect.width) + std::abs(rect.height);
+    const auto meets = [&](double from, double to) {
+      return std::min(from, to) < frame_.side_px + margin && std::max(from, to) > -margin;
+    };
+    return meets(rect.x, rect.x + rect.width) && meets(rect.y, rect.y + rect.height);
+  }
+
+  template <typename Draw>
+  void ForEachTileInSight(const ScreenRect& rect, float ratio, Draw draw) const {
+    ForEachTile(rect, ratio, [&](const ScreenRect& tile) {
+      if (IsInSight(tile, 0)) {
+        draw(tile);
+      }
+    });
+  }
+
+  PixelBox Whole() const { return {0, 0, frame_.side_px, frame_.side_px}; }
+
+  void DrawBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
-      DrawSharpBackdrop(picture, rect, hidden, frame_);
+      DrawSharpBackdrop(picture, rect, pixels, frame_);
     } else {
       DrawSmooth(picture, rect, 0, 1, frame_);
     }
   }
 
-  void DrawBackground(const Picture& picture) const {
-    if (cells_ == nullptr || frame_.side_px > kHiddenSidePxMax) {
-      DrawBackground(picture, nullptr);
-      return;
+  // What the cells do not hide, black where there is no background.
+  void DrawNeededBackground(const Picture* picture) const {
+    BackdropPixels pixels;
+    if (cells_ != nullptr) {
+      cells_->AddHidden(&pixels.hidden);
+      pixels.done = pixels.hidden;
     }
-    HiddenPixels hidden;
-    cells_->AddHidden(&hidden);
-    DrawBackground(picture, &hidden);
+    DrawBackground(picture, &pixels);
+    for (int row = 0; row < frame_.side_px; ++row) {
+      pixels.done.ForEachRunOutside(row, 0, frame_.side_px, [&](int first, int end) {
+        FillRun(frame_.At(first, row), static_cast<size_t>(end - first), kBlack);
+      });
+    }
   }
 
-  void DrawBackground(const Picture& picture, const HiddenPixels* hidden) const {
+  // `background`: null: nothing.
+  void DrawBackground(const Picture* background, BackdropPixels* pixels) const {
+    if (background == nullptr) {
+      return;
+    }
+    const Picture& picture = *background;
     if (scene_.background.scrolls) {
-      DrawStrip(picture, hidden);
+      DrawStrip(picture, pixels);
       return;
     }
     const auto world_w = static_cast<float>(scene_.world_width);
@@ -117,8 +148,8 @@ class Drawing {
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
     const float tile_ratio = scene_.background.tile_ratio;
     if (tile_ratio != 0) {
-      ForEachTile(world, tile_ratio,
-                  [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
+      ForEachTileInSight(world, tile_ratio,
+                         [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, pixels); });
       return;
     }
     const Image& image = picture.level(0);
@@ -131,17 +162,17 @@ class Drawing {
     DrawBackdrop(picture,
                  {world.x + world.width * static_cast<double>(-shift), world.y,
                   world.width * static_cast<double>(stretch), world.height},
-                 hidden);
+                 pixels);
   }
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
-  void DrawStrip(const Picture& picture, const HiddenPixels* hidden) const {
+  void DrawStrip(const Picture& picture, BackdropPixels* pixels) const {
     const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
     const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
     const double side = frame_.side_px;
-    ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
-                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
+    ForEachTileInSight({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side},
+                       1, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, pixels); });
   }
 
   SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
@@ -157,12 +188,16 @@ class Drawing {
       DrawFlat(box, MonochromeColor(sprite.image_kind, sprite.theme));
       return;
     }
-    const SpriteArt art = ArtOf(sprite.image_kind, sprite.theme, sprite.mirrored);
     const ScreenRect rect = {box.x, box.y + box.height * sprite.art_top, box.width,
                              box.height * sprite.art_height};
+    if (!IsInSight(rect, sprite.rotation)) {
+      return;
+    }
+    const SpriteArt art = ArtOf(sprite.image_kind, sprite.theme, sprite.mirrored);
     if (sprite.tile_ratio != 0 && sprite.rotation == 0) {
-      ForEachTile(rect, sprite.tile_ratio,
-                  [&](const ScreenRect& tile) { DrawPicture(art, tile, 0, sprite.opacity); });
+      ForEachTileInSight(rect, sprite.tile_ratio, [&](const ScreenRect& tile) {
+        DrawPicture(art, tile, 0, sprite.opacity);
+      });
       return;
     }
     DrawPicture(art, rect, sprite.rotation, sprite.opacity);

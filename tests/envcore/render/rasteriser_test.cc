@@ -46,6 +46,27 @@ class RasteriserTest : public ::testing::Test {
 
 TEST_F(RasteriserTest, AnEmptySceneIsBlack) { EXPECT_THAT(AgentView(), ::testing::Each(0)); }
 
+TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
+  scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 8});
+  EXPECT_THAT(AgentView(), ::testing::Not(::testing::Contains(0)));
+  scene_.above_cells.clear();
+  scene_.art_style = ArtStyle::kPictures;
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater, .tile_ratio = 1};
+  scene_.world_width = 8;
+  scene_.world_height = 4;
+  const std::vector<uint8_t> frame = AgentView();
+  int lit = 0;
+  for (int y = 0; y < kSidePx; ++y) {
+    for (int x = 0; x < kSidePx; ++x) {
+      const bool inside = x < 32 && y >= 48;
+      const bool is_lit = frame[static_cast<size_t>((y * kSidePx + x) * 3 + 2)] != 0;
+      EXPECT_FALSE(is_lit && !inside) << x << ", " << y;
+      lit += is_lit ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(lit, 32 * 16) << "water is blue";
+}
+
 TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
   scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
   const std::vector<uint8_t> frame = AgentView();
