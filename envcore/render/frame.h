@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 
+#include "absl/types/span.h"
 #include "envcore/render/pixel.h"
 
 namespace procgen {
@@ -34,6 +35,11 @@ struct Frame {
   // The pixel (x, y). REQUIRES: it lies in the frame.
   Rgba* At(int x, int y) const {
     return pixels + (static_cast<ptrdiff_t>(y) * side_px + static_cast<ptrdiff_t>(x));
+  }
+
+  // The pixels of the rows [first, end). REQUIRES: they lie in the frame.
+  absl::Span<Rgba> Rows(int first, int end) const {
+    return {At(0, first), static_cast<size_t>(end - first) * static_cast<size_t>(side_px)};
   }
 
   // The part of `box` that lies in the frame; may be empty.

@@ -43,7 +43,32 @@ __attribute__((target("ssse3"))) void PackBySixteens(const Rgba* pixels, size_t 
   PackOneByOne(pixels + i, count - i, rgb + 3 * i);
 }
 
+// Four pixels at a time, of sixteen bytes of which twelve are theirs. Returns how many it has done:
+// it reads nothing beyond the last pixel.
+__attribute__((target("ssse3"))) size_t UnpackByFours(const uint8_t* rgb, size_t count,
+                                                      Rgba* pixels) {
+  const __m128i order = _mm_setr_epi8(0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1);
+  const __m128i opaque = _mm_set1_epi32(static_cast<int>(0xff000000U));
+  size_t i = 0;
+  for (; 3 * i + sizeof(__m128i) <= 3 * count; i += 4) {
+    const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(rgb + 3 * i));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i),
+                     _mm_or_si128(_mm_shuffle_epi8(four, order), opaque));
+  }
+  return i;
+}
+
 #endif
+
+size_t UnpackMany([[maybe_unused]] const uint8_t* rgb, [[maybe_unused]] size_t count,
+                  [[maybe_unused]] Rgba* pixels) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("ssse3")) {
+    return UnpackByFours(rgb, count, pixels);
+  }
+#endif
+  return 0;
+}
 
 void PackRgb(absl::Span<const Rgba> pixels, uint8_t* rgb) {
 #if defined(__x86_64__)
@@ -87,6 +112,12 @@ void PackFrame(absl::Span<const Rgba> pixels, Color color, Layout layout,
     PackPlanes(pixels, frame.data());
   } else {
     PackRgb(pixels, frame.data());
+  }
+}
+
+void UnpackRgb(absl::Span<const uint8_t> rgb, absl::Span<Rgba> pixels) {
+  for (size_t i = UnpackMany(rgb.data(), pixels.size(), pixels.data()); i < pixels.size(); ++i) {
+    pixels[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2], 255};
   }
 }
 

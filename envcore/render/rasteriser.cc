@@ -41,8 +41,31 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
                                const FrameFormat& format, absl::Span<uint8_t> frame) {
   const Frame canvas = CanvasOf(format.side_px);
-  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, still, canvas);
-  PackFrame(pixels_, format.color, format.layout, frame);
+  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, still, &rows_, canvas);
+  Pack(canvas, format, frame);
+}
+
+void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame) {
+  const int side = canvas.side_px;
+  if (format.color != Color::kRgb || format.layout != Layout::kHwc) {
+    rows_.TakeBack(0, side, canvas);
+  }
+  if (rows_.layer() == nullptr) {
+    PackFrame(pixels_, format.color, format.layout, frame);
+    return;
+  }
+  for (int row = 0; row < side;) {
+    const int end = rows_.EndOfRun(row);
+    const absl::Span<uint8_t> run =
+        frame.subspan(canvas.Rows(0, row).size() * 3, canvas.Rows(row, end).size() * 3);
+    if (rows_.IsLent(row)) {
+      const absl::Span<const uint8_t> kept = rows_.layer()->Rows(row, end);
+      std::copy(kept.begin(), kept.end(), run.begin());
+    } else {
+      PackFrame(canvas.Rows(row, end), format.color, format.layout, run);
+    }
+    row = end;
+  }
 }
 
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,

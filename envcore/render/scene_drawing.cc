@@ -24,13 +24,15 @@ enum class Smoothing { kSharp, kSmooth };
 template <Smoothing kSmoothing>
 class Drawing {
  public:
-  // `cells`: draws the cells of a sharp view; null for a smooth one.
-  Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells)
+  // `cells`, `rows`: of a sharp view: draws the cells; what is lent. Null for a smooth one.
+  Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells,
+          LentRows* rows)
       : scene_(scene),
         art_(art),
         frame_(frame),
         viewport_(scene.camera, frame.side_px),
-        cells_(scene.cells.grid == nullptr ? nullptr : cells) {}
+        cells_(scene.cells.grid == nullptr ? nullptr : cells),
+        rows_(rows) {}
 
   // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
@@ -57,6 +59,8 @@ class Drawing {
     }
     for (const Overlay& overlay : scene_.overlays) {
       if constexpr (kSmoothing == Smoothing::kSharp) {
+        const RowRange touched = RowsOf(overlay, viewport_);
+        rows_->TakeBack(touched.top, touched.bottom, frame_);
         DrawOverlaySharp(overlay, viewport_, frame_);
       } else {
         DrawOverlaySmooth(overlay, viewport_, frame_);
@@ -90,13 +94,29 @@ class Drawing {
     }
   }
 
-  // Whether anything of a picture may be seen that is drawn into a rectangle, turned or not.
+  // How far what is drawn into a rectangle may reach beyond it, pixels.
+  static double MarginOf(const ScreenRect& rect, float rotation) {
+    return rotation == 0 ? 1 : 1 + (std::abs(rect.width) + std::abs(rect.height)) / 2;
+  }
+
+  // Whether anything of it may be seen.
   bool IsInSight(const ScreenRect& rect, float rotation) const {
-    const double margin = rotation == 0 ? 1 : 1 + std::abs(rect.width) + std::abs(rect.height);
+    const double margin = MarginOf(rect, rotation);
     const auto meets = [&](double from, double to) {
       return std::min(from, to) < frame_.side_px + margin && std::max(from, to) > -margin;
     };
     return meets(rect.x, rect.x + rect.width) && meets(rect.y, rect.y + rect.height);
+  }
+
+  // Gets ready to draw into a rectangle that is in sight.
+  void TakeBackRows(const ScreenRect& rect, float rotation) const {
+    if constexpr (kSmoothing == Smoothing::kSharp) {
+      const double margin = MarginOf(rect, rotation);
+      const double top = std::min(rect.y, rect.y + rect.height) - margin;
+      const double bottom = std::max(rect.y, rect.y + rect.height) + margin + 1;
+      rows_->TakeBack(static_cast<int>(std::max(top, 0.0)),
+                      static_cast<int>(std::min<double>(bottom, frame_.side_px)), frame_);
+    }
   }
 
   template <typename Draw>
@@ -184,13 +204,16 @@ class Drawing {
     const ScreenRect box = sprite.screen_coordinates
                                ? viewport_.OfShares(sprite.x, sprite.y, sprite.rx, sprite.ry)
                                : viewport_.OfBox(sprite.x, sprite.y, sprite.rx, sprite.ry);
-    if (scene_.art_style == ArtStyle::kMonochrome) {
-      DrawFlat(box, MonochromeColor(sprite.image_kind, sprite.theme));
+    const bool is_flat = scene_.art_style == ArtStyle::kMonochrome;
+    const ScreenRect rect = is_flat ? box
+                                    : ScreenRect{box.x, box.y + box.height * sprite.art_top,
+                                                 box.width, box.height * sprite.art_height};
+    if (!IsInSight(rect, sprite.rotation)) {
       return;
     }
-    const ScreenRect rect = {box.x, box.y + box.height * sprite.art_top, box.width,
-                             box.height * sprite.art_height};
-    if (!IsInSight(rect, sprite.rotation)) {
+    TakeBackRows(rect, sprite.rotation);
+    if (is_flat) {
+      DrawFlat(rect, MonochromeColor(sprite.image_kind, sprite.theme));
       return;
     }
     const SpriteArt art = ArtOf(sprite.image_kind, sprite.theme, sprite.mirrored);
@@ -250,6 +273,7 @@ class Drawing {
     const VelocityDisplay& velocity = scene_.velocity;
     const auto side =
         static_cast<double>(static_cast<float>(frame_.side_px * kVelocitySquareShare));
+    TakeBackRows({0, 0, side, side}, 0);
     DrawFlat({0, 0, side, side}, VelocityGrey(velocity.vx, velocity.vx_max));
     DrawFlat({side, 0, side, side}, VelocityGrey(velocity.vy, velocity.vy_max));
   }
@@ -267,17 +291,19 @@ class Drawing {
   const Frame& frame_;
   const Viewport viewport_;
   CellDrawing* const cells_;
+  LentRows* const rows_;
 };
 
 }  // namespace
 
 void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StillLayer* still, const Frame& frame) {
-  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells);
+                    CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame) {
+  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells, rows);
   const StillLayer::Use use = still == nullptr ? StillLayer::Use::kDrawOnly : still->Meet(scene);
   if (use == StillLayer::Use::kCopy) {
-    still->CopyTo(frame);
+    rows->LendAll(*still, frame.side_px);
   } else {
+    rows->Clear();
     drawing.DrawStill(background);
     if (use == StillLayer::Use::kKeep) {
       still->Keep(frame);
@@ -288,7 +314,7 @@ void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* backg
 
 void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
                      const Frame& frame) {
-  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr);
+  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr, nullptr);
   drawing.DrawStill(background);
   drawing.DrawMoving();
 }

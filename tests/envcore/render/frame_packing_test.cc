@@ -30,6 +30,24 @@ TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
   }
 }
 
+TEST(FramePackingTest, UnpackedPixelsAreOpaque) {
+  for (size_t count = 0; count <= 35; ++count) {
+    std::vector<uint8_t> rgb;
+    std::vector<Rgba> expected;
+    for (size_t i = 0; i < count; ++i) {
+      expected.push_back({static_cast<uint8_t>(i), static_cast<uint8_t>(i + 100),
+                          static_cast<uint8_t>(i + 180), 255});
+      rgb.insert(rgb.end(), {expected.back().red, expected.back().green, expected.back().blue});
+    }
+    const Rgba untouched = {1, 2, 3, 4};
+    std::vector<Rgba> pixels(count + 1, untouched);
+    UnpackRgb(rgb, absl::MakeSpan(pixels).subspan(0, count));
+    EXPECT_EQ(pixels.back(), untouched) << count;
+    pixels.pop_back();
+    EXPECT_TRUE(pixels == expected) << count;
+  }
+}
+
 // Pixels with each channel's extremes, and many between.
 std::vector<Rgba> ManyPixels() {
   std::vector<Rgba> pixels;
