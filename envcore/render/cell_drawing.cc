@@ -149,7 +149,7 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
   for (const Cell& cell : shown_) {
     if (cell.look->opaque) {
       const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-      hidden_of_rows_[static_cast<size_t>(cell.row)] |= PixelSet::Columns(across.first, across.end);
+      hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
     }
   }
   for (size_t row = 0; row < rows_.size(); ++row) {

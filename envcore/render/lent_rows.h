@@ -2,8 +2,8 @@
 #define ENVCORE_RENDER_LENT_ROWS_H_
 
 #include <cstdint>
-#include <vector>
 
+#include "envcore/render/bit_runs.h"
 #include "envcore/render/frame.h"
 #include "envcore/render/still_layer.h"
 
@@ -15,24 +15,24 @@ namespace procgen {
 // a time).
 class LentRows {
  public:
+  // The side of the largest frame whose rows can be lent.
+  static constexpr int kSidePxMax = kWordBits;
+
   // No row is lent.
-  void Clear() { layer_ = nullptr; }
-  // All rows are. REQUIRES: `layer` keeps a frame of this side and stays until the next call.
+  void Clear() { lent_ = 0; }
+  // All rows are. REQUIRES: `layer` keeps a frame of this side, at most kSidePxMax, and stays until
+  // no row is lent.
   void LendAll(const StillLayer& layer, int side_px);
   // Gives the rows [first, end) their pixels, as far as they lie in the frame and are lent.
   void TakeBack(int first, int end, const Frame& frame);
 
-  // Null: none is lent.
+  // Which rows are lent, bit i: row i, and by whom: null: by nobody so far.
+  uint64_t lent() const { return lent_; }
   const StillLayer* layer() const { return layer_; }
-  bool IsLent(int row) const {
-    return layer_ != nullptr && is_lent_[static_cast<size_t>(row)] != 0;
-  }
-  // The first row from `row` on that is not as `row` is, or the frame's side.
-  int EndOfRun(int row) const;
 
  private:
   const StillLayer* layer_ = nullptr;
-  std::vector<uint8_t> is_lent_;  // [side_px], 0 or 1; not used without a layer
+  uint64_t lent_ = 0;
 };
 
 }  // namespace procgen

@@ -1,12 +1,11 @@
 #ifndef ENVCORE_RENDER_PIXEL_SET_H_
 #define ENVCORE_RENDER_PIXEL_SET_H_
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
+#include "envcore/render/bit_runs.h"
 #include "envcore/render/frame.h"
 
 namespace procgen {
@@ -15,32 +14,16 @@ namespace procgen {
 class PixelSet {
  public:
   // The side of the largest frame whose pixels can be told.
-  static constexpr int kSidePxMax = 64;
+  static constexpr int kSidePxMax = kWordBits;
 
   // REQUIRES: 0 <= row < kSidePxMax.
   void Add(int row, uint64_t columns) { rows_[static_cast<size_t>(row)] |= columns; }
-
-  // The columns [first, end), cut to the frame.
-  static uint64_t Columns(int first, int end) {
-    const int from = std::max(first, 0);
-    const int to = std::min(end, kSidePxMax);
-    if (from >= to) {
-      return 0;
-    }
-    return (~uint64_t{0} >> (kSidePxMax - (to - from))) << from;
-  }
 
   // Calls `use(first, end)` for the runs of [first, end) in `row` that are not in the set.
   // REQUIRES: 0 <= row < kSidePxMax.
   template <typename Use>
   void ForEachRunOutside(int row, int first, int end, Use use) const {
-    uint64_t outside = Columns(first, end) & ~rows_[static_cast<size_t>(row)];
-    while (outside != 0) {
-      const int from = std::countr_zero(outside);
-      const int count = std::countr_one(outside >> from);
-      use(from, from + count);
-      outside &= ~Columns(from, from + count);
-    }
+    ForEachBitRun(BitRange(first, end) & ~rows_[static_cast<size_t>(row)], use);
   }
 
  private:
@@ -57,7 +40,7 @@ struct BackdropPixels {
 // `pixels`: null: none is hidden. REQUIRES: the box lies in the frame.
 template <typename Draw>
 void ForEachRunToDraw(const PixelBox& box, BackdropPixels* pixels, Draw draw) {
-  const uint64_t columns = PixelSet::Columns(box.left, box.right);
+  const uint64_t columns = BitRange(box.left, box.right);
   for (int row = box.top; row < box.bottom && box.left < box.right; ++row) {
     if (pixels == nullptr) {
       draw(row, box.left, box.right);

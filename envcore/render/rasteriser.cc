@@ -50,22 +50,21 @@ void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span
   if (format.color != Color::kRgb || format.layout != Layout::kHwc) {
     rows_.TakeBack(0, side, canvas);
   }
-  if (rows_.layer() == nullptr) {
+  const uint64_t lent = rows_.lent();
+  if (lent == 0) {
     PackFrame(pixels_, format.color, format.layout, frame);
     return;
   }
-  for (int row = 0; row < side;) {
-    const int end = rows_.EndOfRun(row);
-    const absl::Span<uint8_t> run =
-        frame.subspan(canvas.Rows(0, row).size() * 3, canvas.Rows(row, end).size() * 3);
-    if (rows_.IsLent(row)) {
-      const absl::Span<const uint8_t> kept = rows_.layer()->Rows(row, end);
-      std::copy(kept.begin(), kept.end(), run.begin());
-    } else {
-      PackFrame(canvas.Rows(row, end), format.color, format.layout, run);
-    }
-    row = end;
-  }
+  const auto rows_of_frame = [&](int first, int end) {
+    return frame.subspan(canvas.Rows(0, first).size() * 3, canvas.Rows(first, end).size() * 3);
+  };
+  ForEachBitRun(lent, [&](int first, int end) {
+    const absl::Span<const uint8_t> kept = rows_.layer()->Rows(first, end);
+    std::copy(kept.begin(), kept.end(), rows_of_frame(first, end).begin());
+  });
+  ForEachBitRun(BitRange(0, side) & ~lent, [&](int first, int end) {
+    PackFrame(canvas.Rows(first, end), format.color, format.layout, rows_of_frame(first, end));
+  });
 }
 
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,

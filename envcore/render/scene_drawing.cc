@@ -300,14 +300,16 @@ void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* backg
                     CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame) {
   const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells, rows);
   const StillLayer::Use use = still == nullptr ? StillLayer::Use::kDrawOnly : still->Meet(scene);
-  if (use == StillLayer::Use::kCopy) {
+  rows->Clear();
+  if (use != StillLayer::Use::kCopy) {
+    drawing.DrawStill(background);
+  } else if (frame.side_px <= LentRows::kSidePxMax) {
     rows->LendAll(*still, frame.side_px);
   } else {
-    rows->Clear();
-    drawing.DrawStill(background);
-    if (use == StillLayer::Use::kKeep) {
-      still->Keep(frame);
-    }
+    still->CopyRows(0, frame.side_px, frame);
+  }
+  if (use == StillLayer::Use::kKeep) {
+    still->Keep(frame);
   }
   drawing.DrawMoving();
 }

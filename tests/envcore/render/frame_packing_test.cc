@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// Lengths around the sixteen pixels that are packed at once.
+// Lengths around the eight pixels that are packed at once.
 TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
   for (size_t count = 0; count <= 67; ++count) {
     std::vector<Rgba> pixels;

@@ -36,12 +36,8 @@ cccccc
 ......
 ......
 )");
-  EXPECT_TRUE(rows_.IsLent(0));
-  EXPECT_FALSE(rows_.IsLent(1));
-  EXPECT_FALSE(rows_.IsLent(2));
-  EXPECT_EQ(rows_.EndOfRun(0), 1);
-  EXPECT_EQ(rows_.EndOfRun(1), 3);
-  EXPECT_EQ(rows_.EndOfRun(3), kSidePx);
+  EXPECT_EQ(rows_.lent(), 0b111001U);
+  EXPECT_EQ(rows_.layer(), &layer_);
 }
 
 TEST_F(LentRowsTest, WhatWasDrawnOnRowsTakenBackStays) {
@@ -59,11 +55,10 @@ ffffff
 )");
 }
 
-TEST_F(LentRowsTest, WithoutALayerNothingIsLent) {
+TEST_F(LentRowsTest, NothingIsLentAnyMoreWhenItIsCleared) {
   rows_.LendAll(layer_, kSidePx);
   rows_.Clear();
-  EXPECT_EQ(rows_.layer(), nullptr);
-  EXPECT_FALSE(rows_.IsLent(3));
+  EXPECT_EQ(rows_.lent(), 0U);
   rows_.TakeBack(0, kSidePx, frame_.frame());
   EXPECT_EQ(frame_.Text(), TextFrame(kSidePx).Text());
 }

@@ -15,15 +15,6 @@ std::string Outside(const PixelSet& set, int row, int first, int end) {
   return runs;
 }
 
-TEST(PixelSetTest, ColumnsAreCutToTheFrame) {
-  EXPECT_EQ(PixelSet::Columns(-5, 3), 0b111U);
-  EXPECT_EQ(PixelSet::Columns(62, 99), uint64_t{3} << 62);
-  EXPECT_EQ(PixelSet::Columns(-9, 99), ~uint64_t{0});
-  EXPECT_EQ(PixelSet::Columns(-9, 0), 0U);
-  EXPECT_EQ(PixelSet::Columns(64, 70), 0U);
-  EXPECT_EQ(PixelSet::Columns(5, 4), 0U);
-}
-
 TEST(PixelSetTest, OfTheEmptySetTheWholeRunIsOutside) {
   EXPECT_EQ(Outside({}, 0, -3, 99), "0-64 ");
   EXPECT_EQ(Outside({}, 63, 63, 64), "63-64 ");
@@ -32,9 +23,9 @@ TEST(PixelSetTest, OfTheEmptySetTheWholeRunIsOutside) {
 
 TEST(PixelSetTest, ItsColumnsSplitTheRun) {
   PixelSet set;
-  set.Add(2, PixelSet::Columns(0, 4));
-  set.Add(2, PixelSet::Columns(10, 20));
-  set.Add(2, PixelSet::Columns(63, 64));
+  set.Add(2, BitRange(0, 4));
+  set.Add(2, BitRange(10, 20));
+  set.Add(2, BitRange(63, 64));
   EXPECT_EQ(Outside(set, 2, 0, 64), "4-10 20-63 ");
   EXPECT_EQ(Outside(set, 2, 12, 18), "");
   EXPECT_EQ(Outside(set, 1, 0, 64), "0-64 ");
@@ -42,7 +33,7 @@ TEST(PixelSetTest, ItsColumnsSplitTheRun) {
 
 TEST(BackdropPixelsTest, WhatIsHiddenIsDoneWithoutBeingDrawn) {
   BackdropPixels pixels;
-  pixels.hidden.Add(1, PixelSet::Columns(3, 5));
+  pixels.hidden.Add(1, BitRange(3, 5));
   std::string runs;
   ForEachRunToDraw({2, 0, 8, 2}, &pixels, [&](int row, int first, int end) {
     absl::StrAppend(&runs, row, ":", first, "-", end, " ");

@@ -199,7 +199,7 @@ TEST(SharpPictureTest, BackdropsTellWhatIsDone) {
   const Picture scales(ImageOf({"ab", "cd"}), Levels::kAll);
   for (const Picture* picture : {&exact, &scales}) {
     BackdropPixels pixels;
-    pixels.hidden.Add(1, PixelSet::Columns(2, 4));
+    pixels.hidden.Add(1, BitRange(2, 4));
     TextFrame frame(6);
     DrawSharpBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
     EXPECT_EQ(frame.Text(), R"(
