@@ -28,10 +28,12 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libabsl_time_zone.so\n"
          "called_from_lib:libaddress_sorting.so\n"
          "called_from_lib:libcares.so\n"
+         "called_from_lib:libcrypto.so\n"
          "called_from_lib:libgpr.so\n"
          "called_from_lib:libgrpc.so\n"
          "called_from_lib:libgrpc++.so\n"
          "called_from_lib:libgrpc++_reflection.so\n"
          "called_from_lib:libprotobuf.so\n"
+         "called_from_lib:libssl.so\n"
          "called_from_lib:libupb.so\n";
 }
