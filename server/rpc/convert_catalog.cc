@@ -148,6 +148,7 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.mutable_features()->set_render(true);
   catalog.mutable_features()->set_fingerprints(true);
   catalog.mutable_features()->set_leases(true);
+  catalog.mutable_features()->set_level_sampler(true);
   catalog.mutable_features()->set_resume(true);
   FillLimits(limits, catalog.mutable_limits());
   // Where the folder lies is nobody's business but the operator's.

@@ -241,9 +241,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
       !status.ok()) {
     return status;
   }
-  if (spec.has_level_sampler()) {
-    return absl::UnimplementedError("spec.level_sampler is not offered yet; leave it out");
-  }
   return absl::OkStatus();
 }
 
@@ -319,7 +316,26 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   options.first_environment = spec.first_environment();
   options.total_environments = spec.total_environments();
   options.observation_format = *observation_format;
+  if (spec.has_level_sampler()) {
+    auto sampler = LevelSamplerOf("spec.level_sampler", spec.level_sampler());
+    if (!sampler.ok()) {
+      return sampler.status();
+    }
+    options.level_sampler = *std::move(sampler);
+  }
   return options;
+}
+
+absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
+    absl::string_view field, const v1::LevelSampler& message) {
+  auto sampler = LevelSampler::Create({message.level_seeds().begin(), message.level_seeds().end()},
+                                      {message.weights().begin(), message.weights().end()},
+                                      message.rand_seed());
+  if (!sampler.ok()) {
+    return absl::Status(sampler.status().code(),
+                        absl::StrCat(field, ".", sampler.status().message()));
+  }
+  return sampler;
 }
 
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,

@@ -1,6 +1,8 @@
 #ifndef SERVER_RPC_CONVERT_POOL_H_
 #define SERVER_RPC_CONVERT_POOL_H_
 
+#include <memory>
+
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
@@ -23,9 +25,14 @@ absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
                                                const google::protobuf::Duration& message,
                                                const Limits& limits);
 
+// `field` is what to call it. Errors: INVALID_ARGUMENT as LevelSampler::Create.
+absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_view field,
+                                                                   const v1::LevelSampler& message);
+
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
 
-// The pool as a resource, its spec with every default filled in.
+// The pool as a resource, its spec with every default filled in, but without the level sampler,
+// whose lists may be long.
 v1::Pool PoolMessageOf(const PoolSession& session);
 
 // The contract's name for a mode.

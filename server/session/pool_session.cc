@@ -335,6 +335,13 @@ absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
 }
 
 void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+  if (request.kind == Request::Kind::kSample) {
+    surroundings_.side_crew->Run(
+        [this, sampler = request.level_sampler, done = std::move(done)]() mutable {
+          done(pool_->SetLevelSampler(std::move(sampler)));
+        });
+    return;
+  }
   SelectPart(request.next_levels, part, &part_next_levels_);
   SelectPart(request.resets, part, &part_resets_);
   StepInput input;

@@ -117,10 +117,11 @@ TEST_F(StreamErrorsTest, SecondAttachOnAStream) {
                 "attach was sent again, allowed: once, as the first request of a stream");
 }
 
-TEST_F(StreamErrorsTest, LevelSamplerIsNotOfferedYet) {
+TEST_F(StreamErrorsTest, LevelSamplerWithoutLevels) {
   v1::StepPoolRequest request;
   request.mutable_level_sampler();
-  ExpectRefused(request, absl::StatusCode::kUnimplemented, "level_sampler is not offered yet");
+  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
+                "level_sampler.level_seeds has 0 entries, must have 1 to 1000000");
 }
 
 TEST_F(StreamErrorsTest, NoAttach) {

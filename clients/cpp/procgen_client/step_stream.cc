@@ -173,6 +173,13 @@ absl::Status StepStream::Observe(Batch* batch) {
   return Call(std::move(request), batch);
 }
 
+absl::Status StepStream::SetLevelSampler(procgen::v1::LevelSampler level_sampler) {
+  procgen::v1::StepPoolRequest request;
+  request.mutable_level_sampler()->Swap(&level_sampler);
+  Batch none;
+  return Call(std::move(request), &none);
+}
+
 absl::Status StepStream::Call(procgen::v1::StepPoolRequest request, Batch* batch) {
   if (absl::Status status = Over(); !status.ok()) {
     return status;
@@ -236,7 +243,7 @@ bool StepStream::ReadAnswer(Batch* batch) {
     return false;
   }
   batch->Begin();
-  bool last = batch->response_.batch().last();
+  bool last = batch->response_.batch().last() || batch->response_.has_done();
   while (!last) {
     if (!connection->stream->Read(&part_)) {
       return false;

@@ -66,11 +66,16 @@ class StepStream {
   // Tells how the whole pool stands; how a learner gets its first observations.
   absl::Status Observe(Batch* batch);
 
+  // Replaces what chooses the pool's levels; takes effect at each environment's next choice.
+  // REQUIRES: nothing is unanswered.
+  absl::Status SetLevelSampler(procgen::v1::LevelSampler level_sampler);
+
   // Sends a request and returns its sequence number. Blocks only while the connection is full, or
   // Receive makes it anew; that it is broken, only Receive finds.
   // Errors: FAILED_PRECONDITION requests_in_flight_max() are unanswered (nothing was sent).
   absl::StatusOr<int64_t> Send(procgen::v1::StepPoolRequest request);
-  // Waits for the answer to the oldest unanswered request. Errors: FAILED_PRECONDITION there is
+  // Waits for the answer to the oldest unanswered request; that to a level_sampler is a batch of no
+  // environments. Errors: FAILED_PRECONDITION there is
   // none; those of the server.
   absl::Status Receive(Batch* batch);
 

@@ -100,7 +100,9 @@ class Stream:
         return request.sequence_number
 
     def receive(self) -> list[Part]:
-        """Waits for the answer to the oldest unanswered request.
+        """Waits for the answer to the oldest unanswered request, one part or more.
+
+        A request that has nothing to tell is answered by none.
 
         Raises:
             ProcgenError: The stream is over.
@@ -136,7 +138,8 @@ class Stream:
         parts: list[Part] = []
         while not parts or not parts[-1].last:
             response = self._next_response()
-            if not isinstance(response, Part):
+            is_done = not isinstance(response, Part) and response.HasField("done")
+            if not isinstance(response, Part) and not is_done:
                 continue  # Of a kind that this client does not know: clients ignore those.
             if response.sequence_number != sequence_number:
                 self.drop()
@@ -144,6 +147,8 @@ class Stream:
                     f"{self._attach.pool} answered request {response.sequence_number}, where "
                     f"{sequence_number} is next"
                 )
+            if not isinstance(response, Part):
+                break
             parts.append(response)
         return parts
 

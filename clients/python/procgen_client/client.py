@@ -158,6 +158,7 @@ class Client:
         layout: str = "hwc",
         frame_stack: int = 1,
         lease_duration: float | None = None,
+        level_sampler: _options.LevelSampler | None = None,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -185,6 +186,8 @@ class Client:
                 stands in all places. Pool.observation_shape tells the shape.
             lease_duration: How long the pool lives while nobody steps it, in seconds; then the
                 server frees it. None: until it is deleted.
+            level_sampler: Chooses the levels, in place of num_levels and start_level;
+                Pool.set_level_sampler replaces it. None: the options do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -209,6 +212,7 @@ class Client:
                 frame_stack=frame_stack,
             ),
             lease_duration=lease_duration,
+            level_sampler=level_sampler,
         )
         return self.create_pool_from_spec(
             spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max

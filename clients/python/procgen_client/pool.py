@@ -18,6 +18,7 @@ from procgen_client._requests import (
     reset_messages,
 )
 from procgen_client._stream import Stream
+from procgen_client._wire import Part
 from procgen_client.batch import Batch, assemble
 from procgen_client.errors import (
     FailedPreconditionError,
@@ -25,6 +26,7 @@ from procgen_client.errors import (
     NotFoundError,
     UnavailableError,
 )
+from procgen_client.options import LevelSampler, level_sampler_message
 from procgen_client.pool_resource import PoolResource
 
 if TYPE_CHECKING:
@@ -196,6 +198,15 @@ class Pool(PoolResource):
         )
         return self.receive()
 
+    def set_level_sampler(self, level_sampler: LevelSampler) -> None:
+        """Replaces what chooses the levels; takes effect at each environment's next episode.
+
+        Errors as :meth:`step`.
+        """
+        self._require_nothing_in_flight()
+        self._send(step_pb2.StepPoolRequest(level_sampler=level_sampler_message(level_sampler)))
+        self._receive_parts()
+
     # Stepping with requests sent ahead.
 
     def send_step(
@@ -274,14 +285,7 @@ class Pool(PoolResource):
             ProcgenError: The server refused that request, or is gone. The stream is over, and
                 answers to later requests are lost with it.
         """
-        if self._stream is None or not self._stream.in_flight:
-            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
-        try:
-            parts = self._stream.receive()
-        except BaseException:
-            self._stream = None
-            raise
-        return assemble(parts, self.observation_shape)
+        return assemble(self._receive_parts(), self.observation_shape)
 
     # The stream's beginning and end.
 
@@ -351,6 +355,15 @@ class Pool(PoolResource):
         self.attach()
         assert self._stream is not None
         return self._stream.send(request)
+
+    def _receive_parts(self) -> list[Part]:
+        if self._stream is None or not self._stream.in_flight:
+            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
+        try:
+            return self._stream.receive()
+        except BaseException:
+            self._stream = None
+            raise
 
     def _require_nothing_in_flight(self) -> None:
         if self.in_flight:

@@ -58,7 +58,7 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.fingerprints());
   EXPECT_FALSE(features.watch());
   EXPECT_TRUE(features.leases());
-  EXPECT_FALSE(features.level_sampler());
+  EXPECT_TRUE(features.level_sampler());
   EXPECT_TRUE(features.resume());
 }
 

@@ -151,10 +151,23 @@ TEST(ConvertPoolTest, WhatIsNotOfferedYetSaysWhatIs) {
   encoded.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
   EXPECT_THAT(PoolOptionsOf(encoded),
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: ENCODING_RAW")));
-  v1::PoolSpec sampled = MazeSpec();
-  sampled.mutable_level_sampler();
-  EXPECT_THAT(PoolOptionsOf(sampled),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("level_sampler")));
+}
+
+TEST(ConvertPoolTest, LevelSamplersAreMadeAndTheirFieldsNamed) {
+  v1::PoolSpec spec = MazeSpec();
+  EXPECT_EQ(PoolOptionsOf(spec)->level_sampler, nullptr);
+  spec.mutable_level_sampler()->add_level_seeds(7);
+  spec.mutable_level_sampler()->add_level_seeds(-9);
+  spec.mutable_level_sampler()->add_weights(0);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.level_sampler.weights has 1 entries, must have 2, as level_seeds, or "
+                       "none"));
+  spec.mutable_level_sampler()->add_weights(0.5F);
+  const auto options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  RandomStream stream(1);
+  EXPECT_EQ(options->level_sampler->Draw(stream), -9);
 }
 
 TEST(ConvertPoolTest, LeaseIsADuration) {
