@@ -41,13 +41,17 @@ struct Stream {
 class ResumedSessionTest : public testing::Test {
  protected:
   std::unique_ptr<PoolSession> Make(absl::Duration lease = absl::InfiniteDuration()) {
+    return Make(&surroundings_, lease);
+  }
+
+  static std::unique_ptr<PoolSession> Make(TestSurroundings* surroundings, absl::Duration lease) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
-                                         surroundings_.Get());
+                                         surroundings->Get());
   }
 
   // Accepts request `number`, in a turn, and keeps an answer if it was to be carried out.
@@ -181,6 +185,28 @@ TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
   session_->Detach();
   EXPECT_THAT(third.attached, testing::Optional(IsOk()));
   EXPECT_FALSE(second.ended.has_value());
+}
+
+TEST_F(ResumedSessionTest, WhoTakesOverTakesTheShareOfTheOwnersStreams) {
+  Limits limits;
+  limits.owner_stream_count_max = 1;
+  TestSurroundings surroundings(limits);
+  const auto session = Make(&surroundings, absl::InfiniteDuration());
+  const auto other = Make(&surroundings, absl::InfiniteDuration());
+  Stream first;
+  Stream second;
+  Stream of_other;
+  first.Attach(session.get(), kResumable);
+  second.Attach(session.get(), {.resumable = true, .take_over = true});
+  session->Detach();
+  EXPECT_THAT(second.attached, testing::Optional(IsOk()));
+  of_other.Attach(other.get(), kResumable);
+  EXPECT_THAT(of_other.attached, testing::Optional(StatusIs(absl::StatusCode::kResourceExhausted,
+                                                            HasSubstr("owner_stream_count_max"))));
+  session->Detach();
+  of_other.Attach(other.get(), kResumable);
+  EXPECT_THAT(of_other.attached, testing::Optional(IsOk()));
+  other->Detach();
 }
 
 TEST_F(ResumedSessionTest, TakingOverNobodyIsAttaching) { Attach({.take_over = true}); }

@@ -29,13 +29,15 @@ class TestClock {
 
 // What a PoolSession needs around it, with a clock of the test's.
 struct TestSurroundings {
+  explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
+
   PoolSurroundings Get() {
     return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count};
   }
 
   TestClock clock;
   std::atomic<int64_t> step_count = 0;
-  Owners owners{Limits()};
+  Owners owners;
   ByteBudget kept_answer_bytes{int64_t{1} << 30};
   SideCrew side_crew{1};
   // Rings for nobody: the test asks the pool itself.
