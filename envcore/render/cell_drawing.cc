@@ -45,8 +45,8 @@ bool CellDrawing::HasCells() const {
   const int last_row = std::min(cells_->last_row, grid.height() - 1);
   const int column_count = last_column - first_column + 1;
   for (int y = std::max(cells_->first_row, 0); y <= last_row && column_count > 0; ++y) {
-    const absl::Span<const int16_t> kinds = grid.Row(y).subspan(static_cast<size_t>(first_column),
-                                                                static_cast<size_t>(column_count));
+    const absl::Span<const int16_t> kinds =
+        grid.Row(y).subspan(static_cast<size_t>(first_column), static_cast<size_t>(column_count));
     if (std::any_of(kinds.begin(), kinds.end(), [](int kind) { return kind != kEmptyKind; })) {
       return true;
     }
