@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Prioritised level replay (Jiang et al., 2021) with the server's level sampler.
 
 Levels from which there is most to learn are played more often. The learner scores each level when
@@ -64,9 +65,9 @@ class LevelReplay:
 
     def sampler(self) -> procgen_client.LevelSampler:
         """Gives the sampler for what is known now."""
-        ranks = np.empty(len(self._scores))
-        ranks[np.argsort(-self._scores, kind="stable")] = np.arange(1, len(self._scores) + 1)
-        by_score = ranks ** (-1 / self._temperature)
+        # Equal scores have equal ranks, as all levels have that were not played.
+        ranks = 1 + np.searchsorted(np.sort(-self._scores), -self._scores)
+        by_score = ranks.astype(float) ** (-1 / self._temperature)
         by_age = self._episode_count - self._last_played + 1
         weights = (1 - self._staleness) * by_score / by_score.sum()
         weights += self._staleness * by_age / by_age.sum()

@@ -170,24 +170,20 @@ class Client:
                 the next episode's first at once. "next_step": it is the last one; the next step
                 ignores its action and begins the next episode. "disabled": it is the last one; the
                 environment must be reset.
-            first_environment: For a part of a larger pool: the index of its first environment in
-                the whole.
-            total_environments: For the same: number of environments of the whole. 0: up to this
-                pool's last.
+            first_environment, total_environments: For a part of a larger pool: the index of its
+                first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
-            screen_size: Side of the observations' square pictures in pixels, in [16, 512]; they are
-                drawn at that size.
-            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, in place of
-                three.
+            screen_size: Side that observations are drawn at, in pixels, in [16, 512].
+            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
             layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
             frame_stack: Number of pictures of successive steps in one observation, oldest first, in
                 [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
                 stands in all places. Pool.observation_shape tells the shape.
-            lease_duration: How long the pool lives while nobody steps it, in seconds; then the
-                server frees it. None: until it is deleted.
-            level_sampler: Chooses the levels, in place of num_levels and start_level;
-                Pool.set_level_sampler replaces it. None: the options do.
+            lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
+                it is deleted.
+            level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
+                start_level do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 

@@ -10,7 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from procgen_client import Client, LevelSampler, Pool, ProcgenVectorEnv, Reset, ServerProcess, errors
+from procgen_client import (
+    Client,
+    LevelSampler,
+    Pool,
+    ProcgenVectorEnv,
+    Reset,
+    ServerProcess,
+    errors,
+)
 
 _ROOT = Path(__file__).resolve().parents[3]
 _EXAMPLE = _ROOT / "clients/python/examples/prioritised_level_replay.py"
