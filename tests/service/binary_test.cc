@@ -14,6 +14,7 @@
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -149,7 +150,8 @@ TEST(BinaryTest, WrongFlagsAreExplained) {
 }
 
 TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
-  const std::string folder = testing::TempDir() + "/procgen-binary-test-art";
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("art");
   PaintArtFolder(folder);
   ServerProcess plain({"--address=127.0.0.1:0"});
   ServerProcess painted({"--address=127.0.0.1:0", "--art=" + folder});
@@ -162,7 +164,8 @@ TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
 }
 
 TEST(BinaryTest, FolderWithoutArtIsExplained) {
-  const std::string folder = testing::TempDir() + "/procgen-binary-test-no-art";
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("none");
   ServerProcess process({"--address=127.0.0.1:0", "--art=" + folder});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(),
@@ -210,7 +213,8 @@ TEST(BinaryTest, StatesGoFromServerToServer) {
 }
 
 TEST(BinaryTest, UnixSocketIsServed) {
-  const std::string address = "unix:" + testing::TempDir() + "/procgen-binary-test.sock";
+  const TemporaryFolder temporary;
+  const std::string address = "unix:" + temporary.At("socket");
   ServerProcess process({"--address=" + address});
   ASSERT_EQ(process.Address(), address);
   const auto client = procgen_client::Client::Connect(address);
