@@ -26,13 +26,14 @@ ARROWS = {
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
     "server/cluster": (),
-    "server/session": ("envcore/pool",),
+    "server/metrics": (),
+    "server/session": ("envcore/pool", "server/metrics"),
     "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
-    "server/rpc": ("envcore/pool", "server/session", "proto"),
+    "server/rpc": ("envcore/pool", "server/session", "server/metrics", "proto"),
     "server/web": ("envcore/pool", "server/session"),
     # The program itself: flags, wiring, signals, shutdown.
-    "server": ("envcore/pool", "server/session", "server/rpc", "server/fleet", "server/cluster",
-               "server/web"),
+    "server": ("envcore/pool", "server/session", "server/rpc", "server/metrics", "server/fleet",
+               "server/cluster", "server/web"),
     "clients/cpp": ("proto",),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients": ("proto",),
@@ -48,6 +49,8 @@ _GUARDED_HEADERS = (
      "messages of the wire stop at server/rpc; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),
+    (r"prometheus/", ("server/metrics", "tests"),
+     "only server/metrics knows Prometheus; count what you do with class Metrics"),
 )
 # What the engine never includes, and where threads are allowed in it.
 _CLOCKS_AND_SOCKETS = re.compile(
