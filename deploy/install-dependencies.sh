@@ -10,6 +10,7 @@ packages=(
   pkg-config              # finds libraries that have no CMake package
   git                     # lists the files that the tidy test looks at
   libgrpc++-dev           # the server's and the C++ client's transport
+  libssl-dev              # reads certificates, hashes tokens
   libprotobuf-dev         # messages
   protobuf-compiler       # generates messages
   protobuf-compiler-grpc  # generates service stubs, C++ and Python
@@ -22,6 +23,7 @@ packages=(
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
   libbenchmark-dev        # benchmarks
+  openssl                 # makes the certificates of the tests
   python3                 # the Python client, the quickstart, some tests
   python3-grpcio          # the Python client's transport
   python3-protobuf        # its messages

@@ -1,13 +1,18 @@
 #include "server/config.h"
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 
-#include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "server/rpc/address.h"
 
 namespace procgen {
 namespace {
+
+constexpr int64_t kLeaseSecondsMax = int64_t{366} * 24 * 3600;
+constexpr int64_t kKeepaliveMsMax = 24 * 3600 * 1000;
 
 struct Range {
   absl::string_view flag;
@@ -17,16 +22,39 @@ struct Range {
 };
 
 absl::Status CheckAddress(const std::string& address) {
-  const size_t colon = address.rfind(':');
-  int port = -1;
-  const bool is_unix = absl::StartsWith(address, "unix:") && address.size() > 5;
-  const bool is_tcp = !absl::StartsWith(address, "unix:") && colon != std::string::npos &&
-                      colon > 0 && absl::SimpleAtoi(address.substr(colon + 1), &port) &&
-                      port >= 0 && port <= UINT16_MAX;
-  if (!is_unix && !is_tcp) {
+  if (!ParseAddress(address).ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat("--address is '", address,
                      "', allowed: 'HOST:PORT' with a port of 0 to 65535, or 'unix:PATH'"));
+  }
+  return absl::OkStatus();
+}
+
+bool OthersCanReach(const Config& config) {
+  const absl::StatusOr<Address> address = ParseAddress(config.server.address);
+  return !address.ok() || !IsLocal(*address);
+}
+
+absl::Status CheckAccess(const Config& config) {
+  const TlsPaths& tls = config.tls;
+  if (tls.certificate.empty() != tls.key.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--tls_", tls.key.empty() ? "key" : "certificate",
+                     " is missing, allowed: ", "--tls_certificate and --tls_key, or none of them"));
+  }
+  if (!tls.client_ca.empty() && tls.certificate.empty()) {
+    return absl::InvalidArgumentError(
+        "--tls_client_ca is given without --tls_certificate and --tls_key, which it needs");
+  }
+  const bool has_tls = !tls.certificate.empty();
+  const bool asks_who_calls = !tls.client_ca.empty() || !config.tokens.empty();
+  if (OthersCanReach(config) && !config.allow_insecure && (!has_tls || !asks_who_calls)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--address is ", config.server.address, ", which other machines can reach, ",
+        has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
+        has_tls || asks_who_calls ? "" : "; and ",
+        asks_who_calls ? "" : "without asking who calls: give --tokens or --tls_client_ca",
+        "; or listen on loopback or a unix socket; or --allow_insecure"));
   }
   return absl::OkStatus();
 }
@@ -48,6 +76,19 @@ absl::Status CheckConfig(const Config& config) {
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
+        Range{"kept_answer_bytes_max", limits.kept_answer_bytes_max, 0, int64_t{1} << 40},
+        Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
+              kLeaseSecondsMax},
+        Range{"keepalive_time in milliseconds",
+              absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax},
+        Range{"keepalive_timeout in milliseconds",
+              absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100, kKeepaliveMsMax},
+        Range{"owner_pool_count_max", limits.owner_pool_count_max, 1, 1 << 20},
+        Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
+        Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
+        Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
+        Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
+        Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
         Range{"drain_deadline in seconds", absl::ToInt64Seconds(config.drain_deadline), 0, 3600}}) {
     if (range.value < range.min || range.value > range.max) {
       return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
@@ -59,6 +100,31 @@ absl::Status CheckConfig(const Config& config) {
         "--pool_environment_count_max is ", limits.pool_environment_count_max,
         ", allowed: at most --environment_count_max, which is ", limits.environment_count_max));
   }
+  return CheckAccess(config);
+}
+
+absl::Status LoadSecrets(Config* config) {
+  if (!config->tls.certificate.empty()) {
+    absl::StatusOr<std::shared_ptr<TlsFiles>> tls = TlsFiles::Open(config->tls);
+    if (!tls.ok()) {
+      return tls.status();
+    }
+    config->server.tls = *std::move(tls);
+  }
+  if (!config->tokens.empty()) {
+    absl::StatusOr<std::shared_ptr<TokenFile>> tokens = TokenFile::Open(config->tokens);
+    if (!tokens.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("--tokens: ", tokens.status().message()));
+    }
+    config->server.tokens = *std::move(tokens);
+  }
+  const std::string default_sources = OthersCanReach(*config) ? "none" : "local";
+  absl::StatusOr<CloneSources> sources =
+      CloneSources::Parse(config->clone_sources.empty() ? default_sources : config->clone_sources);
+  if (!sources.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("--clone_sources ", sources.status().message()));
+  }
+  config->server.clone_sources = *std::move(sources);
   return absl::OkStatus();
 }
 

@@ -15,11 +15,25 @@ struct Config {
   ServerOptions server;
   absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
+
+  // Who may call. Paths of files; empty: none.
+  TlsPaths tls;
+  std::string tokens;
+  // Others than this machine may reach a server that asks nobody who they are.
+  bool allow_insecure = false;
+  // As CloneSources reads it; empty: "local" where only this machine can reach this server, else
+  // "none".
+  std::string clone_sources;
 };
 
 // Errors: INVALID_ARGUMENT a value out of range, or two that contradict each other; the message
 // names the flag, what was given and what is allowed.
 absl::Status CheckConfig(const Config& config);
+
+// Reads the files that `config` names for its server, and what it may clone from. REQUIRES:
+// CheckConfig. Errors: a file that is missing or broken, or sources that are none; the message
+// names the flag.
+absl::Status LoadSecrets(Config* config);
 
 }  // namespace procgen
 

@@ -21,6 +21,7 @@
 #include "envcore/pool/shared_art.h"
 #include "server/config.h"
 #include "server/rpc/server.h"
+#include "server/security_flags.h"
 #include "server/session/event_log.h"
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
@@ -39,8 +40,19 @@ ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
           "bytes of one response message that a client may ask for");
 ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
           "unanswered requests of one stream that a client may ask for");
-ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
-          "after SIGTERM or SIGINT, running requests have this long to be answered");
+ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
+          "bytes of the answers that are kept for streams that may be resumed, of all pools "
+          "together");
+ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
+          "how long a pool may ask to live without a stream");
+ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
+          "a connection that is silent for this long is asked for a sign of life");
+ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
+          "and ended if it gives none for this long");
+ABSL_FLAG(
+    absl::Duration, drain_deadline, absl::Seconds(10),
+    "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
+    "save states");
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");
@@ -85,7 +97,15 @@ absl::StatusOr<Config> ReadConfig() {
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
+  limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
+  config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
+  config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
+  ReadSecurityFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = LoadSecrets(&config); !status.ok()) {
     return status;
   }
   if (const std::string folder = absl::GetFlag(FLAGS_art); !folder.empty()) {
@@ -108,6 +128,14 @@ sigset_t StopSignals() {
   return signals;
 }
 
+// How the log tells who may call.
+std::string AccessText(const Config& config) {
+  return absl::StrCat(config.server.tls == nullptr        ? "plain text"
+                      : config.server.tls->asks_clients() ? "mutual TLS"
+                                                          : "TLS",
+                      config.server.tokens == nullptr ? "" : ", tokens");
+}
+
 int Serve(const Config& config, const sigset_t& stop_signals) {
   SetLogLevel(config.log_level);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
@@ -120,6 +148,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
            {{"address", (*server)->address()},
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
+            {"access", AccessText(config)},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
@@ -140,7 +169,8 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
 
   const auto is_ours = [](absl::string_view file) {
-    return absl::EndsWith(file, "server/main.cc");
+    return absl::EndsWith(file, "server/main.cc") ||
+           absl::EndsWith(file, "server/security_flags.cc");
   };
   absl::FlagsUsageConfig usage;
   usage.contains_help_flags = is_ours;

@@ -1,6 +1,7 @@
 #include "envcore/environment/environment.h"
 
 #include <limits>
+#include <utility>
 
 namespace procgen {
 namespace {
@@ -26,9 +27,11 @@ Environment::Environment(const GameFacts& facts, const EnvironmentOptions& optio
       game_(facts.make(options)) {}
 
 Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
-                         uint32_t level_stream_seed, EpisodeEnd episode_end)
+                         uint32_t level_stream_seed, EpisodeEnd episode_end,
+                         std::shared_ptr<const LevelSampler> level_sampler)
     : Environment(facts, options, episode_end) {
   level_stream_.Seed(level_stream_seed);
+  level_sampler_ = std::move(level_sampler);
   BeginEpisode();
   result_.fingerprint = fingerprint_.value();
 }
@@ -37,6 +40,8 @@ void Environment::BeginLevel(bool follows_completed) {
   if (next_level_.has_value()) {
     result_.level_seed = *next_level_;
     next_level_.reset();
+  } else if (level_sampler_ != nullptr) {
+    result_.level_seed = level_sampler_->Draw(level_stream_);
   } else if (follows_completed) {
     result_.level_seed = Wrapped(static_cast<uint32_t>(result_.level_seed) + kSequentialLevelStep);
   } else {
@@ -57,7 +62,7 @@ void Environment::BeginEpisode() {
 
 void Environment::Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed) {
   if (rand_seed.has_value()) {
-    level_stream_.Seed(*rand_seed);
+    SeedLevels(*rand_seed);
   }
   if (level_seed.has_value()) {
     next_level_ = level_seed;

@@ -5,12 +5,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "envcore/environment/environment_options.h"
 #include "envcore/environment/fingerprint.h"
+#include "envcore/environment/level_sampler.h"
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/random/random_stream.h"
@@ -47,9 +49,10 @@ struct StepResult {
 class Environment {
  public:
   // `options` as ResolveOptions gave them for the game; `level_stream_seed` seeds the choice of
-  // levels. The environment stands at the first step of its first level. `facts` must outlive it.
+  // levels; `level_sampler`: as SetLevelSampler. The environment stands at the first step of its
+  // first level. `facts` must outlive it.
   Environment(const GameFacts& facts, const EnvironmentOptions& options, uint32_t level_stream_seed,
-              EpisodeEnd episode_end);
+              EpisodeEnd episode_end, std::shared_ptr<const LevelSampler> level_sampler = nullptr);
 
   // A snapshot of all that influences the future, and of what was observed last. Changes nothing.
   // Errors: INTERNAL the state is none that a snapshot can hold, which is a bug.
@@ -66,6 +69,15 @@ class Environment {
 
   // The next new level is that of `level_seed`; no draw is taken for it.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
+
+  // What chooses each level from the next choice on that is not told otherwise; null: the options
+  // do. No part of a snapshot, which holds where the stream of choices stands: with the same
+  // sampler what is restored goes on as what was saved.
+  void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
+    level_sampler_ = std::move(level_sampler);
+  }
+  // Seeds the choice of levels anew.
+  void SeedLevels(int64_t rand_seed) { level_stream_.Seed(rand_seed); }
 
   // Begins a new episode at once, with reward 0. `rand_seed` seeds the choice of levels anew before
   // the level is chosen.
@@ -93,7 +105,8 @@ class Environment {
   // All but what the environment was made with and its level's seed.
   void VisitState(StateArchive& archive);
   void StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level);
-  // Chooses the next level, after a completed one in a sequence or by a draw, and begins it.
+  // Chooses the next level and begins it: the one that was told, or one of the sampler's, or the
+  // next after a completed one in a sequence, or one by a draw from the options' range.
   void BeginLevel(bool follows_completed);
   // Begins the first level of a new episode.
   void BeginEpisode();
@@ -106,6 +119,7 @@ class Environment {
   int32_t level_seed_high_;
   std::unique_ptr<Game> game_;
   RandomStream level_stream_;  // the level-seed stream
+  std::shared_ptr<const LevelSampler> level_sampler_;
   std::optional<int32_t> next_level_;
   StepResult result_;
   float episode_return_ = 0;  // of the running episode

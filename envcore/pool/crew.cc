@@ -37,10 +37,12 @@ void Crew::Prepare(CrewJob& job, int32_t item_count, int32_t part_count) {
   int32_t begin = 0;
   for (int32_t i = 0; i < part_count; ++i) {
     CrewJob::Part& part = job.parts_[static_cast<size_t>(i)];
-    part.next_item.store(begin, std::memory_order_relaxed);
+    part.taken_count.store(0, std::memory_order_relaxed);
+    part.begin = begin;
     begin += item_count / part_count + (i < item_count % part_count ? 1 : 0);
     part.end = begin;
   }
+  job.backwards_ = !job.backwards_;
   job.items_per_grab_ = std::max(1, item_count / (part_count * kGrabsPerPart));
   job.workers_inside_ = 0;
 }
@@ -90,14 +92,15 @@ void Crew::Work(CrewJob& job, int32_t worker) {
   for (size_t i = 0; i < job.parts_.size(); ++i) {
     CrewJob::Part& part = job.parts_[(static_cast<size_t>(worker) + i) % job.parts_.size()];
     while (true) {
+      const int32_t count = part.end - part.begin;
       const int32_t first =
-          part.next_item.fetch_add(job.items_per_grab_, std::memory_order_relaxed);
-      if (first >= part.end) {
+          part.taken_count.fetch_add(job.items_per_grab_, std::memory_order_relaxed);
+      if (first >= count) {
         break;
       }
-      const int32_t end = std::min(first + job.items_per_grab_, part.end);
-      for (int32_t item = first; item < end; ++item) {
-        job.RunItem(item, worker);
+      const int32_t end = std::min(first + job.items_per_grab_, count);
+      for (int32_t taken = first; taken < end; ++taken) {
+        job.RunItem(job.backwards_ ? part.end - 1 - taken : part.begin + taken, worker);
       }
     }
   }

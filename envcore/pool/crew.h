@@ -34,11 +34,15 @@ class CrewJob {
   // Items that lie side by side; one worker begins with them, so that what it did the last time it
   // finds in its cache.
   struct alignas(64) Part {
-    std::atomic<int32_t> next_item = 0;
+    std::atomic<int32_t> taken_count = 0;  // may exceed the count of items
+    int32_t begin = 0;
     int32_t end = 0;
   };
 
   std::vector<Part> parts_;
+  // Every other run takes the parts from their ends: a cache that is too small for all items holds
+  // those that were done last, and beginning with the others would drive them out one by one.
+  bool backwards_ = true;
   int32_t items_per_grab_ = 1;
   int32_t workers_inside_ = 0;  // guarded by the crew's mutex
 };

@@ -11,16 +11,12 @@ namespace procgen {
 inline constexpr int kLooksBeforeSleep = 256;
 
 // Looks whether `ready()` without sleeping, for a moment; the core goes to any other thread that
-// wants it. Returns whether it came.
+// wants it. Who must be sure that it is ready still has to wait.
 template <typename Ready>
-bool AwaitAwake(Ready ready) {
-  for (int looks = 0; looks < kLooksBeforeSleep; ++looks) {
-    if (ready()) {
-      return true;
-    }
+void AwaitAwake(Ready ready) {
+  for (int looks = 0; looks < kLooksBeforeSleep && !ready(); ++looks) {
     std::this_thread::yield();
   }
-  return false;
 }
 
 }  // namespace procgen

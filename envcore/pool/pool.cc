@@ -169,10 +169,14 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
       options.art == nullptr ? SharedArt::Embedded() : options.art;
   const size_t game_count = options.games.size();
   for (int32_t i = 0; i < options.env_count; ++i) {
-    const size_t game_index = static_cast<size_t>(options.first_environment + i) % game_count;
-    pool->environments_.push_back(
-        std::make_unique<Environment>(*FindGame(options.games[game_index]), resolved[game_index],
-                                      stream_seeds.Raw(), options.episode_end));
+    const int32_t number = options.first_environment + i;
+    const size_t game_index = static_cast<size_t>(number) % game_count;
+    const uint32_t drawn_seed = stream_seeds.Raw();
+    const LevelSampler* sampler = options.level_sampler.get();
+    pool->environments_.push_back(std::make_unique<Environment>(
+        *FindGame(options.games[game_index]), resolved[game_index],
+        sampler == nullptr ? drawn_seed : sampler->StreamSeedOf(number), options.episode_end,
+        options.level_sampler));
     if (pool->art_[game_index] == nullptr) {
       pool->art_[game_index] =
           art->Of(*FindGame(options.games[game_index]), pool->environments_.back()->game().art());
@@ -184,6 +188,7 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
 Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
     : options_(options),
       crew_(std::move(crew)),
+      level_sampler_(options.level_sampler),
       art_(options.games.size()),
       still_layers_(static_cast<size_t>(options.env_count)),
       resets_(static_cast<size_t>(options.env_count)),
@@ -267,6 +272,21 @@ void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback do
 
 absl::Status Pool::Observe(int32_t first, int32_t count, const Batch& batch) {
   return Step({.first = first, .count = count, .steps = false}, batch);
+}
+
+absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
+  if (!Take()) {
+    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+  }
+  level_sampler_ = std::move(level_sampler);
+  int32_t number = options_.first_environment;
+  for (const std::unique_ptr<Environment>& environment : environments_) {
+    environment->SetLevelSampler(level_sampler_);
+    environment->SeedLevels(level_sampler_->StreamSeedOf(number));
+    ++number;
+  }
+  Release();
+  return absl::OkStatus();
 }
 
 absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame) {

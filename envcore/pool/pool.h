@@ -16,6 +16,7 @@
 #include "absl/types/span.h"
 #include "envcore/environment/environment.h"
 #include "envcore/environment/environment_options.h"
+#include "envcore/environment/level_sampler.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/crew.h"
 #include "envcore/pool/observation_format.h"
@@ -49,6 +50,9 @@ struct PoolOptions {
   int32_t first_environment = 0;
   int32_t total_environments = 0;  // 0: first_environment + env_count
   ObservationFormat observation_format;
+  // Chooses the levels in place of EnvironmentOptions::num_levels and start_level; null: they do.
+  // Environment i of the whole draws by a stream seeded with StreamSeedOf(i).
+  std::shared_ptr<const LevelSampler> level_sampler;
   // What is drawn with: pixels depend on it, nothing else does. Null: the built-in art.
   std::shared_ptr<const SharedArt> art;
 };
@@ -160,6 +164,11 @@ class Pool {
   // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.
   absl::Status Observe(int32_t first, int32_t count, const Batch& batch);
 
+  // Replaces what chooses levels; takes effect at each environment's next choice, which is the
+  // first of a stream seeded anew. Restored and cloned states draw from it, too, each from where
+  // its own stream stands. `level_sampler`: not null. Errors: ABORTED as in Step.
+  absl::Status SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler);
+
   // Snapshots of `environments`, in their order, taken on the calling thread. Errors:
   // INVALID_ARGUMENT an index out of range; ABORTED as in Step.
   absl::StatusOr<std::vector<std::string>> SaveStates(absl::Span<const int32_t> environments);
@@ -206,6 +215,7 @@ class Pool {
 
   const PoolOptions options_;
   const std::shared_ptr<Crew> crew_;
+  std::shared_ptr<const LevelSampler> level_sampler_;  // null: the options choose
   std::vector<std::unique_ptr<Environment>> environments_;
   std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
   std::vector<StillLayer> still_layers_;                 // [N]

@@ -105,6 +105,7 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
   for (size_t i = 0; i < states.size(); ++i) {
     const auto index = static_cast<size_t>(states[i].environment);
     environments_[index] = std::move(restored[i]);
+    environments_[index]->SetLevelSampler(level_sampler_);
     if (!frame_stacks_.empty()) {
       frame_stacks_[index].Clear();
     }

@@ -8,6 +8,11 @@ namespace procgen {
 // Which source column (or row) each pixel column of a stretched picture shows: pixel first + i
 // shows (position + i * step) >> 16, for i in [0, count).
 struct AxisSteps {
+  // The source column of a pixel column. REQUIRES: first <= pixel < first + count.
+  int SourceAt(int pixel) const {
+    return static_cast<int>((position + (pixel - first) * step) >> 16);
+  }
+
   int first = 0;
   int count = 0;
   int64_t position = 0;

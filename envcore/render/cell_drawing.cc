@@ -25,6 +25,8 @@ void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& 
   shown_.clear();
   columns_.clear();
   rows_.clear();
+  dot_columns_.clear();
+  dot_rows_.clear();
   if (HasCells()) {
     FindRanges(viewport);
     FindCells();
@@ -52,14 +54,26 @@ bool CellDrawing::HasCells() const {
 }
 
 void CellDrawing::FindRanges(const Viewport& viewport) {
+  const CellDots& dots = cells_->dots;
+  const bool has_dots = dots.kind != kOutsideKind;
+  const auto share = static_cast<double>(dots.share);
+  const auto rest = static_cast<double>(1 - dots.share);
+  const auto add = [&](double from, double length, std::vector<PixelRange>* ranges,
+                       std::vector<PixelRange>* dot_ranges) {
+    ranges->push_back(PixelRange::Of(from, length));
+    if (has_dots) {
+      dot_ranges->push_back(PixelRange::Of(from + length * rest / 2, length * share));
+    }
+  };
   for (int x = cells_->first_column; x <= cells_->last_column; ++x) {
     const ScreenRect rect = viewport.OfCell(x, 0);
-    columns_.push_back({RoundPx(rect.x), RoundPx(rect.x + rect.width)});
+    add(rect.x, rect.width, &columns_, &dot_columns_);
   }
   for (int y = cells_->first_row; y <= cells_->last_row; ++y) {
     const ScreenRect rect = viewport.OfCell(0, y);
-    rows_.push_back({RoundPx(rect.y), RoundPx(rect.y + rect.height)});
+    add(rect.y, rect.height, &rows_, &dot_rows_);
   }
+  dot_.color = {dots.color[0], dots.color[1], dots.color[2], 255};
   const auto least = [](const std::vector<PixelRange>& ranges) {
     int size = ScaledPictures::kSidePxMax;
     for (const PixelRange& range : ranges) {
@@ -97,20 +111,6 @@ CellDrawing::Look CellDrawing::FindLook(int kind) const {
   return look;
 }
 
-CellDrawing::Look* CellDrawing::LookOf(int kind) {
-  if (kind == cells_->dots.kind && kind != kOutsideKind) {
-    return &dot_;
-  }
-  if (kind < 0 || kind >= kKindCount) {
-    return nullptr;
-  }
-  Look& look = looks_[static_cast<size_t>(kind)];
-  if (look.frame_number != frame_number_) {
-    look = FindLook(kind);
-  }
-  return look.way == Look::Way::kNothing ? nullptr : &look;
-}
-
 void CellDrawing::FindCells() {
   const Grid& grid = *cells_->grid;
   Look* outside = LookOf(cells_->out_of_bounds_kind);
@@ -144,13 +144,12 @@ void CellDrawing::FindCells() {
   }
 }
 
-void CellDrawing::AddHidden(HiddenPixels* hidden) {
+void CellDrawing::AddHidden(PixelSet* hidden) {
   hidden_of_rows_.assign(rows_.size(), 0);
   for (const Cell& cell : shown_) {
     if (cell.look->opaque) {
       const PixelRange across = columns_[static_cast<size_t>(cell.column)];
-      hidden_of_rows_[static_cast<size_t>(cell.row)] |=
-          HiddenPixels::Columns(across.first, across.end);
+      hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
     }
   }
   for (size_t row = 0; row < rows_.size(); ++row) {
@@ -178,20 +177,15 @@ void CellDrawing::Draw() {
         DrawPicture(*cell.look, cell.column, cell.row);
         break;
       case Look::Way::kDot:
-        DrawDot(cell.column, cell.row);
+        DrawDot(dot_columns_[static_cast<size_t>(cell.column)],
+                dot_rows_[static_cast<size_t>(cell.row)]);
         break;
     }
   }
 }
 
-void CellDrawing::DrawDot(int column, int row) const {
-  const CellDots& dots = cells_->dots;
-  const ScreenRect cell = viewport_->OfCell(cells_->first_column + column, cells_->first_row + row);
-  const auto share = static_cast<double>(dots.share);
-  const auto rest = static_cast<double>(1 - dots.share);
-  DrawFlatSharp({cell.x + cell.width * rest / 2, cell.y + cell.height * rest / 2,
-                 cell.width * share, cell.height * share},
-                {dots.color[0], dots.color[1], dots.color[2], 255}, *frame_);
+void CellDrawing::DrawDot(PixelRange across, PixelRange down) const {
+  FillPixels({across.first, down.first, across.end, down.end}, dot_.color, *frame_);
 }
 
 void CellDrawing::DrawPicture(const Look& look, int column, int row) const {

@@ -8,7 +8,7 @@
 
 #include "envcore/render/frame.h"
 #include "envcore/render/game_art.h"
-#include "envcore/render/hidden_pixels.h"
+#include "envcore/render/pixel_set.h"
 #include "envcore/render/scaled_pictures.h"
 #include "envcore/scene/camera.h"
 #include "envcore/scene/scene.h"
@@ -26,15 +26,20 @@ class CellDrawing {
   // REQUIRES: scene.cells.grid is not null.
   void Begin(const Scene& scene, const GameArt& art, const Viewport& viewport, const Frame& frame);
 
-  // Which pixels the cells will cover wholly. REQUIRES: the frame's side is kHiddenSidePxMax at
+  // Which pixels the cells will cover wholly. REQUIRES: the frame's side is PixelSet::kSidePxMax at
   // most.
-  void AddHidden(HiddenPixels* hidden);
+  void AddHidden(PixelSet* hidden);
 
   void Draw();
 
  private:
-  // Pixels of a column or row of cells: [first, end), not clipped.
+  // Pixels of a column or row of cells, or of what is in its middle: [first, end), not clipped.
   struct PixelRange {
+    // Those whose centre lies in [from, from + length). REQUIRES: length >= 0.
+    static PixelRange Of(double from, double length) {
+      return {RoundPx(from), RoundPx(from + length)};
+    }
+
     int first = 0;
     int end = 0;
   };
@@ -65,8 +70,20 @@ class CellDrawing {
   void FindCells();
   Look FindLook(int kind) const;
   // How the cells of a kind are drawn; null: not at all.
-  Look* LookOf(int kind);
-  void DrawDot(int column, int row) const;
+  Look* LookOf(int kind) {
+    if (kind == cells_->dots.kind && kind != kOutsideKind) {
+      return &dot_;
+    }
+    if (kind < 0 || kind >= kKindCount) {
+      return nullptr;
+    }
+    Look& look = looks_[static_cast<size_t>(kind)];
+    if (look.frame_number != frame_number_) {
+      look = FindLook(kind);
+    }
+    return look.way == Look::Way::kNothing ? nullptr : &look;
+  }
+  void DrawDot(PixelRange across, PixelRange down) const;
   void DrawPicture(const Look& look, int column, int row) const;
   void DrawScaledCell(Look& look, PixelRange across, PixelRange down) const;
 
@@ -77,6 +94,8 @@ class CellDrawing {
   const Frame* frame_ = nullptr;
   std::vector<PixelRange> columns_;  // of the view, from cells_->first_column on
   std::vector<PixelRange> rows_;
+  std::vector<PixelRange> dot_columns_;  // of the dots in them; empty: there are none
+  std::vector<PixelRange> dot_rows_;
   int width_min_ = 0;  // of the ranges
   int height_min_ = 0;
   bool scales_ = false;  // the ranges are small enough for scaled pictures

@@ -7,14 +7,6 @@
 
 namespace procgen {
 
-// Pixels [left, right) x [top, bottom).
-struct PixelBox {
-  int left = 0;
-  int top = 0;
-  int right = 0;
-  int bottom = 0;
-};
-
 // The pixels of a canvas whose centre a flat rectangle covers: edges rounded to the next pixel
 // border, a negative size swaps them.
 PixelBox CoveredPixels(const ScreenRect& rect, int width, int height);

@@ -15,6 +15,9 @@ namespace procgen {
 void PackFrame(absl::Span<const Rgba> pixels, Color color, Layout layout,
                absl::Span<uint8_t> frame);
 
+// Opaque pixels [n] of red, green and blue, uint8 [n, 3]. REQUIRES: the sizes fit.
+void UnpackRgb(absl::Span<const uint8_t> rgb, absl::Span<Rgba> pixels);
+
 }  // namespace procgen
 
 #endif  // ENVCORE_RENDER_FRAME_PACKING_H_

@@ -103,6 +103,15 @@ void DrawNeedleSmooth(const Needle& needle, double width, const Rgba& plain, con
 
 }  // namespace
 
+RowRange RowsOf(const Overlay& overlay, const Viewport& viewport) {
+  if (overlay.shape != Overlay::Shape::kRectangle) {
+    return {0, viewport.side_px()};
+  }
+  const ScreenRect rect = RectOf(overlay, viewport);
+  const PixelBox box = CoveredPixels(rect, viewport.side_px(), viewport.side_px());
+  return {box.top, box.bottom};
+}
+
 void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Frame& frame) {
   const ScreenRect rect = RectOf(overlay, viewport);
   const auto lay = [&frame](const Rgba& plain) {

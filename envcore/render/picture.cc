@@ -58,6 +58,15 @@ std::shared_ptr<const ScaledPicture> Picture::ScaledTo(const ScaledSize& size) c
                            : scaled_->Make(LevelFor(size.width, size.height), size);
 }
 
+std::shared_ptr<const ScaledPicture> Picture::KeptAt(const ScaledSize& size) const {
+  const ScaledPicture* scaled = scaled_->Find(size);
+  if (scaled != nullptr) {
+    return Unowned(*scaled);
+  }
+  return scaled_->HasRoomFor(size) ? scaled_->Make(LevelFor(size.width, size.height), size)
+                                   : nullptr;
+}
+
 Picture Picture::Mirrored() const {
   Picture mirrored;
   mirrored.opaque_ = opaque_;

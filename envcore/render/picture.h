@@ -39,6 +39,8 @@ class Picture {
   // The picture in exactly that many pixels. This must live as long as what is returned.
   // REQUIRES: scales(); 1 <= width, height.
   std::shared_ptr<const ScaledPicture> ScaledTo(const ScaledSize& size) const;
+  // The same, but null where it would not be kept, as too much is kept already: for large ones.
+  std::shared_ptr<const ScaledPicture> KeptAt(const ScaledSize& size) const;
 
   // The picture with its columns reversed, at all its levels.
   Picture Mirrored() const;

@@ -10,6 +10,7 @@
 #include "envcore/render/frame.h"
 #include "envcore/render/frame_format.h"
 #include "envcore/render/game_art.h"
+#include "envcore/render/lent_rows.h"
 #include "envcore/render/picture.h"
 #include "envcore/render/still_layer.h"
 #include "envcore/scene/scene.h"
@@ -42,11 +43,14 @@ class Rasteriser {
   };
 
   Frame CanvasOf(int32_t side_px);
+  // Writes the picture on the canvas, and what is lent, to `frame`.
+  void Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame);
   const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
   const Picture& Painted(const GeneratedArt& art);
 
   std::vector<Rgba> pixels_;  // of the picture that is drawn
   CellDrawing cells_;
+  LentRows rows_;
   std::array<PaintedBackground, 8> painted_;
   uint64_t uses_ = 0;
 };

@@ -127,51 +127,59 @@ void LayPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
   last_four.Store(to + last);
 }
 
-// Calls `draw(source, count, pixel)` for each row of the picture that is in the frame.
+// Calls `draw(source, pixel)` for each row of `box` with its first pixel; the picture stands at
+// (left, top). REQUIRES: the box lies in both.
 template <typename Draw>
-void ForEachRow(const Image& image, int left, int top, const Frame& frame, Draw draw) {
-  const int first = std::max(left, 0);
-  const int count = std::min(left + image.width(), frame.side_px) - first;
-  const int end = std::min(top + image.height(), frame.side_px);
-  if (count <= 0) {
+void ForEachRow(const Image& image, int left, int top, const PixelBox& box, const Frame& frame,
+                Draw draw) {
+  const Rgba* source = image.Row(box.top - top) + (box.left - left);
+  Rgba* pixel = frame.At(box.left, box.top);
+  const int source_step = image.width();
+  const int step = frame.side_px;
+  for (int rows = box.height(); rows > 0; --rows, source += source_step, pixel += step) {
+    draw(source, pixel);
+  }
+}
+
+// Most sprites and cells are small: there two copies make a row.
+void CopyRows(const Image& image, int left, int top, const PixelBox& box, const Frame& frame) {
+  const int count = box.width();
+  if (count >= 4 && count <= 8) {
+    const int last = count - 4;
+    ForEachRow(image, left, top, box, frame, [last](const Rgba* from, Rgba* to) {
+      std::memcpy(to, from, 4 * sizeof(Rgba));
+      std::memcpy(to + last, from + last, 4 * sizeof(Rgba));
+    });
     return;
   }
-  for (int y = std::max(top, 0); y < end; ++y) {
-    draw(image.Row(y - top) + (first - left), count, frame.At(first, y));
-  }
+  ForEachRow(image, left, top, box, frame,
+             [count](const Rgba* from, Rgba* to) { CopyPixels(from, count, to); });
 }
 
 }  // namespace
 
 void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacity,
                 const Frame& frame) {
-  if (picture.opaque && opacity == kOpaque) {
-    ForEachRow(picture.image, left, top, frame, CopyPixels);
+  const Image& image = picture.image;
+  const PixelBox box = frame.Cut({left, top, left + image.width(), top + image.height()});
+  if (box.IsEmpty()) {
     return;
   }
-  ForEachRow(picture.image, left, top, frame, [opacity](const Rgba* from, int count, Rgba* to) {
-    LayPixels(from, count, opacity, to);
-  });
+  if (picture.opaque && opacity == kOpaque) {
+    CopyRows(image, left, top, box, frame);
+    return;
+  }
+  const int count = box.width();
+  ForEachRow(image, left, top, box, frame,
+             [count, opacity](const Rgba* from, Rgba* to) { LayPixels(from, count, opacity, to); });
 }
 
-void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
-                     const Frame& frame) {
-  if (hidden == nullptr) {
-    ForEachRow(picture.image, left, top, frame, CopyPixels);
-    return;
-  }
-  const Image& image = picture.image;
-  if (left >= frame.side_px || left + image.width() <= 0) {
-    return;
-  }
-  const int end = std::min(top + image.height(), frame.side_px);
-  for (int y = std::max(top, 0); y < end; ++y) {
-    const Rgba* source = image.Row(y - top);
-    hidden->ForEachShown(
-        y, left, std::min(left + image.width(), frame.side_px), [&](int from, int to) {
-          std::copy(source + (from - left), source + (to - left), frame.At(from, y));
-        });
-  }
+void DrawScaledBackdrop(const ScaledPicture& picture, const PixelBox& box, BackdropPixels* pixels,
+                        const Frame& frame) {
+  ForEachRunToDraw(frame.Cut(box), pixels, [&](int row, int first, int end) {
+    CopyPixels(picture.image.Row(row - box.top) + (first - box.left), end - first,
+               frame.At(first, row));
+  });
 }
 
 }  // namespace procgen

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "envcore/render/frame.h"
-#include "envcore/render/hidden_pixels.h"
+#include "envcore/render/pixel_set.h"
 #include "envcore/render/scaled_pictures.h"
 
 namespace procgen {
@@ -13,9 +13,10 @@ namespace procgen {
 // outside. `opacity`: a factor of Mul, 255 for all.
 void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacity,
                 const Frame& frame);
-// Draws one that is opaque, but for the pixels that may be left out; null: none.
-void DrawScaledShown(const ScaledPicture& picture, int left, int top, const HiddenPixels* hidden,
-                     const Frame& frame);
+// Copies one into the pixels of `box`, from its top left pixel on. REQUIRES: it is at least as
+// large. `pixels`: what may be left out and is done; null: all is drawn.
+void DrawScaledBackdrop(const ScaledPicture& picture, const PixelBox& box, BackdropPixels* pixels,
+                        const Frame& frame);
 
 }  // namespace procgen
 

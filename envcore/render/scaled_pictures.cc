@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 namespace procgen {
 namespace {
@@ -29,53 +30,91 @@ Share ShareOf(int place, int source_size, int size) {
   return share;
 }
 
-int64_t WeightOf(const Share& share, int at, int size) {
-  if (at == share.first) {
-    return share.first_weight;
-  }
-  return at == share.end - 1 ? share.last_weight : size;
-}
-
 struct Sums {
-  int64_t red = 0;
-  int64_t green = 0;
-  int64_t blue = 0;
-  int64_t alpha = 0;
+  uint64_t red = 0;
+  uint64_t green = 0;
+  uint64_t blue = 0;
+  uint64_t alpha = 0;
 
-  void Add(const Rgba& pixel, int64_t weight) {
-    red += weight * pixel.red;
-    green += weight * pixel.green;
-    blue += weight * pixel.blue;
-    alpha += weight * pixel.alpha;
-  }
-
-  Rgba Mean(int64_t total) const {
-    const auto mean = [total](int64_t sum) {
-      return static_cast<uint8_t>((sum + total / 2) / total);
-    };
-    return {mean(red), mean(green), mean(blue), mean(alpha)};
+  template <typename Channels>
+  void Add(const Channels& channels, uint64_t weight) {
+    red += weight * channels.red;
+    green += weight * channels.green;
+    blue += weight * channels.blue;
+    alpha += weight * channels.alpha;
   }
 };
 
+// Divides by what all weights together are, rounding to the next whole number. A division of whole
+// numbers costs more than all the rest of scaling.
+class Mean {
+ public:
+  explicit Mean(uint64_t total) : total_(total), share_(1.0 / static_cast<double>(total)) {}
+
+  Rgba Of(const Sums& sums) const {
+    return {Divide(sums.red), Divide(sums.green), Divide(sums.blue), Divide(sums.alpha)};
+  }
+
+ private:
+  uint8_t Divide(uint64_t sum) const {
+    const uint64_t rounded = sum + total_ / 2;
+    auto quotient = static_cast<uint64_t>(static_cast<double>(rounded) * share_);
+    quotient += (quotient + 1) * total_ <= rounded ? 1 : 0;
+    quotient -= quotient * total_ > rounded ? 1 : 0;
+    return static_cast<uint8_t>(quotient);
+  }
+
+  uint64_t total_;
+  double share_;
+};
+
+std::vector<Share> SharesOf(int source_size, int size) {
+  std::vector<Share> shares;
+  shares.reserve(static_cast<size_t>(size));
+  for (int place = 0; place < size; ++place) {
+    shares.push_back(ShareOf(place, source_size, size));
+  }
+  return shares;
+}
+
+// Calls `add(place, weight)` for each source column (or row) of a share.
+template <typename Add>
+void ForEachPart(const Share& share, int size, Add add) {
+  add(share.first, share.first_weight);
+  for (int place = share.first + 1; place < share.end - 1; ++place) {
+    add(place, size);
+  }
+  if (share.end - share.first > 1) {
+    add(share.end - 1, share.last_weight);
+  }
+}
+
 Image ScaledUpright(const Image& source, int width, int height) {
   Image image(width, height);
-  const int64_t total = int64_t{source.width()} * source.height();
+  const std::vector<Share> shares = SharesOf(source.width(), width);
+  const Mean mean(static_cast<uint64_t>(source.width()) * static_cast<uint64_t>(source.height()));
+  std::vector<Sums> columns(static_cast<size_t>(source.width()));
   for (int y = 0; y < height; ++y) {
-    const Share down = ShareOf(y, source.height(), height);
-    for (int x = 0; x < width; ++x) {
-      const Share across = ShareOf(x, source.width(), width);
-      Sums sums;
-      for (int row = down.first; row < down.end; ++row) {
-        const Rgba* pixels = source.Row(row);
-        const int64_t row_weight = WeightOf(down, row, height);
-        for (int column = across.first; column < across.end; ++column) {
-          sums.Add(pixels[column], row_weight * WeightOf(across, column, width));
-        }
+    std::fill(columns.begin(), columns.end(), Sums());
+    ForEachPart(ShareOf(y, source.height(), height), height, [&](int row, int64_t weight) {
+      const Rgba* pixels = source.Row(row);
+      for (size_t x = 0; x < columns.size(); ++x) {
+        columns[x].Add(pixels[x], static_cast<uint64_t>(weight));
       }
-      image.At(x, y) = sums.Mean(total);
+    });
+    for (int x = 0; x < width; ++x) {
+      Sums sums;
+      ForEachPart(shares[static_cast<size_t>(x)], width, [&](int column, int64_t weight) {
+        sums.Add(columns[static_cast<size_t>(column)], static_cast<uint64_t>(weight));
+      });
+      image.At(x, y) = mean.Of(sums);
     }
   }
   return image;
+}
+
+int64_t BytesOf(int width, int height) {
+  return static_cast<int64_t>(sizeof(Rgba)) * width * height;
 }
 
 constexpr int kSamplesPerSide = 4;  // of a pixel of a turned image
@@ -90,6 +129,7 @@ Image ScaledTurned(const Image& source, const ScaledSize& size) {
   };
   Image image(side(size.width * cos, size.height * sin), side(size.width * sin, size.height * cos));
   constexpr int kSampleCount = kSamplesPerSide * kSamplesPerSide;
+  const Mean mean(kSampleCount);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       Sums sums;
@@ -102,7 +142,7 @@ Image ScaledTurned(const Image& source, const ScaledSize& size) {
           sums.Add(source.At(static_cast<int>(column), static_cast<int>(row)), 1);
         }
       }
-      image.At(x, y) = sums.Mean(kSampleCount);
+      image.At(x, y) = mean.Of(sums);
     }
   }
   return image;
@@ -144,14 +184,18 @@ const ScaledPicture* ScaledPictures::Find(const ScaledSize& size) const {
   return entry == nullptr ? nullptr : &entry->picture;
 }
 
+bool ScaledPictures::HasRoomFor(const ScaledSize& size) const {
+  return kept_bytes_.load(std::memory_order_relaxed) + BytesOf(size.width, size.height) <=
+         kKeptBytesMax;
+}
+
 std::shared_ptr<const ScaledPicture> ScaledPictures::Make(const Image& source,
                                                           const ScaledSize& size) const {
   auto made = std::make_unique<Entry>();
   made->size = size;
   made->picture.image = Scaled(source, size);
   made->picture.opaque = IsOpaque(made->picture.image);
-  const auto bytes = static_cast<int64_t>(sizeof(Rgba)) * made->picture.image.width() *
-                     made->picture.image.height();
+  const int64_t bytes = BytesOf(made->picture.image.width(), made->picture.image.height());
   if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {
     kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
     return std::make_shared<const ScaledPicture>(std::move(made->picture));

@@ -39,15 +39,16 @@ inline std::shared_ptr<const ScaledPicture> Unowned(const ScaledPicture& picture
 Image Scaled(const Image& source, const ScaledSize& size);
 
 // The sizes and angles that one picture has been drawn at, each made once and kept, up to a number
-// of bytes: enough for some dozens of sizes of a sprite at all its angles. Those beyond, which only
-// pools of many different observation sizes ask for, are made anew for each use. Threads: any
-// method from any thread; what is kept is never locked.
+// of bytes: enough for some dozens of sizes of a sprite at all its angles, and for a background in
+// the worlds of all games. Those beyond, which only pools of many different observation sizes ask
+// for, are made anew for each use. Threads: any method from any thread; what is kept is never
+// locked.
 class ScaledPictures {
  public:
   // Sprites and cells that are larger are not kept.
   static constexpr int kSidePxMax = 32;
   // Of pixels, that are kept.
-  static constexpr int64_t kKeptBytesMax = 2 << 20;
+  static constexpr int64_t kKeptBytesMax = 4 << 20;
 
   ScaledPictures() = default;
   ~ScaledPictures();
@@ -56,6 +57,8 @@ class ScaledPictures {
 
   // The picture at a size; null: it is not kept. What is returned lives as long as this.
   const ScaledPicture* Find(const ScaledSize& size) const;
+  // Whether a picture that is not turned could be kept now.
+  bool HasRoomFor(const ScaledSize& size) const;
   // Makes it from `source`, unless another thread was faster. What is returned is either kept, and
   // lives as long as this, or the caller's.
   std::shared_ptr<const ScaledPicture> Make(const Image& source, const ScaledSize& size) const;

@@ -1,6 +1,7 @@
 #include "envcore/render/scene_drawing.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "envcore/render/flat_rectangle.h"
 #include "envcore/render/overlay_drawing.h"
@@ -23,21 +24,24 @@ enum class Smoothing { kSharp, kSmooth };
 template <Smoothing kSmoothing>
 class Drawing {
  public:
-  // `cells`: draws the cells of a sharp view; null for a smooth one.
-  Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells)
+  // `cells`, `rows`: of a sharp view: draws the cells; what is lent. Null for a smooth one.
+  Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells,
+          LentRows* rows)
       : scene_(scene),
         art_(art),
         frame_(frame),
         viewport_(scene.camera, frame.side_px),
-        cells_(scene.cells.grid == nullptr ? nullptr : cells) {}
+        cells_(scene.cells.grid == nullptr ? nullptr : cells),
+        rows_(rows) {}
 
   // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
     BeginCells();
-    FillRun(frame_.pixels,
-            static_cast<size_t>(frame_.side_px) * static_cast<size_t>(frame_.side_px), kBlack);
-    if (background != nullptr) {
-      DrawBackground(*background);
+    if (kSmoothing == Smoothing::kSharp && frame_.side_px <= PixelSet::kSidePxMax) {
+      DrawNeededBackground(background);
+    } else {
+      FillPixels(Whole(), kBlack, frame_);
+      DrawBackground(background, nullptr);
     }
     for (const Sprite& sprite : scene_.below_cells) {
       DrawSprite(sprite);
@@ -55,6 +59,8 @@ class Drawing {
     }
     for (const Overlay& overlay : scene_.overlays) {
       if constexpr (kSmoothing == Smoothing::kSharp) {
+        const RowRange touched = RowsOf(overlay, viewport_);
+        rows_->TakeBack(touched.top, touched.bottom, frame_);
         DrawOverlaySharp(overlay, viewport_, frame_);
       } else {
         DrawOverlaySmooth(overlay, viewport_, frame_);
@@ -88,28 +94,73 @@ class Drawing {
     }
   }
 
-  void DrawBackdrop(const Picture& picture, const ScreenRect& rect,
-                    const HiddenPixels* hidden) const {
+  // How far what is drawn into a rectangle may reach beyond it, pixels.
+  static double MarginOf(const ScreenRect& rect, float rotation) {
+    return rotation == 0 ? 1 : 1 + (std::abs(rect.width) + std::abs(rect.height)) / 2;
+  }
+
+  // Whether anything of it may be seen.
+  bool IsInSight(const ScreenRect& rect, float rotation) const {
+    const double margin = MarginOf(rect, rotation);
+    const auto meets = [&](double from, double to) {
+      return std::min(from, to) < frame_.side_px + margin && std::max(from, to) > -margin;
+    };
+    return meets(rect.x, rect.x + rect.width) && meets(rect.y, rect.y + rect.height);
+  }
+
+  // Gets ready to draw into a rectangle that is in sight.
+  void TakeBackRows(const ScreenRect& rect, float rotation) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
-      DrawSharpBackdrop(picture, rect, hidden, frame_);
+      const double margin = MarginOf(rect, rotation);
+      const double top = std::min(rect.y, rect.y + rect.height) - margin;
+      const double bottom = std::max(rect.y, rect.y + rect.height) + margin + 1;
+      rows_->TakeBack(static_cast<int>(std::max(top, 0.0)),
+                      static_cast<int>(std::min<double>(bottom, frame_.side_px)), frame_);
+    }
+  }
+
+  template <typename Draw>
+  void ForEachTileInSight(const ScreenRect& rect, float ratio, Draw draw) const {
+    ForEachTile(rect, ratio, [&](const ScreenRect& tile) {
+      if (IsInSight(tile, 0)) {
+        draw(tile);
+      }
+    });
+  }
+
+  PixelBox Whole() const { return {0, 0, frame_.side_px, frame_.side_px}; }
+
+  void DrawBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels) const {
+    if constexpr (kSmoothing == Smoothing::kSharp) {
+      DrawSharpBackdrop(picture, rect, pixels, frame_);
     } else {
       DrawSmooth(picture, rect, 0, 1, frame_);
     }
   }
 
-  void DrawBackground(const Picture& picture) const {
-    if (cells_ == nullptr || frame_.side_px > kHiddenSidePxMax) {
-      DrawBackground(picture, nullptr);
-      return;
+  // What the cells do not hide, black where there is no background.
+  void DrawNeededBackground(const Picture* picture) const {
+    BackdropPixels pixels;
+    if (cells_ != nullptr) {
+      cells_->AddHidden(&pixels.hidden);
+      pixels.done = pixels.hidden;
     }
-    HiddenPixels hidden;
-    cells_->AddHidden(&hidden);
-    DrawBackground(picture, &hidden);
+    DrawBackground(picture, &pixels);
+    for (int row = 0; row < frame_.side_px; ++row) {
+      pixels.done.ForEachRunOutside(row, 0, frame_.side_px, [&](int first, int end) {
+        FillRun(frame_.At(first, row), static_cast<size_t>(end - first), kBlack);
+      });
+    }
   }
 
-  void DrawBackground(const Picture& picture, const HiddenPixels* hidden) const {
+  // `background`: null: nothing.
+  void DrawBackground(const Picture* background, BackdropPixels* pixels) const {
+    if (background == nullptr) {
+      return;
+    }
+    const Picture& picture = *background;
     if (scene_.background.scrolls) {
-      DrawStrip(picture, hidden);
+      DrawStrip(picture, pixels);
       return;
     }
     const auto world_w = static_cast<float>(scene_.world_width);
@@ -117,8 +168,8 @@ class Drawing {
     const ScreenRect world = viewport_.InWorld(0, world_h, world_w, world_h, 0);
     const float tile_ratio = scene_.background.tile_ratio;
     if (tile_ratio != 0) {
-      ForEachTile(world, tile_ratio,
-                  [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
+      ForEachTileInSight(world, tile_ratio,
+                         [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, pixels); });
       return;
     }
     const Image& image = picture.level(0);
@@ -131,17 +182,17 @@ class Drawing {
     DrawBackdrop(picture,
                  {world.x + world.width * static_cast<double>(-shift), world.y,
                   world.width * static_cast<double>(stretch), world.height},
-                 hidden);
+                 pixels);
   }
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
-  void DrawStrip(const Picture& picture, const HiddenPixels* hidden) const {
+  void DrawStrip(const Picture& picture, BackdropPixels* pixels) const {
     const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
     const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
     const double side = frame_.side_px;
-    ForEachTile({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side}, 1,
-                [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, hidden); });
+    ForEachTileInSight({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side},
+                       1, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, pixels); });
   }
 
   SpriteArt ArtOf(int kind, int theme, bool mirrored) const {
@@ -153,16 +204,23 @@ class Drawing {
     const ScreenRect box = sprite.screen_coordinates
                                ? viewport_.OfShares(sprite.x, sprite.y, sprite.rx, sprite.ry)
                                : viewport_.OfBox(sprite.x, sprite.y, sprite.rx, sprite.ry);
-    if (scene_.art_style == ArtStyle::kMonochrome) {
-      DrawFlat(box, MonochromeColor(sprite.image_kind, sprite.theme));
+    const bool is_flat = scene_.art_style == ArtStyle::kMonochrome;
+    const ScreenRect rect = is_flat ? box
+                                    : ScreenRect{box.x, box.y + box.height * sprite.art_top,
+                                                 box.width, box.height * sprite.art_height};
+    if (!IsInSight(rect, sprite.rotation)) {
+      return;
+    }
+    TakeBackRows(rect, sprite.rotation);
+    if (is_flat) {
+      DrawFlat(rect, MonochromeColor(sprite.image_kind, sprite.theme));
       return;
     }
     const SpriteArt art = ArtOf(sprite.image_kind, sprite.theme, sprite.mirrored);
-    const ScreenRect rect = {box.x, box.y + box.height * sprite.art_top, box.width,
-                             box.height * sprite.art_height};
     if (sprite.tile_ratio != 0 && sprite.rotation == 0) {
-      ForEachTile(rect, sprite.tile_ratio,
-                  [&](const ScreenRect& tile) { DrawPicture(art, tile, 0, sprite.opacity); });
+      ForEachTileInSight(rect, sprite.tile_ratio, [&](const ScreenRect& tile) {
+        DrawPicture(art, tile, 0, sprite.opacity);
+      });
       return;
     }
     DrawPicture(art, rect, sprite.rotation, sprite.opacity);
@@ -215,6 +273,7 @@ class Drawing {
     const VelocityDisplay& velocity = scene_.velocity;
     const auto side =
         static_cast<double>(static_cast<float>(frame_.side_px * kVelocitySquareShare));
+    TakeBackRows({0, 0, side, side}, 0);
     DrawFlat({0, 0, side, side}, VelocityGrey(velocity.vx, velocity.vx_max));
     DrawFlat({side, 0, side, side}, VelocityGrey(velocity.vy, velocity.vy_max));
   }
@@ -232,28 +291,32 @@ class Drawing {
   const Frame& frame_;
   const Viewport viewport_;
   CellDrawing* const cells_;
+  LentRows* const rows_;
 };
 
 }  // namespace
 
 void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StillLayer* still, const Frame& frame) {
-  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells);
+                    CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame) {
+  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells, rows);
   const StillLayer::Use use = still == nullptr ? StillLayer::Use::kDrawOnly : still->Meet(scene);
-  if (use == StillLayer::Use::kCopy) {
-    still->CopyTo(frame);
-  } else {
+  rows->Clear();
+  if (use != StillLayer::Use::kCopy) {
     drawing.DrawStill(background);
-    if (use == StillLayer::Use::kKeep) {
-      still->Keep(frame);
-    }
+  } else if (frame.side_px <= LentRows::kSidePxMax) {
+    rows->LendAll(*still, frame.side_px);
+  } else {
+    still->CopyRows(0, frame.side_px, frame);
+  }
+  if (use == StillLayer::Use::kKeep) {
+    still->Keep(frame);
   }
   drawing.DrawMoving();
 }
 
 void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
                      const Frame& frame) {
-  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr);
+  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr, nullptr);
   drawing.DrawStill(background);
   drawing.DrawMoving();
 }

@@ -4,6 +4,7 @@
 #include "envcore/render/cell_drawing.h"
 #include "envcore/render/frame.h"
 #include "envcore/render/game_art.h"
+#include "envcore/render/lent_rows.h"
 #include "envcore/render/picture.h"
 #include "envcore/render/still_layer.h"
 #include "envcore/scene/scene.h"
@@ -14,9 +15,9 @@ namespace procgen {
 // above them, velocity, overlays. `background`: null for black.
 //
 // As the agent sees it. `cells`: kept from frame to frame. `still`: of this environment; null: all
-// is drawn.
+// is drawn. `rows`: tells which rows are lent from it in the end.
 void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StillLayer* still, const Frame& frame);
+                    CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame);
 // For the eye.
 void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
                      const Frame& frame);

@@ -1,6 +1,7 @@
 #include "envcore/render/sharp_picture.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <numbers>
@@ -13,10 +14,22 @@ namespace procgen {
 namespace {
 
 constexpr double kLargeSidePx = 16;
-// Of a background that is kept scaled: those of worlds that are a few views large.
-constexpr int64_t kScaledBackdropPixelsMax = 1 << 16;
+// Of a background that is kept scaled, in the largest world that is drawn on 64 x 64 pixels.
+constexpr double kScaledBackdropPixelsMax = 1 << 19;
+constexpr double kHairPx = 1e-6;  // less than this is an error of rounding
 // How many source pixels a pixel of a larger background has at least, on each axis.
 constexpr double kLargeBackdropShare = 0.6;
+
+// The pixels that a rectangle covers, in the frame or not.
+PixelBox Rounded(const ScreenRect& rect) {
+  return {RoundPx(rect.x), RoundPx(rect.y), RoundPx(rect.x + rect.width),
+          RoundPx(rect.y + rect.height)};
+}
+
+// How many pixels a length covers at most, wherever it starts; `covered`: where it starts now.
+int MostPixels(double length, int covered) {
+  return std::max(covered, static_cast<int>(std::ceil(length - kHairPx)));
+}
 
 // Whether the turned rectangle's bounding box has a large picture's size.
 bool IsLarge(const TurnedRect& turned) {
@@ -38,15 +51,14 @@ int TurnOf(float rotation) {
 // Draws a picture that scales into the whole pixels that it covers. False: it is too large.
 bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, uint32_t opacity,
                const Frame& frame) {
-  const int left = RoundPx(rect.x);
-  const int top = RoundPx(rect.y);
-  ScaledSize size = {RoundPx(rect.x + rect.width) - left, RoundPx(rect.y + rect.height) - top, 0};
+  const PixelBox box = Rounded(rect);
+  ScaledSize size = {box.width(), box.height(), 0};
   if (size.width > ScaledPictures::kSidePxMax || size.height > ScaledPictures::kSidePxMax) {
     return false;
   }
   if (rotation == 0) {
-    if (size.width > 0 && size.height > 0) {
-      DrawScaled(*picture.ScaledTo(size), left, top, opacity, frame);
+    if (!box.IsEmpty()) {
+      DrawScaled(*picture.ScaledTo(size), box.left, box.top, opacity, frame);
     }
     return true;
   }
@@ -89,20 +101,24 @@ void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float ro
                 TurnedRect(rect, rotation), frame);
 }
 
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const HiddenPixels* hidden,
+void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
                        const Frame& frame) {
-  const int left = RoundPx(rect.x);
-  const int top = RoundPx(rect.y);
-  const ScaledSize size = {RoundPx(rect.x + rect.width) - left, RoundPx(rect.y + rect.height) - top,
-                           0};
-  if (picture.scales() && size.width > 0 && size.height > 0 &&
-      int64_t{size.width} * size.height <= kScaledBackdropPixelsMax) {
-    DrawScaledShown(*picture.ScaledTo(size), left, top, hidden, frame);
+  const PixelBox box = Rounded(rect);
+  if (frame.Cut(box).IsEmpty()) {
     return;
+  }
+  if (picture.scales() && rect.width * rect.height <= kScaledBackdropPixelsMax) {
+    // In the most pixels that the rectangle covers anywhere, so that one picture serves all places.
+    const ScaledSize size = {.width = MostPixels(rect.width, box.width()),
+                             .height = MostPixels(rect.height, box.height())};
+    if (const std::shared_ptr<const ScaledPicture> scaled = picture.KeptAt(size)) {
+      DrawScaledBackdrop(*scaled, box, pixels, frame);
+      return;
+    }
   }
   // Of a large one a view shows a small part, which should fit the caches.
   const double share = picture.scales() ? kLargeBackdropShare : 1;
-  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, hidden, frame);
+  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, pixels, frame);
 }
 
 }  // namespace procgen

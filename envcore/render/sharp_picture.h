@@ -2,8 +2,8 @@
 #define ENVCORE_RENDER_SHARP_PICTURE_H_
 
 #include "envcore/render/frame.h"
-#include "envcore/render/hidden_pixels.h"
 #include "envcore/render/picture.h"
+#include "envcore/render/pixel_set.h"
 #include "envcore/scene/camera.h"
 
 namespace procgen {
@@ -16,8 +16,9 @@ void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, f
 // Draws a sprite made from random numbers, which follows other rules of rounding.
 void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
                         float opacity, const Frame& frame);
-// Draws a background, upright and opaque. `hidden`: pixels that may be left out; null: none.
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, const HiddenPixels* hidden,
+// Draws a background, upright and opaque. `pixels`: what may be left out and is done; null: all is
+// drawn.
+void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
                        const Frame& frame);
 
 }  // namespace procgen

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "absl/types/span.h"
+#include "envcore/render/frame_packing.h"
 
 namespace procgen {
 namespace {
@@ -45,21 +46,30 @@ StillLayer::Use StillLayer::Meet(const Scene& scene) {
   if (!Knows(scene)) {
     Remember(scene);
     repeat_count_ = 0;
-    pixels_.clear();
+    rgb_.clear();
     return Use::kDrawOnly;
   }
-  if (!pixels_.empty()) {
+  if (!rgb_.empty()) {
     return Use::kCopy;
   }
   return ++repeat_count_ < kRepeatsMin ? Use::kDrawOnly : Use::kKeep;
 }
 
-void StillLayer::CopyTo(const Frame& frame) const {
-  std::copy(pixels_.begin(), pixels_.end(), frame.pixels);
+void StillLayer::Keep(const Frame& frame) {
+  side_px_ = frame.side_px;
+  const absl::Span<const Rgba> pixels = frame.Rows(0, side_px_);
+  rgb_.resize(3 * pixels.size());
+  PackFrame(pixels, Color::kRgb, Layout::kHwc, absl::MakeSpan(rgb_));
 }
 
-void StillLayer::Keep(const Frame& frame) {
-  pixels_.assign(frame.pixels, frame.At(0, frame.side_px));
+void StillLayer::CopyRows(int first, int end, const Frame& frame) const {
+  UnpackRgb(Rows(first, end), frame.Rows(first, end));
+}
+
+absl::Span<const uint8_t> StillLayer::Rows(int first, int end) const {
+  const size_t row_bytes = 3 * static_cast<size_t>(side_px_);
+  return absl::MakeConstSpan(rgb_).subspan(static_cast<size_t>(first) * row_bytes,
+                                           static_cast<size_t>(end - first) * row_bytes);
 }
 
 bool StillLayer::Knows(const Scene& scene) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/types/span.h"
 #include "envcore/render/frame.h"
 #include "envcore/scene/scene.h"
 
@@ -17,7 +18,7 @@ class StillLayer {
  public:
   // What to do with the still part of a scene.
   enum class Use {
-    kCopy,      // it is kept: CopyTo
+    kCopy,      // it is kept: take it from here
     kKeep,      // draw it and Keep it: it was the same in the scenes before
     kDrawOnly,  // draw it: it is new, or not known for long, and may move on
   };
@@ -26,8 +27,11 @@ class StillLayer {
   Use Meet(const Scene& scene);
 
   // REQUIRES: Meet said so; `frame` has always the same size.
-  void CopyTo(const Frame& frame) const;
   void Keep(const Frame& frame);
+  // The kept pixels of the rows [first, end). REQUIRES: Meet said kCopy; the rows lie in the frame.
+  void CopyRows(int first, int end, const Frame& frame) const;
+  // The same as red, green, blue: uint8 [end - first, side_px, 3].
+  absl::Span<const uint8_t> Rows(int first, int end) const;
 
  private:
   bool Knows(const Scene& scene) const;
@@ -49,7 +53,8 @@ class StillLayer {
 
   int repeat_count_ = 0;  // scenes that met it again and did not find it kept
 
-  std::vector<Rgba> pixels_;  // empty: not kept
+  int side_px_ = 0;           // of what is kept
+  std::vector<uint8_t> rgb_;  // what is kept, packed as most observations are; empty: nothing
 };
 
 }  // namespace procgen

@@ -63,27 +63,18 @@ void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opa
 
 using SourceColumns = std::array<int32_t, kFrameSidePxMax>;
 
-// Calls `draw(source row, row)` for each row, with the source columns of the columns found.
-template <typename Draw>
-void ForEachRow(const Image& image, const AxisSteps& across, const AxisSteps& down,
-                SourceColumns* columns, Draw draw) {
-  if (across.count <= 0 || down.count <= 0) {
-    return;
-  }
-  int64_t position = across.position;
-  for (int i = 0; i < across.count; ++i, position += across.step) {
-    (*columns)[static_cast<size_t>(i)] = static_cast<int32_t>(position >> 16);
-  }
-  position = down.position;
-  for (int i = 0; i < down.count; ++i, position += down.step) {
-    draw(image.Row(static_cast<int>(position >> 16)), down.first + i);
+void FindColumns(const AxisSteps& across, SourceColumns* columns) {
+  for (int i = 0; i < across.count; ++i) {
+    (*columns)[static_cast<size_t>(i)] = across.SourceAt(across.first + i);
   }
 }
 
 void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps& across,
                  const AxisSteps& down, const Frame& frame) {
   SourceColumns columns;  // NOLINT: all that is read is written first
-  ForEachRow(image, across, down, &columns, [&](const Rgba* source, int row) {
+  FindColumns(across, &columns);
+  for (int row = down.first; row < down.first + down.count && across.count > 0; ++row) {
+    const Rgba* source = image.Row(down.SourceAt(row));
     Rgba* pixel = frame.At(across.first, row);
     switch (mix) {
       case Mix::kCopy:
@@ -96,7 +87,7 @@ void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps&
         DrawRow<Mix::kLayOverFaded>(source, columns.data(), across.count, opacity, pixel);
         break;
     }
-  });
+  }
 }
 
 struct StepsOfBoth {
@@ -146,22 +137,19 @@ void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const Tur
               frame);
 }
 
-void DrawBackdrop(const Image& image, const ScreenRect& rect, const HiddenPixels* hidden,
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
                   const Frame& frame) {
   const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.side_px);
   const AxisSteps& across = steps.across;
   const AxisSteps& down = steps.down;
-  if (hidden == nullptr) {
-    DrawStepped(image, Mix::kCopy, kOpaque, across, down, frame);
-    return;
-  }
   SourceColumns columns;  // NOLINT: all that is read is written first
-  const int left = across.first;
-  ForEachRow(image, across, down, &columns, [&](const Rgba* source, int row) {
-    hidden->ForEachShown(row, left, left + across.count, [&](int first, int end) {
-      DrawRow<Mix::kCopy>(source, columns.data() + (first - left), end - first, kOpaque,
-                          frame.At(first, row));
-    });
+  FindColumns(across, &columns);
+  const PixelBox box = {across.first, down.first, across.first + across.count,
+                        down.first + down.count};
+  ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
+    const Rgba* source = image.Row(down.SourceAt(row));
+    DrawRow<Mix::kCopy>(source, columns.data() + (first - across.first), end - first, kOpaque,
+                        frame.At(first, row));
   });
 }
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "envcore/render/frame.h"
-#include "envcore/render/hidden_pixels.h"
 #include "envcore/render/image.h"
+#include "envcore/render/pixel_set.h"
 #include "envcore/render/turn.h"
 
 namespace procgen {
@@ -17,9 +17,9 @@ void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const Screen
 // The same upside down. REQUIRES: turned.IsHalfTurn().
 void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
                     const Frame& frame);
-// Draws a background: its colours are copied as they are. `hidden`: pixels that may be left out;
-// null: none.
-void DrawBackdrop(const Image& image, const ScreenRect& rect, const HiddenPixels* hidden,
+// Draws a background: its colours are copied as they are. `pixels`: what may be left out and what
+// is done; null: all is drawn.
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
                   const Frame& frame);
 
 }  // namespace procgen

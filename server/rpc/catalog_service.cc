@@ -5,26 +5,27 @@
 
 namespace procgen {
 
-CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions)
+CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions, const Callers* callers)
     : sessions_(sessions),
+      callers_(callers),
       catalog_(CatalogMessageOf(PROCGEN_SERVER_VERSION, sessions->limits(),
                                 sessions->art() != nullptr)) {}
 
-grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context,
                                                          const grpc::ByteBuffer* request,
                                                          grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::GetCatalogRequest, v1::Catalog>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     *call->response() = catalog_;
     call->Finish(absl::OkStatus());
   });
 }
 
-grpc::ServerUnaryReactor* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     *call->response() = LoadMessageOf(sessions_->load());
     call->Finish(absl::OkStatus());
   });

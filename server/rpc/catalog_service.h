@@ -2,6 +2,7 @@
 #define SERVER_RPC_CATALOG_SERVICE_H_
 
 #include "procgen/v1/catalog.grpc.pb.h"
+#include "server/rpc/caller.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -11,8 +12,8 @@ class CatalogServiceImpl final
     : public v1::CatalogService::WithRawCallbackMethod_GetCatalog<
           v1::CatalogService::WithRawCallbackMethod_GetLoad<v1::CatalogService::Service>> {
  public:
-  // `sessions` must outlive this.
-  explicit CatalogServiceImpl(const Sessions* sessions);
+  // `sessions` and `callers` must outlive this.
+  CatalogServiceImpl(const Sessions* sessions, const Callers* callers);
 
   grpc::ServerUnaryReactor* GetCatalog(grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* request,
@@ -23,6 +24,7 @@ class CatalogServiceImpl final
 
  private:
   const Sessions* const sessions_;
+  const Callers* const callers_;
   const v1::Catalog catalog_;
 };
 

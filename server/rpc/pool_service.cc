@@ -1,6 +1,7 @@
 #include "server/rpc/pool_service.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,8 +18,8 @@ namespace {
 
 constexpr int32_t kPageSizeMax = 1000;
 
-absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& request,
-                      v1::ListPoolsResponse* response) {
+absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
+                      const v1::ListPoolsRequest& request, v1::ListPoolsResponse* response) {
   if (request.page_size() < 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("page_size is ", request.page_size(), ", allowed: 0 to ", kPageSizeMax));
@@ -33,7 +34,8 @@ absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& requ
                            ? kPageSizeMax
                            : request.page_size();
   // One more tells whether there is another page.
-  std::vector<Sessions::Numbered> pools = sessions.List(after, static_cast<size_t>(size) + 1);
+  std::vector<Sessions::Numbered> pools =
+      sessions.List(owner, after, static_cast<size_t>(size) + 1);
   if (pools.size() > static_cast<size_t>(size)) {
     pools.pop_back();
     response->set_next_page_token(absl::StrCat(pools.back().number));
@@ -42,6 +44,25 @@ absl::Status ListPage(const Sessions& sessions, const v1::ListPoolsRequest& requ
     *response->add_pools() = PoolMessageOf(*numbered.pool);
   }
   return absl::OkStatus();
+}
+
+absl::Status Renew(const Sessions& sessions, absl::string_view owner,
+                   const v1::RenewPoolRequest& request, v1::Pool* response) {
+  std::optional<absl::Duration> lease_duration;
+  if (request.has_lease_duration()) {
+    const absl::StatusOr<absl::Duration> given =
+        LeaseDurationOf("lease_duration", request.lease_duration(), sessions.limits());
+    if (!given.ok()) {
+      return given.status();
+    }
+    lease_duration = *given;
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions.Find(owner, request.name());
+  absl::Status status = pool.ok() ? (*pool)->Renew(lease_duration) : pool.status();
+  if (status.ok()) {
+    *response = PoolMessageOf(**pool);
+  }
+  return status;
 }
 
 // A pool whose observations fit no response would be of no use.
@@ -54,21 +75,28 @@ absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
 
 }  // namespace
 
-grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
-    absl::StatusOr<PoolOptions> options = PoolOptionsOf(call->request().spec());
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    const v1::PoolSpec& spec = call->request().spec();
+    absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     absl::Status status = options.status();
     if (status.ok()) {
       status = CheckAnswersFit(*options, sessions_->limits());
+    }
+    absl::StatusOr<absl::Duration> lease_duration = absl::InfiniteDuration();
+    if (status.ok() && spec.has_lease_duration()) {
+      lease_duration =
+          LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions_->limits());
+      status = lease_duration.status();
     }
     if (!status.ok()) {
       call->Finish(std::move(status));
       return;
     }
-    sessions_->Create(call->request().pool_id(), *options,
+    sessions_->Create(call->owner(), call->request().pool_id(), *options, *lease_duration,
                       [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());
@@ -77,6 +105,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
                         *call->response() = PoolMessageOf(**pool);
                         LogEvent(LogLevel::kInfo, "pool_created",
                                  {{"pool", (*pool)->name()},
+                                  {"owner", (*pool)->owner()},
                                   {"games", absl::StrCat((*pool)->options().games.front())},
                                   {"environments", absl::StrCat((*pool)->env_count())}});
                         call->Finish(absl::OkStatus());
@@ -84,13 +113,13 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->request().name());
+        sessions_->Find(call->owner(), call->request().name());
     if (pool.ok()) {
       *call->response() = PoolMessageOf(**pool);
     }
@@ -98,38 +127,35 @@ grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* 
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
-  return Call::Start(request, response, [this](Call* call) {
-    call->Finish(ListPage(*sessions_, call->request(), call->response()));
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    call->Finish(ListPage(*sessions_, call->owner(), call->request(), call->response()));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
-  return Call::Start(request, response, [this](Call* call) {
-    absl::Status status = sessions_->Delete(call->request().name());
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    absl::Status status = sessions_->Delete(call->owner(), call->request().name());
     if (status.ok()) {
-      LogEvent(LogLevel::kInfo, "pool_deleted", {{"pool", call->request().name()}});
+      LogEvent(LogLevel::kInfo, "pool_deleted",
+               {{"pool", call->request().name()}, {"owner", call->owner()}});
     }
     call->Finish(std::move(status));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
-  return Call::Start(request, response, [this](Call* call) {
-    const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->request().name());
-    call->Finish(pool.ok() ? absl::UnimplementedError(
-                                 "leases are not offered yet: a pool lives until it is deleted")
-                           : pool.status());
+  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+    call->Finish(Renew(*sessions_, call->owner(), call->request(), call->response()));
   });
 }
 

@@ -2,11 +2,12 @@
 #define SERVER_RPC_POOL_SERVICE_H_
 
 #include "procgen/v1/pools.grpc.pb.h"
+#include "server/rpc/caller.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
 
-// PoolService: makes, finds and ends pools. Leases are not offered yet.
+// PoolService: makes, finds and ends pools.
 class PoolServiceImpl final : public v1::PoolService::WithRawCallbackMethod_CreatePool<
                                   v1::PoolService::WithRawCallbackMethod_GetPool<
                                       v1::PoolService::WithRawCallbackMethod_ListPools<
@@ -14,8 +15,9 @@ class PoolServiceImpl final : public v1::PoolService::WithRawCallbackMethod_Crea
                                               v1::PoolService::WithRawCallbackMethod_RenewPool<
                                                   v1::PoolService::Service>>>>> {
  public:
-  // `sessions` must outlive this.
-  explicit PoolServiceImpl(Sessions* sessions) : sessions_(sessions) {}
+  // `sessions` and `callers` must outlive this.
+  PoolServiceImpl(Sessions* sessions, const Callers* callers)
+      : sessions_(sessions), callers_(callers) {}
 
   grpc::ServerUnaryReactor* CreatePool(grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* request,
@@ -35,6 +37,7 @@ class PoolServiceImpl final : public v1::PoolService::WithRawCallbackMethod_Crea
 
  private:
   Sessions* const sessions_;
+  const Callers* const callers_;
 };
 
 }  // namespace procgen

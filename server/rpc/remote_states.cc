@@ -15,6 +15,14 @@
 namespace procgen {
 namespace {
 
+std::shared_ptr<grpc::Channel> ChannelTo(const Address& address) {
+  grpc::ChannelArguments arguments;
+  // What the allow-list allows is what is connected to.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return grpc::CreateCustomChannel(GrpcTargetOf(address), grpc::InsecureChannelCredentials(),
+                                   arguments);
+}
+
 // One fetch. Shared, because it belongs to the call under way, whose callback can be copied.
 class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStatesFetch> {
  public:
@@ -24,8 +32,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
         source_(std::move(source)),
         done_(std::move(done)),
         deadline_(absl::Now() + kRemoteStatesTimeout),
-        stub_(v1::StateService::NewStub(
-            grpc::CreateChannel(source_.server, grpc::InsecureChannelCredentials()))) {
+        stub_(v1::StateService::NewStub(ChannelTo(source_.address))) {
     request_.set_pool(source_.pool);
     request_.mutable_environments()->Add(source_.environments.begin(), source_.environments.end());
   }

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "grpcpp/support/server_callback.h"
+#include "server/rpc/address.h"
 
 namespace procgen {
 
@@ -18,9 +19,10 @@ inline constexpr absl::Duration kRemoteStatesTimeout = absl::Seconds(30);
 // each larger than any was seen to be.
 inline constexpr int64_t kRemoteStatesBytesMax = int64_t{256} << 20;
 
-// Which environments of which pool of which server ("host:port").
+// Which environments of which pool of which server.
 struct RemoteEnvironments {
-  std::string server;
+  Address address;
+  std::string server;  // as the caller calls it
   std::string pool;
   std::vector<int32_t> environments;  // each at most once
 };
@@ -30,7 +32,8 @@ using RemoteStatesDone = absl::AnyInvocable<void(absl::StatusOr<std::vector<std:
 // Fetches the snapshots of environments from another server, page by page, as a client of it, and
 // returns at once; `done` is called once, on a thread of gRPC, with the snapshots in the order
 // asked for. On behalf of `caller`, which must not be finished before then: its deadline and
-// cancellation are passed on.
+// cancellation are passed on. Its token is not: it is meant for this server, and whoever listens in
+// the other's place could use it here.
 // Errors, all of which name the server: UNAVAILABLE it cannot be reached or does not answer in
 // kRemoteStatesTimeout; RESOURCE_EXHAUSTED more than kRemoteStatesBytesMax; INTERNAL it answers
 // something else than was asked for; those of its own SaveStates.

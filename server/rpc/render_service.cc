@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/refused_stream.h"
 #include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/environment_list.h"
@@ -88,22 +89,14 @@ void Render(const std::shared_ptr<PoolSession>& pool, RenderCall* call) {
   });
 }
 
-// A stream that ends with an error at once.
-class RefusedWatch final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
- public:
-  explicit RefusedWatch(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
-
- private:
-  void OnDone() override { delete this; }
-};
-
 }  // namespace
 
 grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
-    grpc::CallbackServerContext* /*context*/, const grpc::ByteBuffer* request,
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
     grpc::ByteBuffer* response) {
-  return RenderCall::Start(request, response, [this](RenderCall* call) {
-    absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions_->Find(call->request().pool());
+  return RenderCall::Start(*callers_, *context, request, response, [this](RenderCall* call) {
+    absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {
       status = CheckRender(call->request(), **pool, sessions_->limits());
@@ -123,14 +116,17 @@ grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderServiceImpl::WatchPool(
-    grpc::CallbackServerContext* /*context*/, const grpc::ByteBuffer* request) {
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   v1::WatchPoolRequest message;
-  absl::Status status = ParseMessage(*request, &message);
+  absl::Status status = callers_->Admit(*context).status();
+  if (status.ok()) {
+    status = ParseMessage(*request, &message);
+  }
   if (status.ok()) {
     status = absl::UnimplementedError(
         "watching is not offered yet; call RenderEnvironments from time to time");
   }
-  return new RefusedWatch(status);
+  return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(status);
 }
 
 }  // namespace procgen

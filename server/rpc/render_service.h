@@ -2,6 +2,7 @@
 #define SERVER_RPC_RENDER_SERVICE_H_
 
 #include "procgen/v1/render.grpc.pb.h"
+#include "server/rpc/caller.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -11,8 +12,9 @@ class RenderServiceImpl final
     : public v1::RenderService::WithRawCallbackMethod_RenderEnvironments<
           v1::RenderService::WithRawCallbackMethod_WatchPool<v1::RenderService::Service>> {
  public:
-  // `sessions` must outlive this.
-  explicit RenderServiceImpl(Sessions* sessions) : sessions_(sessions) {}
+  // `sessions` and `callers` must outlive this.
+  RenderServiceImpl(Sessions* sessions, const Callers* callers)
+      : sessions_(sessions), callers_(callers) {}
 
   grpc::ServerUnaryReactor* RenderEnvironments(grpc::CallbackServerContext* context,
                                                const grpc::ByteBuffer* request,
@@ -22,6 +24,7 @@ class RenderServiceImpl final
 
  private:
   Sessions* const sessions_;
+  const Callers* const callers_;
 };
 
 }  // namespace procgen

@@ -10,58 +10,87 @@
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
-#include "server/rpc/catalog_service.h"
-#include "server/rpc/pool_service.h"
-#include "server/rpc/render_service.h"
-#include "server/rpc/state_service.h"
-#include "server/rpc/step_service.h"
+#include "server/rpc/address.h"
+#include "server/rpc/listener.h"
+#include "server/rpc/services.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
 namespace {
 
-// How often a stopping server looks whether its streams have ended.
+// How often a stopping server looks whether it has nothing left to do.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
+// How long clients without a call have to close their connections. gRPC for C++ looks after an idle
+// one every five seconds.
+constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
 
-std::string BoundAddress(const std::string& address, int port) {
+// Calls that may be under way on one connection besides one stream for each pool.
+constexpr int kConnectionCallsMax = 1024;
+// How long a connection may take until it speaks gRPC (TLS included), and stay without a call.
+constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
+constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
+// How often a client may ask whether the server is there.
+constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
+
+std::string BoundAddress(const std::string& address, uint16_t port) {
   if (absl::StartsWith(address, "unix:")) {
     return address;
   }
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
 }
 
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(absl::ToInt64Milliseconds(duration));
+}
+
+void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                              Milliseconds(options.keepalive_timeout));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // As many as need be: a learner that thinks for long sends nothing else.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  // Clients may ask as well; by default gRPC ends the connection of one that does so often.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                              Milliseconds(kPingIntervalMin));
+}
+
 class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
-      : sessions_(options.limits, options.worker_count, options.art),
-        catalog_service_(&sessions_),
-        pool_service_(&sessions_),
-        step_service_(&sessions_),
-        state_service_(&sessions_),
-        render_service_(&sessions_) {}
+      : tls_(options.tls),
+        sessions_(options.limits, options.worker_count, options.art),
+        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners()),
+        services_(&sessions_, &callers_, options.clone_sources) {}
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
 
   absl::Status Listen(const ServerOptions& options) {
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    const absl::StatusOr<Address> address = ParseAddress(options.address);
+    if (!address.ok()) {
+      return address.status();
+    }
+    auto listener = Listener::Listen(*address, options.limits.connection_count_max);
+    if (!listener.ok()) {
+      return absl::UnavailableError(
+          absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
+    }
     grpc::ServerBuilder builder;
-    int port = 0;
-    builder.AddListeningPort(options.address, grpc::InsecureServerCredentials(), &port);
-    // Two servers on one port would each get some of the connections.
-    builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-    builder.SetMaxReceiveMessageSize(static_cast<int>(options.limits.request_bytes_max));
-    builder.SetMaxSendMessageSize(-1);
-    for (grpc::Service* service :
-         std::initializer_list<grpc::Service*>{&catalog_service_, &pool_service_, &step_service_,
-                                               &state_service_, &render_service_}) {
-      builder.RegisterService(service);
-    }
+    std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
+        builder.experimental().AddExternalConnectionAcceptor(
+            grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+            tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials());
+    SetLimits(options.limits, &builder);
+    SetKeepalive(options, &builder);
+    services_.RegisterWith(&builder);
     server_ = builder.BuildAndStart();
-    if (server_ == nullptr || (port == 0 && !absl::StartsWith(options.address, "unix:"))) {
-      return absl::UnavailableError(absl::StrCat("cannot listen on ", options.address));
+    if (server_ == nullptr) {
+      return absl::UnavailableError("gRPC does not start a server");
     }
-    address_ = BoundAddress(options.address, port);
+    listener_ = *std::move(listener);
+    address_ = BoundAddress(options.address, listener_->port());
     for (const char* service :
          {v1::CatalogService::service_full_name(), v1::PoolService::service_full_name(),
           v1::StepService::service_full_name(), v1::StateService::service_full_name(),
@@ -69,6 +98,12 @@ class GrpcServer final : public Server {
       server_->GetHealthCheckService()->SetServingStatus(service, true);
     }
     server_->GetHealthCheckService()->SetServingStatus(true);
+    listener_->Start([acceptor = std::move(acceptor)](int listening, int connection) {
+      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
+      parameters.listener_fd = listening;
+      parameters.fd = connection;
+      acceptor->HandleNewConnection(&parameters);
+    });
     return absl::OkStatus();
   }
 
@@ -85,22 +120,38 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = absl::Now() + deadline;
     BeginDrain();
-    while (sessions_.load().stream_count > 0 && absl::Now() < end) {
+    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && absl::Now() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
-    server_->Shutdown(absl::ToChronoTime(end));
+    listener_.reset();
+    server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
   }
 
  private:
+  // What strangers can have of gRPC.
+  static void SetLimits(const Limits& limits, grpc::ServerBuilder* builder) {
+    builder->SetMaxReceiveMessageSize(static_cast<int>(limits.request_bytes_max));
+    builder->SetMaxSendMessageSize(-1);
+    // gRPC looks at the size of a message before it is decompressed, and some hundred kilobytes
+    // can be some hundred megabytes afterwards.
+    for (const grpc_compression_algorithm algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
+      builder->SetCompressionAlgorithmSupportStatus(algorithm, false);
+    }
+    builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
+                                kConnectionCallsMax + limits.pool_count_max);
+    builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
+                                Milliseconds(kHandshakeTimeout));
+    builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, Milliseconds(kIdleTimeout));
+  }
+
+  const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
   std::string address_;
   Sessions sessions_;
-  CatalogServiceImpl catalog_service_;
-  PoolServiceImpl pool_service_;
-  StepServiceImpl step_service_;
-  StateServiceImpl state_service_;
-  RenderServiceImpl render_service_;
+  const Callers callers_;
+  Services services_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<Listener> listener_;  // hands its connections to server_
 };
 
 }  // namespace

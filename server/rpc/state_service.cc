@@ -154,17 +154,37 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
   });
 }
 
+// Where a caller may have this server connect to.
+absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSources& allowed) {
+  if (server.size() > kServerLengthMax) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "source_server has ", server.size(), " characters, allowed: at most ", kServerLengthMax));
+  }
+  absl::StatusOr<Address> address = ParseAddress(server);
+  if (!address.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "source_server is '", server, "', allowed: 'HOST:PORT', '[IPV6]:PORT' or 'unix:PATH'"));
+  }
+  if (!allowed.Allows(*address)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat("source_server is ", server,
+                     ", which this server may not connect to; its operator allows "
+                     "sources with --clone_sources"));
+  }
+  return address;
+}
+
 // Clones from a pool of another server, without a turn while that is asked.
-void CloneFromServer(const grpc::CallbackServerContext& context, const SharedPool& target,
-                     ClonedEnvironments environments, CloneCall* call) {
+void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSources& sources,
+                     const SharedPool& target, ClonedEnvironments environments, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
-  if (request.source_server().size() > kServerLengthMax) {
-    call->Finish(absl::InvalidArgumentError(
-        absl::StrCat("source_server has ", request.source_server().size(),
-                     " characters, allowed: at most ", kServerLengthMax)));
+  const absl::StatusOr<Address> address = SourceAddress(request.source_server(), sources);
+  if (!address.ok()) {
+    call->Finish(address.status());
     return;
   }
   RemoteEnvironments source;
+  source.address = *address;
   source.server = request.source_server();
   source.pool = request.source_pool().empty() ? target->name() : request.source_pool();
   source.environments = environments.saved;
@@ -175,10 +195,11 @@ void CloneFromServer(const grpc::CallbackServerContext& context, const SharedPoo
       });
 }
 
-void Clone(const Sessions& sessions, const grpc::CallbackServerContext& context, CloneCall* call) {
+void Clone(const Sessions& sessions, const CloneSources& sources,
+           const grpc::CallbackServerContext& context, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
   ClonedEnvironments environments = EnvironmentsOf(request);
-  const absl::StatusOr<SharedPool> target = sessions.Find(request.pool());
+  const absl::StatusOr<SharedPool> target = sessions.Find(call->owner(), request.pool());
   absl::Status status = target.status();
   if (status.ok()) {
     status = CheckEnvironmentList(
@@ -186,12 +207,12 @@ void Clone(const Sessions& sessions, const grpc::CallbackServerContext& context,
         (*target)->name(), (*target)->env_count());
   }
   if (status.ok() && !request.source_server().empty()) {
-    CloneFromServer(context, *target, std::move(environments), call);
+    CloneFromServer(context, sources, *target, std::move(environments), call);
     return;
   }
   absl::StatusOr<SharedPool> source = target;
   if (status.ok() && !request.source_pool().empty()) {
-    source = sessions.Find(request.source_pool());
+    source = sessions.Find(call->owner(), request.source_pool());
     status = source.status();
   }
   if (status.ok()) {
@@ -212,11 +233,11 @@ void Clone(const Sessions& sessions, const grpc::CallbackServerContext& context,
 
 }  // namespace
 
-grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
-  return SaveCall::Start(request, response, [this](SaveCall* call) {
-    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->request().pool());
+  return SaveCall::Start(*callers_, *context, request, response, [this](SaveCall* call) {
+    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     if (!pool.ok()) {
       call->Finish(pool.status());
       return;
@@ -232,11 +253,11 @@ grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerConte
   });
 }
 
-grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* /*context*/,
+grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request,
                                                           grpc::ByteBuffer* response) {
-  return RestoreCall::Start(request, response, [this](RestoreCall* call) {
-    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->request().pool());
+  return RestoreCall::Start(*callers_, *context, request, response, [this](RestoreCall* call) {
+    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     std::vector<int32_t> environments;
     std::vector<StateToRestore> states;
     for (const v1::State& state : call->request().states()) {
@@ -262,8 +283,9 @@ grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerCo
 grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
-  return CloneCall::Start(request, response,
-                          [this, context](CloneCall* call) { Clone(*sessions_, *context, call); });
+  return CloneCall::Start(*callers_, *context, request, response, [this, context](CloneCall* call) {
+    Clone(*sessions_, clone_sources_, *context, call);
+  });
 }
 
 }  // namespace procgen

@@ -1,7 +1,11 @@
 #ifndef SERVER_RPC_STATE_SERVICE_H_
 #define SERVER_RPC_STATE_SERVICE_H_
 
+#include <utility>
+
 #include "procgen/v1/states.grpc.pb.h"
+#include "server/rpc/caller.h"
+#include "server/rpc/clone_sources.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -14,8 +18,10 @@ class StateServiceImpl final
           v1::StateService::WithRawCallbackMethod_RestoreStates<
               v1::StateService::WithRawCallbackMethod_CloneStates<v1::StateService::Service>>> {
  public:
-  // `sessions` must outlive this.
-  explicit StateServiceImpl(Sessions* sessions) : sessions_(sessions) {}
+  // `sessions` and `callers` must outlive this.
+  // `clone_sources`: the servers that CloneStates may be asked to read from.
+  StateServiceImpl(Sessions* sessions, const Callers* callers, CloneSources clone_sources)
+      : sessions_(sessions), callers_(callers), clone_sources_(std::move(clone_sources)) {}
 
   grpc::ServerUnaryReactor* SaveStates(grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* request,
@@ -29,6 +35,8 @@ class StateServiceImpl final
 
  private:
   Sessions* const sessions_;
+  const Callers* const callers_;
+  const CloneSources clone_sources_;
 };
 
 }  // namespace procgen

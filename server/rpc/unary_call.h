@@ -1,11 +1,16 @@
 #ifndef SERVER_RPC_UNARY_CALL_H_
 #define SERVER_RPC_UNARY_CALL_H_
 
+#include <string>
+#include <utility>
+
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
+#include "server/rpc/caller.h"
 #include "server/rpc/grpc_status.h"
 
 namespace procgen {
@@ -25,11 +30,14 @@ absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
 // parsing answers garbage with UNIMPLEMENTED and no message.
 //
-// The life of a call: it is made and handed to the service's function, which calls Finish once, on
-// any thread, and not after; it ends itself when gRPC has done with it.
+// The life of a call: it is let in (Callers), made, and handed to the service's function, which
+// calls Finish once, on any thread, and not after; it ends itself when gRPC has done with it, which
+// is when the answer is on its way. Until then it counts as one of its owner's.
 template <typename Request, typename Response>
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
+  // Whose pools it may see.
+  const std::string& owner() const { return caller_.owner; }
   const Request& request() const { return request_; }
   Response* response() { return &response_; }
 
@@ -45,12 +53,20 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
     grpc::ServerUnaryReactor::Finish(ToGrpcStatus(status));
   }
 
-  // Makes a call and has `serve(call)` serve it.
+  // Makes a call and, if `callers` let it in, has `serve(call)` serve it.
   template <typename Serve>
-  static grpc::ServerUnaryReactor* Start(const grpc::ByteBuffer* request,
+  static grpc::ServerUnaryReactor* Start(const Callers& callers,
+                                         const grpc::CallbackServerContext& context,
+                                         const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response, Serve serve) {
     auto* call = new UnaryCall(response);
-    if (absl::Status status = ParseMessage(*request, &call->request_); !status.ok()) {
+    absl::StatusOr<Caller> caller = callers.Admit(context);
+    absl::Status status = caller.status();
+    if (status.ok()) {
+      call->caller_ = *std::move(caller);
+      status = ParseMessage(*request, &call->request_);
+    }
+    if (!status.ok()) {
       call->Finish(std::move(status));
     } else {
       serve(call);
@@ -65,6 +81,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
   grpc::ByteBuffer* const bytes_;
+  Caller caller_;
   Request request_;
   Response response_;
 };

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "absl/time/time.h"
+
 namespace procgen {
 
 // What a server takes at most. Each has a flag of the same name, and is told in the catalog.
@@ -17,6 +19,18 @@ struct Limits {
   int64_t request_bytes_max = 4 << 20;    // one request message, in bytes
   int64_t response_bytes_max = 64 << 20;  // one response message, in bytes
   int32_t requests_in_flight_max = 16;    // unanswered requests of one stream
+  // What one owner may have of these at a time. As much as the server unless it is said.
+  int32_t owner_pool_count_max = 256;
+  int32_t owner_environment_count_max = 16384;
+  int32_t owner_stream_count_max = 256;  // attached; no pool has more than one
+  int32_t owner_call_count_max = 1024;   // calls under way, and streams that have not attached
+  int32_t connection_count_max = 4096;   // of all callers together
+  // From the beginning of a stream until it has attached.
+  absl::Duration attach_timeout = absl::Seconds(30);
+  // Answers that are kept for streams that may be resumed, of all pools together, in bytes.
+  int64_t kept_answer_bytes_max = int64_t{4} << 30;
+  // How long a pool may ask to live without a stream.
+  absl::Duration lease_duration_max = absl::Hours(24);
 };
 
 // What a stream gets that asks for nothing else: what gRPC clients take by default, in bytes, and
@@ -25,6 +39,8 @@ inline constexpr int64_t kResponseBytesDefault = 4 << 20;
 inline constexpr int32_t kRequestsInFlightDefault = 2;
 // The least that a limit of bytes, or a stream, may ask for, in bytes: a few observations.
 inline constexpr int64_t kMessageBytesMin = 64 << 10;
+// The shortest lease.
+inline constexpr absl::Duration kLeaseDurationMin = absl::Seconds(1);
 
 }  // namespace procgen
 

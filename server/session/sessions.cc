@@ -7,7 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "absl/time/clock.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -72,12 +72,32 @@ absl::Status CheckObservationBytes(int64_t bytes, int64_t bytes_of_others, const
 
 }  // namespace
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art)
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits) {
+  if (lease_duration < kLeaseDurationMin) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is ", absl::FormatDuration(lease_duration),
+                     ", allowed: ", absl::FormatDuration(kLeaseDurationMin), " to ",
+                     absl::FormatDuration(limits.lease_duration_max)));
+  }
+  if (lease_duration > limits.lease_duration_max) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        field, " is ", absl::FormatDuration(lease_duration), ", limit lease_duration_max is ",
+        absl::FormatDuration(limits.lease_duration_max)));
+  }
+  return absl::OkStatus();
+}
+
+Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                   Clock clock)
     : limits_(limits),
       worker_count_(worker_count),
       art_(std::move(art)),
+      owners_(limits),
+      kept_answer_bytes_(limits.kept_answer_bytes_max),
       crew_(std::make_shared<Crew>(worker_count)),
-      side_crew_(kSideThreadCount) {}
+      side_crew_(kSideThreadCount),
+      lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
   std::vector<std::shared_ptr<PoolSession>> pools;
@@ -92,21 +112,23 @@ Sessions::~Sessions() {
   absl::MutexLock lock(&mutex_, absl::Condition(&all_freed));
 }
 
-void Sessions::Create(absl::string_view id, const PoolOptions& options, CreateDone done) {
-  absl::StatusOr<std::string> name = Reserve(id, options);
-  if (!name.ok()) {
-    done(name.status());
+void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
+                      absl::Duration lease_duration, CreateDone done) {
+  absl::StatusOr<Key> key = Reserve(owner, id, options);
+  if (!key.ok()) {
+    done(key.status());
     return;
   }
   PoolOptions drawn = options;
   drawn.art = art_;
-  side_crew_.Run(
-      [this, name = *std::move(name), drawn = std::move(drawn), done = std::move(done)]() mutable {
-        Finish(name, Pool::Create(drawn, crew_), std::move(done));
-      });
+  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), lease_duration,
+                  done = std::move(done)]() mutable {
+    Finish(key, Pool::Create(drawn, crew_), lease_duration, std::move(done));
+  });
 }
 
-absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOptions& options) {
+absl::StatusOr<Sessions::Key> Sessions::Reserve(absl::string_view owner, absl::string_view id,
+                                                const PoolOptions& options) {
   if (!id.empty() && !IsPoolId(id, false)) {
     return absl::InvalidArgumentError(
         absl::StrCat("pool_id is '", id.substr(0, 2 * kPoolIdLengthMax),
@@ -130,27 +152,38 @@ absl::StatusOr<std::string> Sessions::Reserve(absl::string_view id, const PoolOp
     return absl::ResourceExhaustedError(absl::StrCat(
         "there are ", entries_.size(), " pools, limit pool_count_max is ", limits_.pool_count_max));
   }
+  absl::StatusOr<Owners::Share> share =
+      owners_.Take(owner, {.pool_count = 1, .environment_count = options.env_count});
+  if (!share.ok()) {
+    return share.status();
+  }
   const int64_t number = next_number_;
   std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
-  const Entry entry = {number, options.env_count, observation_bytes, nullptr};
-  if (!entries_.try_emplace(name, entry).second) {
-    return absl::AlreadyExistsError(absl::StrCat("pool ", name, " exists; choose another pool_id"));
+  Key key(owner, std::move(name));
+  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), false, nullptr};
+  if (!entries_.try_emplace(key, std::move(entry)).second) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("pool ", key.second, " exists; choose another pool_id"));
   }
   next_number_ = number + 1;
   environment_count_ += options.env_count;
   observation_bytes_ += observation_bytes;
-  return name;
+  return key;
 }
 
-void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool,
-                      CreateDone done) {
+void Sessions::EraseLocked(const Key& key) {
+  const auto entry = entries_.find(key);
+  environment_count_ -= entry->second.env_count;
+  observation_bytes_ -= entry->second.observation_bytes;
+  entries_.erase(entry);
+}
+
+void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+                      absl::Duration lease_duration, CreateDone done) {
   if (!pool.ok()) {
     {
       absl::MutexLock lock(&mutex_);
-      const auto entry = entries_.find(name);
-      environment_count_ -= entry->second.env_count;
-      observation_bytes_ -= entry->second.observation_bytes;
-      entries_.erase(entry);
+      EraseLocked(key);
     }
     done(pool.status());
     return;
@@ -158,7 +191,8 @@ void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Po
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(name, *std::move(pool), absl::Now(), &side_crew_, &step_count_),
+      new PoolSession(key.first, key.second, *std::move(pool), lease_duration,
+                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_}),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;
@@ -169,40 +203,46 @@ void Sessions::Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Po
   {
     absl::MutexLock lock(&mutex_);
     ++unfreed_count_;
-    entries_.find(name)->second.pool = session;
+    entries_.find(key)->second.pool = session;
   }
   done(std::move(session));
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view name) const {
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view owner,
+                                                                  absl::string_view name) const {
   if (absl::Status status = CheckName(name); !status.ok()) {
     return status;
   }
-  const auto entry = entries_.find(name);
+  const auto entry = entries_.find(Key(owner, name));
   if (entry == entries_.end() || entry->second.pool == nullptr) {
     return absl::NotFoundError(absl::StrCat("there is no pool ", name));
   }
   return entry->second.pool;
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::Find(absl::string_view name) const {
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::Find(absl::string_view owner,
+                                                            absl::string_view name) const {
   absl::MutexLock lock(&mutex_);
-  return FindLocked(name);
+  return FindLocked(owner, name);
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindForStream(absl::string_view name) const {
+absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindForStream(absl::string_view owner,
+                                                                     absl::string_view name) const {
   absl::MutexLock lock(&mutex_);
   if (draining_) {
     return Draining();
   }
-  return FindLocked(name);
+  return FindLocked(owner, name);
 }
 
-std::vector<Sessions::Numbered> Sessions::List(int64_t after, size_t count) const {
+std::vector<Sessions::Numbered> Sessions::List(absl::string_view owner, int64_t after,
+                                               size_t count) const {
   std::vector<Numbered> listed;
   {
     absl::MutexLock lock(&mutex_);
-    for (const auto& [name, entry] : entries_) {
+    for (auto it = entries_.lower_bound(Key(owner, ""));
+         it != entries_.end() && it->first.first == owner; ++it) {
+      const Entry& entry = it->second;
       if (entry.pool != nullptr && entry.number > after) {
         listed.push_back({entry.number, entry.pool});
       }
@@ -216,22 +256,44 @@ std::vector<Sessions::Numbered> Sessions::List(int64_t after, size_t count) cons
   return listed;
 }
 
-absl::Status Sessions::Delete(absl::string_view name) {
+absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
   std::shared_ptr<PoolSession> pool;
   {
     absl::MutexLock lock(&mutex_);
-    absl::StatusOr<std::shared_ptr<PoolSession>> found = FindLocked(name);
+    absl::StatusOr<std::shared_ptr<PoolSession>> found = FindLocked(owner, name);
     if (!found.ok()) {
       return found.status();
     }
     pool = *std::move(found);
-    const auto entry = entries_.find(name);
-    environment_count_ -= entry->second.env_count;
-    observation_bytes_ -= entry->second.observation_bytes;
-    entries_.erase(entry);
+    EraseLocked(Key(owner, name));
   }
   pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
   return absl::OkStatus();
+}
+
+absl::Time Sessions::FreeExpired(absl::Time now) {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  {
+    absl::MutexLock lock(&mutex_);
+    pools = All();
+  }
+  absl::Time next = absl::InfiniteFuture();
+  for (const std::shared_ptr<PoolSession>& pool : pools) {
+    if (!pool->CloseIfExpired(now)) {
+      next = std::min(next, pool->expire_time());
+      continue;
+    }
+    absl::MutexLock lock(&mutex_);
+    // It may have been deleted in the meantime, and its name have gone to another.
+    const Key key(pool->owner(), pool->name());
+    const auto entry = entries_.find(key);
+    if (entry != entries_.end() && entry->second.pool == pool) {
+      EraseLocked(key);
+      LogEvent(LogLevel::kInfo, "lease_ran_out",
+               {{"pool", pool->name()}, {"owner", pool->owner()}});
+    }
+  }
+  return next;
 }
 
 absl::Status Sessions::Draining() {
@@ -249,16 +311,25 @@ void Sessions::Drain() {
     absl::MutexLock lock(&mutex_);
     draining_ = true;
     pools = All();
+    for (auto& [key, entry] : entries_) {
+      entry.leaving = entry.leaving || (entry.pool != nullptr && entry.pool->attached());
+    }
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
-    pool->End(Draining());
+    pool->End(StreamEnd::kDrain, Draining());
   }
+}
+
+int32_t Sessions::LeavingCount() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<int32_t>(std::count_if(entries_.begin(), entries_.end(),
+                                            [](const auto& kept) { return kept.second.leaving; }));
 }
 
 std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {
   std::vector<std::shared_ptr<PoolSession>> pools;
   pools.reserve(entries_.size());
-  for (const auto& [name, entry] : entries_) {
+  for (const auto& [key, entry] : entries_) {
     if (entry.pool != nullptr) {
       pools.push_back(entry.pool);
     }

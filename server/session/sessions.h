@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -15,11 +16,19 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
+#include "server/session/byte_budget.h"
+#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
+#include "server/session/owners.h"
 #include "server/session/pool_session.h"
 #include "server/session/side_crew.h"
 
 namespace procgen {
+
+// Checks how long a pool is to live without a stream. `field` is what to call it. Errors:
+// INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits);
 
 // How busy a server is.
 struct Load {
@@ -31,16 +40,19 @@ struct Load {
   bool draining = false;
 };
 
-// All pools of a server, by name, within its limits.
+// All pools of a server, by owner and name, within its limits. Owners have names of their own: to
+// each, the pools of the others do not exist, and their names are not taken.
 // Threads: any method from any thread; none blocks.
-// Lock order: mutex_ before PoolSession::mutex_; no callback is called under either.
+// Lock order: mutex_ before PoolSession::mutex_ and before the one of Owners; no callback is called
+// under any of them.
 class Sessions {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  // Leases run by `clock`.
   Sessions(const Limits& limits, int32_t worker_count,
-           std::shared_ptr<const SharedArt> art = nullptr);
+           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
@@ -50,32 +62,47 @@ class Sessions {
   // What pools draw with; null: the built-in art.
   const SharedArt* art() const { return art_.get(); }
 
-  // Makes the pool `pools/ID` (an empty id: a number is chosen) and calls `done` once, on another
-  // thread or, with an error, on this one. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
-  // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
-  void Create(absl::string_view id, const PoolOptions& options, CreateDone done);
+  // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
+  Owners& owners() { return owners_; }
 
-  // Finds a pool by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
-  absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view name) const;
+  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), which lives for
+  // `lease_duration` without a stream, and calls `done` once, on another thread or, with an error,
+  // on this one. REQUIRES: CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed
+  // id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
+  // Pool::Create.
+  void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
+              absl::Duration lease_duration, CreateDone done);
+
+  // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
+  absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
+                                                    absl::string_view name) const;
 
   // As Find, for a stream. Errors: UNAVAILABLE while draining.
-  absl::StatusOr<std::shared_ptr<PoolSession>> FindForStream(absl::string_view name) const;
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindForStream(absl::string_view owner,
+                                                             absl::string_view name) const;
 
-  // At most `count` pools made after pool number `after` (0: all), oldest first, with their
-  // numbers.
+  // At most `count` pools of `owner` made after pool number `after` (0: all), oldest first, with
+  // their numbers.
   struct Numbered {
     int64_t number = 0;  // >= 1, in order of making
     std::shared_ptr<PoolSession> pool;
   };
-  std::vector<Numbered> List(int64_t after, size_t count) const;
+  std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
 
-  // Ends a pool. Its stream ends with ABORTED. Errors: as Find.
-  absl::Status Delete(absl::string_view name);
+  // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
+  absl::Status Delete(absl::string_view owner, absl::string_view name);
+
+  // Frees all pools whose leases have run out by `now`, and returns when the next one does; the
+  // alarm calls it in time.
+  absl::Time FreeExpired(absl::Time now);
 
   // Lets no pool be made and no stream attach any more, and ends all streams with UNAVAILABLE once
   // the requests that they are carrying out are answered.
   void Drain();
   bool draining() const;
+  // Pools that are still there and whose streams were told so: their learners may want to save
+  // states, and delete them when they have.
+  int32_t LeavingCount() const;
   // What is answered while draining: UNAVAILABLE.
   static absl::Status Draining();
 
@@ -86,12 +113,19 @@ class Sessions {
     int64_t number = 0;
     int32_t env_count = 0;
     int64_t observation_bytes = 0;      // one observation of each environment
+    Owners::Share share;                // of the owner's quotas
+    bool leaving = false;               // its stream was told that the server drains
     std::shared_ptr<PoolSession> pool;  // null while it is made
   };
+  using Key = std::pair<std::string, std::string>;  // owner, name
 
-  absl::StatusOr<std::string> Reserve(absl::string_view id, const PoolOptions& options);
-  void Finish(const std::string& name, absl::StatusOr<std::unique_ptr<Pool>> pool, CreateDone done);
-  absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view name) const
+  absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
+                              const PoolOptions& options);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+              absl::Duration lease_duration, CreateDone done);
+  void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
+                                                          absl::string_view name) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -99,9 +133,11 @@ class Sessions {
   const int32_t worker_count_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
+  Owners owners_;  // before entries_, which hold shares of it
+  ByteBudget kept_answer_bytes_;
 
   mutable absl::Mutex mutex_;
-  std::map<std::string, Entry, std::less<>> entries_ ABSL_GUARDED_BY(mutex_);  // by name
+  std::map<Key, Entry> entries_ ABSL_GUARDED_BY(mutex_);
   int64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
   int32_t environment_count_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of one observation of each
@@ -111,6 +147,7 @@ class Sessions {
   // Last, so that their threads end before what they use.
   const std::shared_ptr<Crew> crew_;
   SideCrew side_crew_;
+  LeaseAlarm lease_alarm_;
 };
 
 }  // namespace procgen

@@ -4,13 +4,15 @@
 // The sanitizer sees nothing of Debian's libraries but their calls of memcpy, free and the like,
 // and nothing of the atomics that order these. Their calls are ignored; what these functions do for
 // our own code is not, and neither is our code when such a library calls it. These are the
-// libraries that gRPC and protobuf are made of. The standard library is not among them, because our
+// libraries that gRPC and protobuf are made of, and the loader, which gives up what belonged to
+// threads that have ended. The standard library is not among them, because our
 // own code calls it, and there is no suppression by function or file, which would hide what is
 // below it, too.
 
 // The sanitizer calls it before the program's static objects are made.
 extern "C" const char* __tsan_default_suppressions() {
-  return "called_from_lib:libabsl_cord.so\n"
+  return "called_from_lib:ld-linux-x86-64.so\n"
+         "called_from_lib:libabsl_cord.so\n"
          "called_from_lib:libabsl_cord_internal.so\n"
          "called_from_lib:libabsl_cordz_handle.so\n"
          "called_from_lib:libabsl_cordz_info.so\n"
@@ -26,10 +28,12 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libabsl_time_zone.so\n"
          "called_from_lib:libaddress_sorting.so\n"
          "called_from_lib:libcares.so\n"
+         "called_from_lib:libcrypto.so\n"
          "called_from_lib:libgpr.so\n"
          "called_from_lib:libgrpc.so\n"
          "called_from_lib:libgrpc++.so\n"
          "called_from_lib:libgrpc++_reflection.so\n"
          "called_from_lib:libprotobuf.so\n"
+         "called_from_lib:libssl.so\n"
          "called_from_lib:libupb.so\n";
 }

@@ -11,8 +11,12 @@
 #include <sanitizer/tsan_interface.h>
 
 #include <atomic>
+#include <functional>
+#include <memory>
+#include <utility>
 
 #include "grpc/grpc.h"
+#include "grpcpp/alarm.h"
 #include "grpcpp/support/server_callback.h"
 #include "tests/sanitizer/library_function.h"
 
@@ -68,3 +72,40 @@ void ServerCallbackCall::ScheduleOnDone(bool inline_ondone) {
 }
 
 }  // namespace grpc::internal
+
+namespace grpc {
+namespace {
+
+// What an alarm calls. It is kept by the alarm and by the timer, and the last to let go of it ends
+// it: whoever that is, what was called has returned.
+class AlarmCallback {
+ public:
+  explicit AlarmCallback(std::function<void(bool)> callback)
+      : kept_(std::make_shared<Kept>(std::move(callback))) {}
+
+  void operator()(bool expired) const {
+    kept_->callback(expired);
+    __tsan_release(kept_.get());
+  }
+
+ private:
+  struct Kept {
+    explicit Kept(std::function<void(bool)> what) : callback(std::move(what)) {}
+    ~Kept() { __tsan_acquire(this); }
+
+    std::function<void(bool)> callback;
+  };
+
+  std::shared_ptr<Kept> kept_;
+};
+
+}  // namespace
+
+void Alarm::SetInternal(gpr_timespec deadline, std::function<void(bool)> f) {
+  static auto* const next =
+      procgen::LibraryFunction<void(Alarm*, gpr_timespec, std::function<void(bool)>)>(
+          kCppLibrary, "_ZN4grpc5Alarm11SetInternalE12gpr_timespecSt8functionIFvbEE");
+  next(this, deadline, AlarmCallback(std::move(f)));
+}
+
+}  // namespace grpc

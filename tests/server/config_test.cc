@@ -32,6 +32,60 @@ TEST(ConfigTest, UnixSocketIsAllowed) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
+TEST(ConfigTest, OtherMachinesAreLetInOnlyWithTlsAndAWayToTellWhoCalls) {
+  Config config;
+  config.server.address = "0.0.0.0:50051";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--address is 0.0.0.0:50051, which other machines can reach, without TLS: "
+                       "give --tls_certificate and --tls_key; and without asking who calls: give "
+                       "--tokens or --tls_client_ca; or listen on loopback or a unix socket; or "
+                       "--allow_insecure"));
+  config.tls = {"certificate.pem", "key.pem", ""};
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("give --tokens or")));
+  config.tokens = "tokens";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.tokens = "";
+  config.tls.client_ca = "ca.pem";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.tls = {};
+  config.tokens = "tokens";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without TLS: give")));
+  config.allow_insecure = true;
+  EXPECT_THAT(CheckConfig(config), IsOk());
+}
+
+TEST(ConfigTest, HalfACertificateIsRefused) {
+  Config config;
+  config.tls.certificate = "certificate.pem";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--tls_key is missing")));
+  config.tls = {"", "key.pem", ""};
+  EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("--tls_certificate is missing")));
+  config.tls = {"", "", "ca.pem"};
+  EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("--tls_client_ca is given without")));
+}
+
+TEST(ConfigTest, CloneSourcesAreLocalOnLoopbackAndNoneElsewhereUnlessSaid) {
+  const Address local = *ParseAddress("127.0.0.1:1");
+  Config config;
+  ASSERT_THAT(LoadSecrets(&config), IsOk());
+  EXPECT_TRUE(config.server.clone_sources.Allows(local));
+  config.server.address = "0.0.0.0:1";
+  ASSERT_THAT(LoadSecrets(&config), IsOk());
+  EXPECT_FALSE(config.server.clone_sources.Allows(local));
+  config.clone_sources = "127.0.0.1";
+  ASSERT_THAT(LoadSecrets(&config), IsOk());
+  EXPECT_TRUE(config.server.clone_sources.Allows(local));
+  config.clone_sources = "http://x";
+  EXPECT_THAT(LoadSecrets(&config), StatusIs(absl::StatusCode::kInvalidArgument,
+                                             HasSubstr("--clone_sources has 'http://x'")));
+}
+
 TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
   Config config;
   config.server.limits.request_bytes_max = 1000;
@@ -43,6 +97,31 @@ TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "--observation_bytes_max is 0, allowed: 65536 to 1099511627776"));
+}
+
+TEST(ConfigTest, LeasesKeptAnswersAndKeepaliveHaveRanges) {
+  Config config;
+  config.server.limits.kept_answer_bytes_max = -1;
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--kept_answer_bytes_max is -1, allowed: 0 to 1099511627776"));
+  config.server.limits.kept_answer_bytes_max = 0;
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.server.limits.lease_duration_max = absl::Milliseconds(999);
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--lease_duration_max in seconds is 0, allowed: 1 to 31622400"));
+  config.server.limits = {};
+  config.server.keepalive_time = absl::Milliseconds(99);
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--keepalive_time in milliseconds is 99, allowed: 100 to 86400000"));
+  config.server.keepalive_time = absl::Seconds(1);
+  config.server.keepalive_timeout = absl::Hours(25);
+  EXPECT_THAT(
+      CheckConfig(config),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
 }
 
 TEST(ConfigTest, PoolLargerThanServerIsRefused) {

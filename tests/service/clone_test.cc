@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <thread>
@@ -204,18 +205,38 @@ class WrongSource final : public v1::StateService::Service {
 
   std::string address() const { return absl::StrCat("127.0.0.1:", port_); }
 
-  grpc::Status SaveStates(grpc::ServerContext* /*context*/,
-                          const v1::SaveStatesRequest* /*request*/,
+  // Whether it was shown a token.
+  bool saw_token() const { return saw_token_; }
+
+  grpc::Status SaveStates(grpc::ServerContext* context, const v1::SaveStatesRequest* /*request*/,
                           v1::SaveStatesResponse* response) override {
+    saw_token_ = context->client_metadata().count("authorization") > 0;
     *response = answer_;
     return grpc::Status::OK;
   }
 
  private:
   const v1::SaveStatesResponse answer_;
+  std::atomic<bool> saw_token_ = false;
   int port_ = 0;
   std::unique_ptr<grpc::Server> server_;
 };
+
+TEST_F(CloneTest, TheCallersTokenIsNotPassedOn) {
+  const WrongSource source({});
+  v1::CloneStatesRequest request;
+  request.set_pool(CreatePool(MazeSpec(1)));
+  request.set_source_server(source.address());
+  *request.add_pairs() = Pair(0, 0);
+  grpc::ClientContext context;
+  context.AddMetadata("authorization", "Bearer 0123456789abcdef");
+  v1::CloneStatesResponse response;
+  EXPECT_EQ(
+      v1::StateService::NewStub(channel_)->CloneStates(&context, request, &response).error_code(),
+      grpc::StatusCode::INTERNAL)
+      << "it was asked, and has answered with nothing";
+  EXPECT_FALSE(source.saw_token());
+}
 
 TEST_F(CloneTest, AnswersThatWereNotAskedForAreRefused) {
   const std::string name = CreatePool(MazeSpec(2));

@@ -29,9 +29,12 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 }  // namespace
 
 RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                  const std::vector<std::string>& requests) {
+                  const std::vector<std::string>& requests, const std::string& token) {
   grpc::GenericStub stub(channel);
   grpc::ClientContext context;
+  if (!token.empty()) {
+    context.AddMetadata("authorization", "Bearer " + token);
+  }
   grpc::CompletionQueue queue;
   const auto call = stub.PrepareCall(&context, method, &queue);
   call->StartCall(nullptr);

@@ -16,9 +16,9 @@ struct RawResult {
 };
 
 // Calls any method ("/package.Service/Method") with these bytes as its requests, and reads until
-// the call ends. For what no generated stub would send.
+// the call ends. For what no generated stub would send. `token`: not empty, the call bears it.
 RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                  const std::vector<std::string>& requests);
+                  const std::vector<std::string>& requests, const std::string& token = "");
 
 }  // namespace procgen
 

@@ -22,6 +22,7 @@ class ServerProcess {
   std::string Address();
 
   void Signal(int signal) const;
+  pid_t process_id() const { return process_; }
 
   // Waits for its end; returns the exit status, or -1 if a signal ended it.
   int Wait();

@@ -18,13 +18,22 @@ constexpr int64_t kRequestBytesAlways = 65536;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 constexpr int64_t kStateOverheadBytes = 8;
 
-// Calls a unary method and returns its response.
+// How soon after a failure gRPC connects again.
+constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
+constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
+
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(absl::ToInt64Milliseconds(duration));
+}
+
+// Calls a unary method, with `token` if there is one, and returns its response.
 template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> CallUnary(Stub* stub,
+absl::StatusOr<Response> CallUnary(const std::string& token, Stub* stub,
                                    grpc::Status (Stub::*method)(grpc::ClientContext*,
                                                                 const Request&, Response*),
                                    const Request& request) {
   grpc::ClientContext context;
+  ShowToken(token, &context);
   Response response;
   if (const grpc::Status status = (stub->*method)(&context, request, &response); !status.ok()) {
     return ToAbslStatus(status);
@@ -36,43 +45,61 @@ absl::StatusOr<Response> CallUnary(Stub* stub,
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address,
                                                         const ConnectOptions& options) {
+  absl::StatusOr<Credentials> credentials =
+      options.credentials.has_value() ? *options.credentials : Credentials::FromEnvironment();
+  if (!credentials.ok()) {
+    return credentials.status();
+  }
+  const auto channel_credentials = ChannelCredentialsOf(*credentials, address);
+  if (!channel_credentials.ok()) {
+    return channel_credentials.status();
+  }
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout));
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMax));
   const std::shared_ptr<grpc::Channel> channel =
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+      grpc::CreateCustomChannel(address, *channel_credentials, arguments);
   if (!channel->WaitForConnected(absl::ToChronoTime(absl::Now() + options.timeout))) {
     return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
                                                absl::FormatDuration(options.timeout)));
   }
-  return std::unique_ptr<Client>(new Client(channel));
+  return std::unique_ptr<Client>(new Client(channel, credentials->token));
 }
 
-Client::Client(const std::shared_ptr<grpc::Channel>& channel)
-    : catalog_(v1::CatalogService::NewStub(channel)),
+Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token)
+    : token_(std::move(token)),
+      catalog_(v1::CatalogService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
       step_(v1::StepService::NewStub(channel)),
       states_(v1::StateService::NewStub(channel)),
       render_(v1::RenderService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
-  return CallUnary(catalog_.get(), &v1::CatalogService::Stub::GetCatalog, v1::GetCatalogRequest());
+  return CallUnary(token_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
+                   v1::GetCatalogRequest());
 }
 
 absl::StatusOr<v1::Load> Client::GetLoad() {
-  return CallUnary(catalog_.get(), &v1::CatalogService::Stub::GetLoad, v1::GetLoadRequest());
+  return CallUnary(token_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
+                   v1::GetLoadRequest());
 }
 
 absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  return CallUnary(pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
 }
 
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  return CallUnary(pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
 }
 
 absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
@@ -80,7 +107,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   v1::ListPoolsRequest request;
   do {
     absl::StatusOr<v1::ListPoolsResponse> page =
-        CallUnary(pools_.get(), &v1::PoolService::Stub::ListPools, request);
+        CallUnary(token_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -93,13 +120,25 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
 absl::Status Client::DeletePool(const std::string& name) {
   v1::DeletePoolRequest request;
   request.set_name(name);
-  return CallUnary(pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
+  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
+}
+
+absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
+                                           std::optional<absl::Duration> lease_duration) {
+  v1::RenewPoolRequest request;
+  request.set_name(name);
+  if (lease_duration.has_value()) {
+    const timespec duration = absl::ToTimespec(*lease_duration);
+    request.mutable_lease_duration()->set_seconds(duration.tv_sec);
+    request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
+  }
+  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
 }
 
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(new StepStream());
-  if (absl::Status status = stream->Attach(step_.get(), pool, options); !status.ok()) {
+  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), token_, pool, options));
+  if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
   return stream;
@@ -113,7 +152,7 @@ absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& poo
   request.mutable_environments()->Add(environments.begin(), environments.end());
   do {
     absl::StatusOr<v1::SaveStatesResponse> page =
-        CallUnary(states_.get(), &v1::StateService::Stub::SaveStates, request);
+        CallUnary(token_, states_.get(), &v1::StateService::Stub::SaveStates, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -155,7 +194,7 @@ absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1:
 }
 
 absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
+  return CallUnary(token_, states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
 }
 
 absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::ClonePair> pairs,
@@ -165,7 +204,7 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   request.set_source_pool(source.pool);
   request.set_source_server(source.server);
   request.mutable_pairs()->Add(pairs.begin(), pairs.end());
-  return CallUnary(states_.get(), &v1::StateService::Stub::CloneStates, request).status();
+  return CallUnary(token_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
 }
 
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
@@ -174,7 +213,7 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
   request.set_side_px(side_px);
-  return CallUnary(render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+  return CallUnary(token_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
 }
 
 }  // namespace procgen_client

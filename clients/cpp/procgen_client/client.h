@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/credentials.h"
 #include "procgen_client/step_stream.h"
 
 namespace procgen_client {
@@ -26,6 +28,12 @@ struct ConnectOptions {
   // Largest response that can be received, in bytes. StreamOptions::response_bytes_max may be as
   // much.
   int32_t response_bytes_max = 4 << 20;
+  // None: Credentials::FromEnvironment().
+  std::optional<Credentials> credentials = std::nullopt;
+  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and is
+  // broken if there is none within `keepalive_timeout`.
+  absl::Duration keepalive_time = absl::Seconds(20);
+  absl::Duration keepalive_timeout = absl::Seconds(10);
 };
 
 // Where CloneStates reads.
@@ -39,7 +47,8 @@ struct CloneSource {
 // Threads: any method from any thread.
 class Client {
  public:
-  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers.
+  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers,
+  // or not in TLS as it should; those of ChannelCredentialsOf and Credentials::FromEnvironment.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
@@ -48,12 +57,15 @@ class Client {
   absl::StatusOr<procgen::v1::Load> GetLoad();
 
   // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
-  // it is deleted.
+  // it is deleted or its lease (PoolSpec.lease_duration) runs out.
   absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
                                                const std::string& pool_id = "");
   absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
   absl::StatusOr<std::vector<procgen::v1::Pool>> ListPools();
   absl::Status DeletePool(const std::string& name);
+  // Begins the pool's lease anew, of another length if one is given.
+  absl::StatusOr<procgen::v1::Pool> RenewPool(
+      const std::string& name, std::optional<absl::Duration> lease_duration = std::nullopt);
 
   // Takes a pool to step it.
   absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,
@@ -76,9 +88,10 @@ class Client {
       const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
 
  private:
-  explicit Client(const std::shared_ptr<grpc::Channel>& channel);
+  Client(const std::shared_ptr<grpc::Channel>& channel, std::string token);
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
+  const std::string token_;  // empty: none
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;

@@ -19,7 +19,9 @@ from procgen_client._gymnasium import AutoresetMode
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
+from procgen_client.credentials import Credentials
 from procgen_client.errors import ProcgenError
+from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
 from procgen_client.server_process import ServerProcess
 from procgen_client.vector_env import ProcgenVectorEnv
@@ -32,6 +34,8 @@ __all__ = [
     "AutoresetMode",
     "Batch",
     "Client",
+    "Credentials",
+    "LevelSampler",
     "Pool",
     "ProcgenError",
     "ProcgenVectorEnv",

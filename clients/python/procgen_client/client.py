@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from procgen_client._proto import (
     step_pb2,
 )
 from procgen_client._wire import read_response
+from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
@@ -46,6 +48,7 @@ class Client:
 
     Attributes:
         address: What it is connected to.
+        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
     """
 
     def __init__(
@@ -54,7 +57,8 @@ class Client:
         *,
         timeout: float = 10.0,
         call_timeout: float = 60.0,
-        credentials: grpc.ChannelCredentials | None = None,
+        reconnect_timeout: float = 60.0,
+        credentials: Credentials | None = None,
         channel_options: Sequence[tuple[str, Any]] = (),
     ) -> None:
         """Connects.
@@ -65,30 +69,39 @@ class Client:
             timeout: How long to wait for the server, in seconds; one that is just starting is
                 waited for.
             call_timeout: How long each call besides stepping may take, in seconds.
-            credentials: For a server that speaks TLS. None: plain text.
+            reconnect_timeout: How long a pool's stream whose connection broke tries to go on, each
+                time, in seconds; the server keeps its answers meanwhile. 0: a broken connection
+                ends the stream, and the server keeps nothing.
+            credentials: For a server that speaks TLS or asks who calls. None: what the environment
+                says (Credentials.from_environment); nothing there: plain text without a token.
             channel_options: More of gRPC's channel arguments.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
+            UnauthenticatedError: The server asks for another token.
+            InvalidArgumentError, NotFoundError: As Credentials.channel.
             UnimplementedError: What answers there is no Procgen Server.
         """
         self.address = address
+        self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         self._closed = False
         arguments = [*_channel_arguments(address), *channel_options]
-        if credentials is None:
-            self._channel = grpc.insecure_channel(address, arguments)
-        else:
-            self._channel = grpc.secure_channel(address, credentials, arguments)
+        shown = Credentials.from_environment() if credentials is None else credentials
+        self._channel = shown.channel(address, arguments)
+        self._metadata = shown.metadata()
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
-        self._step_pool = self._channel.stream_stream(
-            _STEP_POOL_METHOD,
-            request_serializer=step_pb2.StepPoolRequest.SerializeToString,
-            response_deserializer=read_response,
+        self._step_pool = functools.partial(
+            self._channel.stream_stream(
+                _STEP_POOL_METHOD,
+                request_serializer=step_pb2.StepPoolRequest.SerializeToString,
+                response_deserializer=read_response,
+            ),
+            metadata=self._metadata,
         )
         try:
             self._catalog = self._first_catalog(timeout)
@@ -144,6 +157,8 @@ class Client:
         grayscale_obs: bool = False,
         layout: str = "hwc",
         frame_stack: int = 1,
+        lease_duration: float | None = None,
+        level_sampler: _options.LevelSampler | None = None,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -169,6 +184,10 @@ class Client:
             frame_stack: Number of pictures of successive steps in one observation, oldest first, in
                 [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
                 stands in all places. Pool.observation_shape tells the shape.
+            lease_duration: How long the pool lives while nobody steps it, in seconds; then the
+                server frees it. None: until it is deleted.
+            level_sampler: Chooses the levels, in place of num_levels and start_level;
+                Pool.set_level_sampler replaces it. None: the options do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -192,6 +211,8 @@ class Client:
                 layout=layout,
                 frame_stack=frame_stack,
             ),
+            lease_duration=lease_duration,
+            level_sampler=level_sampler,
         )
         return self.create_pool_from_spec(
             spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
@@ -250,6 +271,9 @@ class Client:
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
 
+    def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
+        return self._unary(self._pool_stub.RenewPool, request)
+
     def _save_states(self, request: states_pb2.SaveStatesRequest) -> states_pb2.SaveStatesResponse:
         return self._unary(self._state_stub.SaveStates, request)
 
@@ -270,7 +294,10 @@ class Client:
         if self._closed:
             raise CancelledError(f"the connection to {self.address} was closed by this client")
         try:
-            return method(request, **({"timeout": self._call_timeout} | arguments))
+            return method(
+                request,
+                **({"timeout": self._call_timeout, "metadata": self._metadata} | arguments),
+            )
         except grpc.RpcError as error:
             raise from_rpc_error(error) from None
 
@@ -294,15 +321,19 @@ class Client:
     def _reason(self) -> str:
         """Tells why the connection fails, in gRPC's words."""
         try:
-            self._catalog_stub.GetCatalog(catalog_pb2.GetCatalogRequest(), timeout=1)
+            self._catalog_stub.GetCatalog(
+                catalog_pb2.GetCatalogRequest(), timeout=1, metadata=self._metadata
+            )
         except grpc.RpcError as error:
             return error.details() or error.code().name
         return "it has just begun to"
 
 
-def connect(address: str, *, timeout: float = 10.0) -> Client:
-    """Connects to a server; the same as ``Client(address, timeout=timeout)``."""
-    return Client(address, timeout=timeout)
+def connect(
+    address: str, *, timeout: float = 10.0, credentials: Credentials | None = None
+) -> Client:
+    """Connects to a server; the same as :class:`Client` with these arguments."""
+    return Client(address, timeout=timeout, credentials=credentials)
 
 
 def _channel_arguments(address: str) -> list[tuple[str, Any]]:
@@ -313,13 +344,16 @@ def _channel_arguments(address: str) -> list[tuple[str, Any]]:
         ("grpc.max_send_message_length", -1),
         # A connection of its own for each client, so that several in one process do not share one.
         ("grpc.use_local_subchannel_pool", 1),
+        # A connection that is silent is asked for a sign of life, so that a dead one is found.
+        ("grpc.keepalive_time_ms", 20000),
+        ("grpc.keepalive_timeout_ms", 10000),
+        ("grpc.http2.max_pings_without_data", 0),
         # A server that is just starting is found soon.
         ("grpc.initial_reconnect_backoff_ms", 100),
         ("grpc.min_reconnect_backoff_ms", 100),
         ("grpc.max_reconnect_backoff_ms", 1000),
     ]
-    host = address.rsplit("/", 1)[-1]
-    if address.startswith("unix:") or host.startswith(("localhost:", "127.", "[::1]:")):
+    if is_this_machine(address):
         # This very machine is never behind a proxy, whatever http_proxy says.
         arguments.append(("grpc.enable_http_proxy", 0))
     return arguments

@@ -10,8 +10,22 @@
 #include "tests/clients/libenv/claim.h"
 
 static pid_t server_process = 0;
+// The server's file of tokens. It asks for one, so that all claims are made by a host that shows it.
+static char tokens_path[] = "/tmp/procgen-libenv-tokens-XXXXXX";
+static const char kToken[] = "libenv-token-0123456789";
+
+static void WriteTokens(void) {
+  const int file = mkstemp(tokens_path);
+  CLAIM(file >= 0);
+  CLAIM(dprintf(file, "host %s\n", kToken) > 0);
+  CLAIM(close(file) == 0);
+  CLAIM(setenv("PROCGEN_SERVER_TOKEN", kToken, 1) == 0);
+}
 
 void StartServer(const char* program) {
+  WriteTokens();
+  char tokens[sizeof(tokens_path) + 16];
+  snprintf(tokens, sizeof(tokens), "--tokens=%s", tokens_path);
   int ends[2];
   CLAIM(pipe(ends) == 0);
   server_process = fork();
@@ -21,7 +35,7 @@ void StartServer(const char* program) {
     dup2(ends[1], STDOUT_FILENO);
     close(ends[0]);
     close(ends[1]);
-    execl(program, program, "--address=127.0.0.1:0", "--log_level=error", (char*)NULL);
+    execl(program, program, "--address=127.0.0.1:0", "--log_level=error", tokens, (char*)NULL);
     _exit(127);
   }
   close(ends[1]);
@@ -43,5 +57,6 @@ void KillServer(void) {
     kill(server_process, SIGKILL);
     waitpid(server_process, NULL, 0);
     server_process = 0;
+    unlink(tokens_path);
   }
 }

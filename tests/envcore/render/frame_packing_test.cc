@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// Lengths around the sixteen pixels that are packed at once.
+// Lengths around the eight pixels that are packed at once.
 TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
   for (size_t count = 0; count <= 67; ++count) {
     std::vector<Rgba> pixels;
@@ -27,6 +27,24 @@ TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
     EXPECT_EQ(rgb.back(), 99) << count;
     rgb.pop_back();
     EXPECT_EQ(rgb, expected) << count;
+  }
+}
+
+TEST(FramePackingTest, UnpackedPixelsAreOpaque) {
+  for (size_t count = 0; count <= 35; ++count) {
+    std::vector<uint8_t> rgb;
+    std::vector<Rgba> expected;
+    for (size_t i = 0; i < count; ++i) {
+      expected.push_back({static_cast<uint8_t>(i), static_cast<uint8_t>(i + 100),
+                          static_cast<uint8_t>(i + 180), 255});
+      rgb.insert(rgb.end(), {expected.back().red, expected.back().green, expected.back().blue});
+    }
+    const Rgba untouched = {1, 2, 3, 4};
+    std::vector<Rgba> pixels(count + 1, untouched);
+    UnpackRgb(rgb, absl::MakeSpan(pixels).subspan(0, count));
+    EXPECT_EQ(pixels.back(), untouched) << count;
+    pixels.pop_back();
+    EXPECT_TRUE(pixels == expected) << count;
   }
 }
 

@@ -46,6 +46,58 @@ class RasteriserTest : public ::testing::Test {
 
 TEST_F(RasteriserTest, AnEmptySceneIsBlack) { EXPECT_THAT(AgentView(), ::testing::Each(0)); }
 
+TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
+  scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 8});
+  EXPECT_THAT(AgentView(), ::testing::Not(::testing::Contains(0)));
+  scene_.above_cells.clear();
+  scene_.art_style = ArtStyle::kPictures;
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater, .tile_ratio = 1};
+  scene_.world_width = 8;
+  scene_.world_height = 4;
+  const std::vector<uint8_t> frame = AgentView();
+  int lit = 0;
+  for (int y = 0; y < kSidePx; ++y) {
+    for (int x = 0; x < kSidePx; ++x) {
+      const bool inside = x < 32 && y >= 48;
+      const bool is_lit = frame[static_cast<size_t>((y * kSidePx + x) * 3 + 2)] != 0;
+      EXPECT_FALSE(is_lit && !inside) << x << ", " << y;
+      lit += is_lit ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(lit, 32 * 16) << "water is blue";
+}
+
+// Sprites that touch a few rows, many, or none; upright and turned; and what lies over them.
+TEST_F(RasteriserTest, WithAStillLayerPicturesAreTheSame) {
+  scene_.art_style = ArtStyle::kPictures;
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
+  const std::vector<Overlay> overlays = {
+      {.shape = Overlay::Shape::kRectangle, .x = 1, .y = 2, .width = 5, .height = 0.6F},
+      {.shape = Overlay::Shape::kNeedle, .x = 8, .y = 8, .width = 6, .height = 2, .angle = 2},
+      {.shape = Overlay::Shape::kJumpMark, .x = 4, .y = 4, .width = 2, .height = 2}};
+  for (const FrameFormat& format :
+       {FrameFormat{}, FrameFormat{.layout = Layout::kChw}, FrameFormat{.side_px = 84},
+        FrameFormat{.color = Color::kGrayscale}}) {
+    StillLayer still;
+    std::vector<uint8_t> frame(format.bytes());
+    std::vector<uint8_t> expected(format.bytes());
+    for (int step = 0; step < 60; ++step) {
+      const auto along = static_cast<float>(step) * 0.37F;
+      scene_.above_cells.assign({{.x = along, .y = 15.5F - along, .rx = 0.4F, .ry = 0.7F},
+                                 {.x = 9, .y = along - 2, .rx = 2, .ry = 0.3F, .rotation = along},
+                                 {.x = 8, .y = 17.3F, .rx = 2, .ry = 0.5F, .image_kind = 2}});
+      scene_.overlays.clear();
+      if (step % 4 > 0) {
+        scene_.overlays.push_back(overlays[static_cast<size_t>(step % 4) - 1]);
+      }
+      scene_.velocity.shown = step % 5 == 0;
+      rasteriser_.DrawAgentView(scene_, art_, &still, format, absl::MakeSpan(frame));
+      rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(expected));
+      ASSERT_EQ(frame, expected) << "step " << step << ", side " << format.side_px;
+    }
+  }
+}
+
 TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
   scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
   const std::vector<uint8_t> frame = AgentView();

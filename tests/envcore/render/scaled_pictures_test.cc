@@ -88,7 +88,7 @@ TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
 TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
   const Image source = Checks(9);
   const ScaledPictures pictures;
-  constexpr int kSide = 256;
+  constexpr int kSide = 512;
   int64_t kept_bytes = 0;
   for (int width = 1; width <= kSide; ++width) {
     const ScaledSize size = {.width = width, .height = kSide};
@@ -98,6 +98,8 @@ TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
       kept_bytes += int64_t{4} * width * kSide;
     }
   }
+  EXPECT_FALSE(pictures.HasRoomFor({.width = kSide, .height = kSide}));
+  EXPECT_TRUE(ScaledPictures().HasRoomFor({.width = kSide, .height = kSide}));
   EXPECT_GT(kept_bytes, ScaledPictures::kKeptBytesMax / 2);
   EXPECT_LE(kept_bytes, ScaledPictures::kKeptBytesMax);
 }

@@ -169,5 +169,54 @@ cccddd
 )");
 }
 
+TEST(SharpPictureTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
+  const Picture picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
+  TextFrame frame(6);
+  // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
+  DrawSharpBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
+  EXPECT_EQ(frame.Text(), R"(
+......
+.aabb.
+.aabb.
+.ccdd.
+......
+......
+)");
+  DrawSharpBackdrop(picture, {-1, 4, 3.5, 3.5}, nullptr, frame.frame());
+  EXPECT_EQ(frame.Text(), R"(
+......
+.aabb.
+.aabb.
+.ccdd.
+abb...
+abb...
+)");
+  EXPECT_NE(picture.KeptAt({.width = 4, .height = 4}), nullptr);
+}
+
+TEST(SharpPictureTest, BackdropsTellWhatIsDone) {
+  const Picture exact = Abcd();
+  const Picture scales(ImageOf({"ab", "cd"}), Levels::kAll);
+  for (const Picture* picture : {&exact, &scales}) {
+    BackdropPixels pixels;
+    pixels.hidden.Add(1, BitRange(2, 4));
+    TextFrame frame(6);
+    DrawSharpBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
+    EXPECT_EQ(frame.Text(), R"(
+aabb..
+aa....
+ccdd..
+ccdd..
+......
+......
+)");
+    int left = 0;
+    for (int row = 0; row < 6; ++row) {
+      pixels.done.ForEachRunOutside(row, 0, 6, [&](int first, int end) { left += end - first; });
+    }
+    EXPECT_EQ(left, 6 * 6 - 4 * 4);
+  }
+}
+
 }  // namespace
 }  // namespace procgen

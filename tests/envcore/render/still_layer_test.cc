@@ -4,12 +4,14 @@
 #include <vector>
 
 #include "envcore/level/generated_art.h"
+#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/render/text_canvas.h"
 
 namespace procgen {
 namespace {
 
+using ::testing::ElementsAre;
 using Use = StillLayer::Use;
 
 class StillLayerTest : public ::testing::Test {
@@ -50,8 +52,9 @@ TEST_F(StillLayerTest, WhatIsMetThriceIsKept) {
   layer_.Keep(frame_.frame());
   EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
   TextFrame other(4);
-  layer_.CopyTo(other.frame());
+  layer_.CopyRows(0, 4, other.frame());
   EXPECT_EQ(other.Text(), frame_.Text());
+  EXPECT_THAT(layer_.Rows(2, 3), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 0, 'k', 0, 0));
 }
 
 TEST_F(StillLayerTest, EveryChangeIsSeen) {

@@ -1,11 +1,13 @@
 #include "server/session/sessions.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -33,10 +35,12 @@ PoolOptions MazeOptions(int32_t env_count) {
 
 class SessionsTest : public testing::Test {
  protected:
-  CreateResult Create(absl::string_view id, const PoolOptions& options) {
+  CreateResult Create(absl::string_view id, const PoolOptions& options,
+                      absl::string_view owner = "",
+                      absl::Duration lease_duration = absl::InfiniteDuration()) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(id, options, [&](CreateResult created) {
+    sessions_.Create(owner, id, options, lease_duration, [&](CreateResult created) {
       result = std::move(created);
       done.Notify();
     });
@@ -44,20 +48,70 @@ class SessionsTest : public testing::Test {
     return result;
   }
 
-  Sessions sessions_{SmallLimits(), 1};
+  TestClock clock_;
+  Sessions sessions_{SmallLimits(), 1, nullptr, [this] { return clock_.Now(); }};
 };
 
 TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
   const CreateResult pool = Create("maze-7", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/maze-7");
-  EXPECT_THAT(sessions_.Find("pools/maze-7"), IsOk());
+  EXPECT_THAT(sessions_.Find("", "pools/maze-7"), IsOk());
 }
 
 TEST_F(SessionsTest, PoolWithoutIdGetsANumber) {
   const CreateResult pool = Create("", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/1");
+}
+
+TEST_F(SessionsTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
+  ASSERT_THAT(Create("a", MazeOptions(1), "alice"), IsOk());
+  EXPECT_THAT(sessions_.Find("alice", "pools/a"), IsOk());
+  for (const char* other : {"bob", "", "alic", "alice2"}) {
+    EXPECT_THAT(sessions_.Find(other, "pools/a"),
+                StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+    EXPECT_THAT(sessions_.Delete(other, "pools/a"),
+                StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+    EXPECT_TRUE(sessions_.List(other, 0, 9).empty());
+  }
+  EXPECT_EQ(sessions_.List("alice", 0, 9).size(), 1U);
+}
+
+TEST_F(SessionsTest, OwnersMayHavePoolsOfOneName) {
+  const CreateResult of_alice = Create("a", MazeOptions(1), "alice");
+  const CreateResult of_bob = Create("a", MazeOptions(2), "bob");
+  ASSERT_THAT(of_alice, IsOk());
+  ASSERT_THAT(of_bob, IsOk());
+  EXPECT_EQ(*sessions_.Find("alice", "pools/a"), *of_alice);
+  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
+  ASSERT_THAT(sessions_.Delete("alice", "pools/a"), IsOk());
+  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
+}
+
+TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
+  Limits limits = SmallLimits();
+  limits.owner_pool_count_max = 1;
+  Sessions sessions(limits, 1);
+  const auto create = [&](const PoolOptions& options) {
+    absl::Status status;
+    absl::Notification done;
+    sessions.Create("alice", "", options, absl::InfiniteDuration(),
+                    [&](const CreateResult& created) {
+                      status = created.status();
+                      done.Notify();
+                    });
+    done.WaitForNotification();
+    return status;
+  };
+  PoolOptions unknown = MazeOptions(1);
+  unknown.games = {"chess"};
+  EXPECT_THAT(create(unknown), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  ASSERT_THAT(create(MazeOptions(1)), IsOk());
+  EXPECT_THAT(create(MazeOptions(1)),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner alice has 1 pools")));
+  ASSERT_THAT(sessions.Delete("alice", "pools/2"), IsOk());
+  EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
 
 TEST_F(SessionsTest, MalformedIdsAreRefused) {
@@ -81,7 +135,7 @@ TEST_F(SessionsTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
   EXPECT_THAT(Create("c", MazeOptions(1)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "there are 2 pools, limit pool_count_max is 2"));
-  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }
 
@@ -113,7 +167,7 @@ TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) 
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "one observation of each environment takes 786432 bytes and those of other "
                        "pools 786432, limit observation_bytes_max is 1048576"));
-  ASSERT_THAT(sessions_.Delete("pools/a"), IsOk());
+  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
   options.games = {"chess"};
   EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
@@ -128,20 +182,20 @@ TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
 }
 
 TEST_F(SessionsTest, UnknownAndMalformedNamesAreToldApart) {
-  EXPECT_THAT(sessions_.Find("pools/nothing"),
+  EXPECT_THAT(sessions_.Find("", "pools/nothing"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
-  EXPECT_THAT(sessions_.Find("nothing"),
+  EXPECT_THAT(sessions_.Find("", "nothing"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'nothing'")));
-  EXPECT_THAT(sessions_.Delete(""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(sessions_.Delete("", ""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 
 TEST_F(SessionsTest, ListIsOldestFirstAndContinues) {
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
-  const std::vector<Sessions::Numbered> page = sessions_.List(0, 1);
+  const std::vector<Sessions::Numbered> page = sessions_.List("", 0, 1);
   ASSERT_EQ(page.size(), 1U);
   EXPECT_EQ(page[0].pool->name(), "pools/b");
-  const std::vector<Sessions::Numbered> rest = sessions_.List(page[0].number, 5);
+  const std::vector<Sessions::Numbered> rest = sessions_.List("", page[0].number, 5);
   ASSERT_EQ(rest.size(), 1U);
   EXPECT_EQ(rest[0].pool->name(), "pools/a");
 }
@@ -150,14 +204,64 @@ TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   const CreateResult pool = Create("a", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   absl::Status ended;
-  ASSERT_THAT((*pool)->Attach([&](const absl::Status& reason) { ended = reason; }), IsOk());
+  (*pool)->Attach(
+      {}, [&](StreamEnd /*why*/, absl::Status reason) { ended = std::move(reason); },
+      [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
   sessions_.Drain();
   EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(Create("b", MazeOptions(1)),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(sessions_.FindForStream("pools/a"),
+  EXPECT_THAT(sessions_.FindForStream("", "pools/a"),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   (*pool)->Detach();
+}
+
+TEST_F(SessionsTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
+  ASSERT_THAT(Create("short", MazeOptions(4), "", absl::Seconds(10)), IsOk());
+  ASSERT_THAT(Create("long", MazeOptions(4), "", absl::Seconds(30)), IsOk());
+  const absl::Time begin = clock_.Now();
+  clock_.Advance(absl::Seconds(9));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(10));
+  EXPECT_THAT(sessions_.Find("", "pools/short"), IsOk());
+  clock_.Advance(absl::Seconds(1));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(30));
+  EXPECT_THAT(sessions_.Find("", "pools/short"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(sessions_.Find("", "pools/long"), IsOk());
+  EXPECT_EQ(sessions_.load().environment_count, 4);
+  EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
+}
+
+TEST_F(SessionsTest, PoolWithoutALeaseStays) {
+  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
+  clock_.Advance(absl::Hours(1000));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), absl::InfiniteFuture());
+  EXPECT_THAT(sessions_.Find("", "pools/a"), IsOk());
+}
+
+TEST_F(SessionsTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
+  const CreateResult pool = Create("a", MazeOptions(1), "", absl::Seconds(1));
+  ASSERT_THAT(pool, IsOk());
+  clock_.Advance(absl::Seconds(1));
+  sessions_.FreeExpired(clock_.Now());
+  absl::Status attached;
+  (*pool)->Attach(
+      {}, [](StreamEnd, const absl::Status&) {},
+      [&](absl::Status status) { attached = std::move(status); });
+  EXPECT_THAT(attached, StatusIs(absl::StatusCode::kNotFound,
+                                 "there is no pool pools/a any more: its lease ran out"));
+  EXPECT_THAT((*pool)->Renew(std::nullopt), StatusIs(absl::StatusCode::kNotFound, testing::_));
+}
+
+TEST_F(SessionsTest, LeasesAreWithinTheLimits) {
+  Limits limits;
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(1), limits), IsOk());
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Hours(24), limits), IsOk());
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Milliseconds(999), limits),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 999ms, allowed: 1s to 24h"));
+  limits.lease_duration_max = absl::Minutes(1);
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(61), limits),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "lease is 1m1s, limit lease_duration_max is 1m"));
 }
 
 }  // namespace

@@ -1,0 +1,55 @@
+#ifndef SERVER_RPC_CALLER_H_
+#define SERVER_RPC_CALLER_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "grpcpp/server_context.h"
+#include "server/rpc/token_file.h"
+#include "server/session/owners.h"
+
+namespace procgen {
+
+// Somebody who may call.
+struct Caller {
+  std::string owner;    // of the pools that it makes and sees; empty: callers are not asked
+  Owners::Share share;  // of the calls that the owner may have under way
+  std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
+};
+
+// The door: says who calls, and lets in who may. Every call of every service of ours comes by here
+// before its request is looked at. Health and reflection do not: they tell what anybody may know
+// (whether the server serves, and the contract), and those who watch servers have no tokens.
+//
+// Who calls is told by its token, where there are tokens; else by its certificate, where clients
+// must show one: the first URI of its alternative names, or if it has none its common name. Else
+// nobody is asked, and all are the owner "".
+// Threads: any method from any thread.
+class Callers {
+ public:
+  // `tokens`: null, there are none. `owners` must outlive this.
+  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners);
+
+  // Lets a call in. Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate
+  // has no name (the message says what is expected and repeats nothing that was given);
+  // RESOURCE_EXHAUSTED the owner has too many calls under way.
+  absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
+
+  // Calls and streams that were let in and whose answers are not on their way yet.
+  int64_t CallCount() const { return counted_.use_count() - 1; }
+
+ private:
+  absl::StatusOr<std::string> OwnerOf(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<std::string> OwnerByToken(const grpc::ServerContextBase& context) const;
+
+  const std::shared_ptr<TokenFile> tokens_;
+  const bool certificates_tell_;
+  Owners* const owners_;
+  const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_CALLER_H_

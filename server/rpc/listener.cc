@@ -1,0 +1,251 @@
+#include "server/rpc/listener.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kWaitingMax = 1024;  // connections that are not accepted yet
+// How long to wait for a file descriptor before asking again, in milliseconds.
+constexpr int kDescriptorPollMs = 50;
+
+absl::Status SystemError(absl::string_view what) {
+  return absl::UnavailableError(absl::StrCat(what, ": ", std::strerror(errno)));
+}
+
+// Lets the process have as many files open as so many connections need, and some for other things,
+// if it may.
+void RaiseDescriptorLimit(int32_t connection_count_max) {
+  constexpr rlim_t kOtherFiles = 1024;
+  rlimit files = {};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
+    return;
+  }
+  const rlim_t wanted = static_cast<rlim_t>(connection_count_max) + kOtherFiles;
+  if (files.rlim_cur < wanted) {
+    files.rlim_cur = std::min(wanted, files.rlim_max);
+    setrlimit(RLIMIT_NOFILE, &files);
+  }
+}
+
+// The inode of an open file; 0: it is not open.
+ino_t InodeOf(int file) {
+  struct stat facts = {};
+  return fstat(file, &facts) == 0 ? facts.st_ino : 0;
+}
+
+// A socket that listens at `address`, or an error.
+absl::StatusOr<int> ListeningSocket(const sockaddr* address, socklen_t length) {
+  const int made = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (made < 0) {
+    return SystemError("socket");
+  }
+  absl::Cleanup close_made = [made] { close(made); };
+  const int on = 1;
+  if (address->sa_family != AF_UNIX) {
+    setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+    setsockopt(made, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));  // its connections inherit it
+  }
+  if (address->sa_family == AF_INET6) {
+    // "[::]" means all addresses of the machine, those of IPv4 too.
+    const int off = 0;
+    setsockopt(made, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof(off));
+  }
+  if (bind(made, address, length) != 0) {
+    return SystemError("bind");
+  }
+  if (listen(made, kWaitingMax) != 0) {
+    return SystemError("listen");
+  }
+  std::move(close_made).Cancel();
+  return made;
+}
+
+uint16_t PortOf(int socket) {
+  sockaddr_storage bound = {};
+  socklen_t length = sizeof(bound);
+  getsockname(socket, reinterpret_cast<sockaddr*>(&bound), &length);
+  return ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6*>(&bound)->sin6_port
+                                           : reinterpret_cast<sockaddr_in*>(&bound)->sin_port);
+}
+
+void SetPort(uint16_t port, sockaddr* address) {
+  if (address->sa_family == AF_INET6) {
+    reinterpret_cast<sockaddr_in6*>(address)->sin6_port = htons(port);
+  } else {
+    reinterpret_cast<sockaddr_in*>(address)->sin_port = htons(port);
+  }
+}
+
+bool SomebodyListensAt(const sockaddr_un& address) {
+  const int asking = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const absl::Cleanup close_asking = [asking] { close(asking); };
+  return connect(asking, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address,
+                                                           int32_t connection_count_max) {
+  RaiseDescriptorLimit(connection_count_max);
+  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+  absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
+                                                  : listener->ListenOnPath(address.unix_path);
+  if (status.ok() && pipe2(listener->stop_, O_CLOEXEC) != 0) {
+    status = SystemError("pipe");
+  }
+  if (!status.ok()) {
+    return status;
+  }
+  return listener;
+}
+
+absl::Status Listener::ListenOnHost(const Address& address) {
+  addrinfo hints = {};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const int error =
+      getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
+  if (error != 0) {
+    return absl::UnavailableError(gai_strerror(error));
+  }
+  const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
+  // A name may have several addresses, all of which shall have the same port; one must be had.
+  absl::Status first_error;
+  for (addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    if (address.port == 0 && port_ != 0) {
+      SetPort(port_, one->ai_addr);
+    }
+    const absl::StatusOr<int> listening = ListeningSocket(one->ai_addr, one->ai_addrlen);
+    if (listening.ok()) {
+      sockets_.push_back(*listening);
+      port_ = PortOf(*listening);
+    } else {
+      first_error.Update(listening.status());
+    }
+  }
+  return sockets_.empty() ? first_error : absl::OkStatus();
+}
+
+absl::Status Listener::ListenOnPath(const std::string& path) {
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) {
+    return absl::UnavailableError(absl::StrCat(
+        "the path has ", path.size(), " characters, allowed: ", sizeof(address.sun_path) - 1));
+  }
+  path.copy(address.sun_path, path.size());
+  struct stat facts = {};
+  if (stat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode) && !SomebodyListensAt(address)) {
+    unlink(path.c_str());
+  }
+  const absl::StatusOr<int> listening =
+      ListeningSocket(reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  if (!listening.ok()) {
+    return listening.status();
+  }
+  sockets_.push_back(*listening);
+  path_ = path;
+  return absl::OkStatus();
+}
+
+Listener::~Listener() {
+  if (thread_.joinable()) {
+    const char byte = 0;
+    while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
+    }
+    thread_.join();
+  }
+  for (const int open : {stop_[0], stop_[1]}) {
+    if (open >= 0) {
+      close(open);
+    }
+  }
+  for (const int listening : sockets_) {
+    close(listening);
+  }
+  if (!path_.empty()) {
+    unlink(path_.c_str());
+  }
+}
+
+void Listener::Start(Take take) {
+  take_ = std::move(take);
+  thread_ = std::thread([this] { AcceptUntilStopped(); });
+}
+
+void Listener::AcceptUntilStopped() {
+  std::vector<pollfd> waits = {{stop_[0], POLLIN, 0}};
+  for (const int listening : sockets_) {
+    waits.push_back({listening, POLLIN, 0});
+  }
+  while (poll(waits.data(), waits.size(), -1) >= 0 || errno == EINTR) {
+    bool has_descriptors = true;
+    for (size_t i = 1; i < waits.size(); ++i) {
+      if (waits[i].revents != 0) {
+        has_descriptors = AcceptFrom(waits[i].fd) && has_descriptors;
+      }
+    }
+    // Those that wait stay readable, so it would be asked again at once.
+    if (!has_descriptors) {
+      poll(waits.data(), 1, kDescriptorPollMs);
+    }
+    if (waits[0].revents != 0) {
+      return;
+    }
+  }
+}
+
+bool Listener::AcceptFrom(int listening) {
+  while (true) {
+    const int connection = accept4(listening, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (connection < 0) {
+      return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
+    }
+    if (!HasRoom()) {
+      close(connection);
+      continue;
+    }
+    connections_[connection] = InodeOf(connection);
+    take_(listening, connection);
+  }
+}
+
+bool Listener::HasRoom() {
+  if (connections_.size() < connection_count_max_) {
+    return true;
+  }
+  for (auto it = connections_.begin(); it != connections_.end();) {
+    it = InodeOf(it->first) == it->second ? std::next(it) : connections_.erase(it);
+  }
+  const bool has_room = connections_.size() < connection_count_max_;
+  if (!has_room && !is_full_) {
+    LogEvent(LogLevel::kWarning, "connections_refused",
+             {{"message",
+               absl::StrCat("there are ", connections_.size(), ", limit connection_count_max")}});
+  }
+  is_full_ = !has_room;
+  return has_room;
+}
+
+}  // namespace procgen

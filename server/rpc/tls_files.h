@@ -1,0 +1,65 @@
+#ifndef SERVER_RPC_TLS_FILES_H_
+#define SERVER_RPC_TLS_FILES_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "grpc/grpc_security.h"
+#include "grpcpp/security/server_credentials.h"
+#include "server/rpc/watched_file.h"
+
+namespace procgen {
+
+// Where the server's certificate (a chain, its own first), its key, and the certificates of those
+// who vouch for clients are; all PEM.
+struct TlsPaths {
+  std::string certificate;
+  std::string key;
+  std::string client_ca;  // empty: clients are asked for no certificate
+};
+
+// The files that TLS is spoken with. They are looked at with each new connection, and read again
+// after they have changed; if they are broken then (also while one of a pair is replaced before the
+// other), that is told in the log and what was read before stays in use.
+// Threads: any method from any thread.
+class TlsFiles {
+ public:
+  // Errors: a file cannot be read, or holds no certificate or key, or they are no pair; the message
+  // names flag and file.
+  static absl::StatusOr<std::shared_ptr<TlsFiles>> Open(const TlsPaths& paths);
+
+  // Clients must show a certificate (mutual TLS).
+  bool asks_clients() const { return asks_clients_; }
+
+  // Credentials of a server that speaks TLS with these files, which must outlive that server.
+  std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials();
+
+ private:
+  struct Contents {
+    std::string certificate;
+    std::string key;
+    std::string client_ca;
+  };
+
+  explicit TlsFiles(const TlsPaths& paths);
+  absl::StatusOr<Contents> Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  static grpc_ssl_certificate_config_reload_status Fetch(
+      void* files, grpc_ssl_server_certificate_config** config);
+  grpc_ssl_certificate_config_reload_status Fetch(grpc_ssl_server_certificate_config** config);
+
+  const bool asks_clients_;
+  absl::Mutex mutex_;
+  WatchedFile certificate_ ABSL_GUARDED_BY(mutex_);
+  WatchedFile key_ ABSL_GUARDED_BY(mutex_);
+  WatchedFile client_ca_ ABSL_GUARDED_BY(mutex_);
+  Contents contents_ ABSL_GUARDED_BY(mutex_);
+  bool is_fetched_ ABSL_GUARDED_BY(mutex_) = false;  // contents_, by gRPC
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_TLS_FILES_H_

@@ -1,0 +1,58 @@
+#include "server/security_flags.h"
+
+#include <cstdint>
+#include <string>
+
+#include "absl/flags/flag.h"
+#include "absl/time/time.h"
+
+ABSL_FLAG(std::string, tls_certificate, "",
+          "PEM file of the server's certificate, with those of who vouches for it behind; read "
+          "again when it changes. Empty: plain text");
+ABSL_FLAG(std::string, tls_key, "", "PEM file of the key of --tls_certificate");
+ABSL_FLAG(std::string, tls_client_ca, "",
+          "PEM file of certificates; clients must show one that one of these vouches for. Empty: "
+          "clients need none");
+ABSL_FLAG(std::string, tokens, "",
+          "file of lines 'OWNER TOKEN'; every call must bear one; read again when it changes. "
+          "Empty: none are asked for");
+ABSL_FLAG(bool, allow_insecure, false,
+          "listen where other machines can reach, though without TLS or without asking who calls");
+ABSL_FLAG(std::string, clone_sources, "",
+          "servers that CloneStates may be asked to read from, with commas: HOST, HOST:PORT, "
+          "unix:PATH, 'local', or 'none'. Empty: local where this server listens on loopback or a "
+          "unix socket, else none");
+ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count_max");
+ABSL_FLAG(int32_t, owner_environment_count_max, 0,
+          "environments of one owner; 0: --environment_count_max");
+ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
+ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
+          "calls of one owner under way, with streams that have not attached");
+ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
+          "connections of all callers together");
+ABSL_FLAG(absl::Duration, attach_timeout, procgen::Limits().attach_timeout,
+          "a stream that has not attached by then ends");
+
+namespace procgen {
+
+void ReadSecurityFlags(Config* config) {
+  config->tls.certificate = absl::GetFlag(FLAGS_tls_certificate);
+  config->tls.key = absl::GetFlag(FLAGS_tls_key);
+  config->tls.client_ca = absl::GetFlag(FLAGS_tls_client_ca);
+  config->tokens = absl::GetFlag(FLAGS_tokens);
+  config->allow_insecure = absl::GetFlag(FLAGS_allow_insecure);
+  config->clone_sources = absl::GetFlag(FLAGS_clone_sources);
+  const auto or_else = [](int32_t value, int32_t server) { return value == 0 ? server : value; };
+  Limits& limits = config->server.limits;
+  limits.owner_pool_count_max =
+      or_else(absl::GetFlag(FLAGS_owner_pool_count_max), limits.pool_count_max);
+  limits.owner_environment_count_max =
+      or_else(absl::GetFlag(FLAGS_owner_environment_count_max), limits.environment_count_max);
+  limits.owner_stream_count_max =
+      or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
+  limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
+  limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
+  limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout);
+}
+
+}  // namespace procgen

@@ -1,0 +1,137 @@
+"""Servers that ask who calls, and connections in TLS."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from conftest import server_binary
+
+from procgen_client import Client, Credentials, ProcgenVectorEnv, ServerProcess, connect, errors
+from procgen_client.credentials import is_this_machine
+
+_TOKEN = "alice-token-0123456789"
+
+
+def _openssl(folder: Path, *arguments: str) -> None:
+    subprocess.run(["openssl", *arguments], cwd=folder, check=True, stderr=subprocess.DEVNULL)
+
+
+def _make_certificate(folder: Path, name: str, subject: str, alternative_names: str) -> None:
+    (folder / "extensions").write_text(f"subjectAltName={alternative_names}\n")
+    new_key = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes"]
+    if not (folder / "authority.pem").exists():
+        _openssl(folder, "req", "-x509", *new_key, "-days", "2", "-subj", "/CN=authority",
+                 "-keyout", "authority.key", "-out", "authority.pem")  # fmt: skip
+    _openssl(folder, "req", *new_key, "-subj", subject, "-keyout", f"{name}.key",
+             "-out", "request")  # fmt: skip
+    _openssl(folder, "x509", "-req", "-in", "request", "-CA", "authority.pem", "-CAkey",
+             "authority.key", "-CAcreateserial", "-days", "1", "-extfile", "extensions",
+             "-out", f"{name}.pem")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the certificates of an authority, of a server and of a client, and tokens."""
+    made = tmp_path_factory.mktemp("credentials")
+    _make_certificate(made, "server", "/CN=server", "DNS:localhost,IP:127.0.0.1")
+    _make_certificate(made, "alice", "/CN=alice", "URI:spiffe://lab/alice")
+    (made / "tokens").write_text(f"alice {_TOKEN}\nbob bob-{_TOKEN}\n")
+    return made
+
+
+@pytest.fixture(scope="module")
+def plain(folder: Path) -> Iterator[ServerProcess]:
+    """A server with tokens, in plain text."""
+    with ServerProcess(server_binary(), ["--workers=1", f"--tokens={folder}/tokens"]) as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def secure(folder: Path) -> Iterator[ServerProcess]:
+    """A server with TLS that asks for certificates."""
+    flags = [
+        "--workers=1",
+        f"--tls_certificate={folder}/server.pem",
+        f"--tls_key={folder}/server.key",
+        f"--tls_client_ca={folder}/authority.pem",
+    ]
+    with ServerProcess(server_binary(), flags) as process:
+        yield process
+
+
+def test_a_token_tells_the_owner_of_all_that_is_done(plain: ServerProcess) -> None:
+    with connect(plain.address, credentials=Credentials(token=_TOKEN)) as client:
+        with client.create_pool("maze", 2) as pool:
+            assert client.list_pools()[0].owner == "alice"
+            pool.step([4, 4])
+            pool.restore_states(pool.save_states())
+            assert len(pool.render([0], side_px=64)) == 1
+            with connect(plain.address, credentials=Credentials(token=f"bob-{_TOKEN}")) as other:
+                assert other.list_pools() == []
+                with pytest.raises(errors.NotFoundError):
+                    other.get_pool(pool.name)
+
+
+def test_a_missing_or_wrong_token_is_unauthenticated(plain: ServerProcess) -> None:
+    for token in (None, "stranger-0123456789"):
+        with pytest.raises(errors.UnauthenticatedError, match="expected: metadata") as raised:
+            connect(plain.address, credentials=Credentials(token=token))
+        assert token is None or token not in str(raised.value)
+
+
+def test_the_environment_tells_the_token(
+    plain: ServerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PROCGEN_SERVER_TOKEN", _TOKEN)
+    with ProcgenVectorEnv("maze", 1, server=plain.address) as env:
+        env.reset()
+
+
+def test_tls_with_a_certificate_from_files_bytes_and_environment(
+    secure: ServerProcess, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = Credentials(
+        ca=folder / "authority.pem", certificate=folder / "alice.pem", key=str(folder / "alice.key")
+    )
+    contents = Credentials(
+        ca=(folder / "authority.pem").read_bytes(),
+        certificate=(folder / "alice.pem").read_bytes(),
+        key=(folder / "alice.key").read_bytes(),
+    )
+    monkeypatch.setenv("PROCGEN_SERVER_CA", str(folder / "authority.pem"))
+    monkeypatch.setenv("PROCGEN_SERVER_CERTIFICATE", str(folder / "alice.pem"))
+    monkeypatch.setenv("PROCGEN_SERVER_KEY", str(folder / "alice.key"))
+    for credentials in (files, contents, None):
+        with Client(secure.address, credentials=credentials) as client:
+            with client.create_pool("maze", 1) as pool:
+                assert client.list_pools()[0].owner == "spiffe://lab/alice"
+                pool.step([4])
+
+
+def test_no_connection_without_the_certificate(secure: ServerProcess, folder: Path) -> None:
+    for credentials in (Credentials(), Credentials(ca=folder / "authority.pem")):
+        with pytest.raises(errors.UnavailableError):
+            connect(secure.address, timeout=0.5, credentials=credentials)
+
+
+def test_a_token_is_not_sent_to_other_machines_in_plain_text() -> None:
+    for address in ("example.com:1", "127.0.0.1.example.com:1", "10.0.0.1:1", "localhost.x:1"):
+        assert not is_this_machine(address)
+        with pytest.raises(errors.InvalidArgumentError, match="in plain text") as raised:
+            connect(address, credentials=Credentials(token=_TOKEN))
+        assert _TOKEN not in str(raised.value)
+    for address in ("localhost:1", "127.0.0.1:1", "[::1]:1", "unix:/x", "dns:///localhost:1"):
+        assert is_this_machine(address)
+
+
+def test_what_cannot_be_is_refused_and_secrets_are_not_shown(folder: Path) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="alone"):
+        connect("localhost:1", credentials=Credentials(ca=b"x", certificate=b"x"))
+    with pytest.raises(errors.InvalidArgumentError, match="vouch"):
+        connect("localhost:1", credentials=Credentials(certificate=b"x", key=b"x"))
+    with pytest.raises(errors.NotFoundError, match="ca is .*none.pem"):
+        connect("localhost:1", credentials=Credentials(ca=folder / "none.pem"))
+    assert _TOKEN not in repr(Credentials(token=_TOKEN))

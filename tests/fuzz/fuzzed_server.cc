@@ -1,0 +1,131 @@
+#include "tests/fuzz/fuzzed_server.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "server/rpc/grpc_status.h"
+
+namespace procgen {
+namespace {
+
+constexpr size_t kMarkLength = 65535;
+constexpr int kWorkerCount = 1;
+
+Limits SmallLimits() {
+  Limits limits;
+  limits.pool_count_max = 4;
+  limits.pool_environment_count_max = 4;
+  limits.environment_count_max = 12;
+  limits.observation_bytes_max = 1 << 20;
+  limits.response_bytes_max = 1 << 20;
+  limits.requests_in_flight_max = 4;
+  return limits;
+}
+
+}  // namespace
+
+void Require(bool holds, absl::string_view claim, const absl::Status& status) {
+  if (!holds) {
+    std::cerr << "broken claim: " << claim << ": " << status << std::endl;
+    std::abort();
+  }
+}
+
+FuzzedServer::FuzzedServer()
+    : sessions_(SmallLimits(), kWorkerCount),
+      callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners()),
+      services_(&sessions_, &callers_, CloneSources()) {
+  grpc::ServerBuilder builder;
+  services_.RegisterWith(&builder);
+  server_ = builder.BuildAndStart();
+  Require(server_ != nullptr, "there is a server");
+  channel_ = server_->InProcessChannel(grpc::ChannelArguments());
+}
+
+void FuzzedServer::ResetPools() {
+  for (const Sessions::Numbered& listed : sessions_.List("", 0, 100)) {
+    Require(sessions_.Delete("", listed.pool->name()).ok(), "a pool that is listed can be deleted");
+  }
+  for (const auto& [id, game, env_count, episode_end] :
+       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep),
+        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled)}) {
+    PoolOptions options;
+    options.games = {game};
+    options.env_count = env_count;
+    options.environment.distribution_mode = DistributionMode::kEasy;
+    options.environment.rand_seed = 7;
+    options.episode_end = episode_end;
+    absl::Notification done;
+    sessions_.Create("", id, options, absl::InfiniteDuration(),
+                     [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
+                       Require(made.ok(), "there is room for pools", made.status());
+                       done.Notify();
+                     });
+    done.WaitForNotification();
+  }
+}
+
+void FuzzedServer::RequireNoStreams() {
+  const absl::Time end = absl::Now() + absl::Seconds(5);
+  while (sessions_.load().stream_count > 0) {
+    Require(absl::Now() < end, "streams that have ended let go of their pools");
+    absl::SleepFor(absl::Microseconds(50));
+  }
+}
+
+FuzzedServer& TheFuzzedServer() {
+  static FuzzedServer& server = *new FuzzedServer;
+  return server;
+}
+
+void RequirePromised(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kOk:
+      return;
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kNotFound:
+    case absl::StatusCode::kAlreadyExists:
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kAborted:
+    case absl::StatusCode::kResourceExhausted:
+    case absl::StatusCode::kUnimplemented:
+    case absl::StatusCode::kPermissionDenied:
+    case absl::StatusCode::kDataLoss:
+    case absl::StatusCode::kCancelled:
+      break;
+    default:
+      Require(false, "errors have codes that are promised", status);
+  }
+  Require(status.message().size() <= kStatusMessageBytesMax, "messages fit", status);
+}
+
+std::vector<Piece> PiecesOf(const uint8_t* bytes, size_t size) {
+  std::vector<Piece> pieces;
+  size_t position = 0;
+  while (size - position >= 2) {
+    size_t length = bytes[position] + (size_t{bytes[position + 1]} << 8U);
+    position += 2;
+    Piece& piece = pieces.emplace_back();
+    piece.is_mark = length == kMarkLength;
+    length = piece.is_mark ? 0 : std::min(length, size - position);
+    piece.bytes.assign(reinterpret_cast<const char*>(bytes + position), length);
+    position += length;
+  }
+  return pieces;
+}
+
+std::string InputOf(const std::vector<Piece>& pieces) {
+  std::string input;
+  for (const Piece& piece : pieces) {
+    const size_t length = piece.is_mark ? kMarkLength : piece.bytes.size();
+    input.push_back(static_cast<char>(length & 0xFFU));
+    input.push_back(static_cast<char>(length >> 8U));
+    input += piece.bytes;
+  }
+  return input;
+}
+
+}  // namespace procgen

@@ -1,0 +1,41 @@
+#ifndef TESTS_SERVICE_CERTIFICATES_H_
+#define TESTS_SERVICE_CERTIFICATES_H_
+
+#include <string>
+
+namespace procgen {
+
+// A folder of a test's own, with certificates that the program openssl makes there and whatever
+// else the test writes. Gone with this.
+class Certificates {
+ public:
+  Certificates();
+  ~Certificates();
+  Certificates(const Certificates&) = delete;
+  Certificates& operator=(const Certificates&) = delete;
+
+  // Makes NAME.pem and NAME.key that vouch for others.
+  void MakeAuthority(const std::string& name) const;
+  // Makes NAME.pem and NAME.key: `authority` vouches for "/CN=..." with these alternative names,
+  // for `days`; -1: it has expired.
+  void Make(const std::string& authority, const std::string& name, const std::string& subject,
+            const std::string& alternative_names, int days = 1) const;
+  // As a server on this machine has it: for localhost and 127.0.0.1.
+  void MakeServer(const std::string& authority, const std::string& name) const;
+
+  std::string Path(const std::string& file) const { return folder_ + "/" + file; }
+  std::string Read(const std::string& file) const;
+  // Writes a file that only its owner can read; in place.
+  void Write(const std::string& file, const std::string& text) const;
+  // Puts another file in its place at once.
+  void Replace(const std::string& file, const std::string& text) const;
+
+ private:
+  void Run(const std::string& command) const;
+
+  std::string folder_;
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVICE_CERTIFICATES_H_
