@@ -59,10 +59,33 @@ absl::Status CheckAccess(const Config& config) {
   return absl::OkStatus();
 }
 
+absl::Status CheckMetricsAddress(const Config& config) {
+  const std::string& given = config.metrics_address;
+  if (given.empty()) {
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Address> address = ParseAddress(given);
+  if (!address.ok() || address->host.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--metrics_address is '", given,
+                     "', allowed: 'HOST:PORT' with a port of 0 to 65535, or nothing"));
+  }
+  if (!IsLocal(*address) && !config.allow_insecure) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--metrics_address is ", given,
+                     ", which other machines can reach, and whoever asks is told, in plain text: "
+                     "listen on loopback; or --allow_insecure"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
   if (absl::Status status = CheckAddress(config.server.address); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckMetricsAddress(config); !status.ok()) {
     return status;
   }
   const Limits& limits = config.server.limits;

@@ -13,10 +13,10 @@ class Exposer;
 
 namespace procgen {
 
-// Serves metrics over HTTP, at http://HOST:PORT/metrics. Threads: any method from any thread.
+// Serves metrics over HTTP, at http://HOST:PORT/metrics, in threads of its own. Threads: any method from any thread.
 class MetricsPage {
  public:
-  // Listens at `address`, "host:port" with a numeric host; port 0: any that is free. `metrics` must
+  // Listens at `address`, "host:port"; port 0: any that is free. `metrics` must
   // outlive this. Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<MetricsPage>> Start(const std::string& address,
                                                             const Metrics& metrics);

@@ -30,10 +30,11 @@ class TestClock {
 // What a PoolSession needs around it, with a clock of the test's.
 struct TestSurroundings {
   PoolSurroundings Get() {
-    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count};
+    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count, &metrics};
   }
 
   TestClock clock;
+  Metrics metrics{"test"};
   std::atomic<int64_t> step_count = 0;
   Owners owners{Limits()};
   ByteBudget kept_answer_bytes{int64_t{1} << 30};
