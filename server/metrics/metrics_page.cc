@@ -19,9 +19,9 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> MetricsPage::Start(const std::strin
         absl::StrCat("metrics cannot be served at ", address, ": ", error.what()));
   }
   exposer->RegisterCollectable(metrics.collectable());
-  const std::string host = address.substr(0, address.rfind(':'));
-  return std::unique_ptr<MetricsPage>(new MetricsPage(
-      absl::StrCat(host, ":", exposer->GetListeningPorts().front()), std::move(exposer)));
+  std::string bound = absl::StrCat(address.substr(0, address.rfind(':')), ":",
+                                   exposer->GetListeningPorts().front());
+  return std::unique_ptr<MetricsPage>(new MetricsPage(std::move(bound), std::move(exposer)));
 }
 
 MetricsPage::MetricsPage(std::string address, std::unique_ptr<prometheus::Exposer> exposer)

@@ -323,6 +323,9 @@ void StepPoolReactor::OnPartDone(const absl::Status& status) {
   const bool is_last = running_.IsOver();
   const int64_t number = running_.sequence_number();
   Answer answer = is_last ? running_.TakeAnswer() : Answer();
+  if (is_last && status.ok()) {
+    sessions_->metrics().AddRequest(running_.queued(), running_.ran());
+  }
   {
     absl::MutexLock lock(&mutex_);
     part_waits_ = !is_last;
@@ -334,9 +337,6 @@ void StepPoolReactor::OnPartDone(const absl::Status& status) {
     } else if (response.message != nullptr) {
       responses_.GiveBack(response.message);
     }
-  }
-  if (is_last && status.ok()) {
-    sessions_->metrics().AddRequest(running_.queued(), running_.ran());
   }
   if (!answer.empty()) {
     pool_->Keep(number, std::move(answer));
@@ -370,15 +370,13 @@ void StepPoolReactor::Write() {
   if (!response->bytes.Valid()) {
     response->bytes = Serialized(*response->message);
   }
+  sessions_->metrics().AddSentBytes(static_cast<int64_t>(response->bytes.Length()));
   StartWrite(&response->bytes);
 }
 
 void StepPoolReactor::OnWriteDone(bool ok) {
   {
     absl::MutexLock lock(&mutex_);
-    if (ok) {
-      sessions_->metrics().AddSentBytes(static_cast<int64_t>(responses_.writing()->bytes.Length()));
-    }
     if (StreamRequest* answered = responses_.EndWrite(); answered != nullptr) {
       requests_.Free(answered);
     }

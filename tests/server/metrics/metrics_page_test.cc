@@ -10,7 +10,6 @@
 namespace procgen {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 

@@ -11,7 +11,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 TEST(MetricsTest, CountsStepsAndEpisodesByGameAndMode) {
   Metrics metrics("1.2.3");
@@ -40,10 +39,14 @@ TEST(MetricsTest, GaugesAreAskedForWhenTheyAreRead) {
   Metrics metrics("1");
   int pool_count = 0;
   metrics.ReadGaugesFrom([&pool_count] {
-    return ServerGauges{.pool_count = ++pool_count, .worker_count = 2, .draining = true};
+    return ServerGauges{.pool_count = ++pool_count,
+                        .worker_count = 2,
+                        .kept_answer_bytes = 4096,
+                        .draining = true};
   });
   EXPECT_THAT(metrics.Text(),
               AllOf(HasSubstr("procgen_pools 1\n"), HasSubstr("procgen_workers 2\n"),
+                    HasSubstr("procgen_kept_answer_bytes 4096\n"),
                     HasSubstr("procgen_draining 1\n")));
   EXPECT_THAT(metrics.Text(), HasSubstr("procgen_pools 2\n"));
 }
@@ -55,6 +58,7 @@ TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
   metrics.AddSentBytes(12288);
   metrics.AddStream(/*resumed=*/false);
   metrics.AddStream(/*resumed=*/true);
+  metrics.AddExpiredPool();
   metrics.AddError("PoolService/GetPool", absl::StatusCode::kNotFound);
   EXPECT_THAT(
       metrics.Text(),
@@ -63,8 +67,23 @@ TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
             HasSubstr("procgen_stream_received_bytes_total 100"),
             HasSubstr("procgen_stream_sent_bytes_total 12288"),
             HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 1"),
+            HasSubstr("procgen_pools_expired_total 1"),
             HasSubstr("procgen_errors_total{code=\"NOT_FOUND\",method=\"PoolService/GetPool\"} 1"),
             HasSubstr("procgen_build_info{version=\"1.2.3\"} 1")));
+}
+
+TEST(MetricsTest, StreamTotalsTellWhatThePageTells) {
+  Metrics metrics("1");
+  metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));
+  metrics.AddReceivedBytes(100);
+  metrics.AddSentBytes(12288);
+  const StreamTotals totals = metrics.stream_totals();
+  EXPECT_EQ(totals.received_bytes, 100);
+  EXPECT_EQ(totals.sent_bytes, 12288);
+  EXPECT_EQ(totals.queue_seconds.counts.front(), 1);
+  EXPECT_EQ(totals.queue_seconds.sum, 5e-6);
+  EXPECT_EQ(totals.run_seconds.counts.front(), 0);
+  EXPECT_EQ(totals.run_seconds.sum, 3e-3);
 }
 
 TEST(MetricsTest, ThreadsLoseNoCount) {

@@ -236,6 +236,7 @@ TEST_F(SessionsTest, PoolWithoutALeaseStays) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   clock_.Advance(absl::Hours(1000));
   EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), absl::InfiniteFuture());
+  EXPECT_THAT(metrics_.Text(), HasSubstr("procgen_pools_expired_total 2\n"));
   EXPECT_THAT(sessions_.Find("", "pools/a"), IsOk());
 }
 
