@@ -3,11 +3,8 @@
 #include <csignal>
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
@@ -100,18 +97,6 @@ TEST_F(MetricsPageOfServerTest, CountersEqualWhatALearnerDid) {
             static_cast<double>(load->stream_sent_bytes()));
   EXPECT_EQ(ValueOf(page, "procgen_stream_received_bytes_total"),
             static_cast<double>(load->stream_received_bytes()));
-}
-
-TEST_F(MetricsPageOfServerTest, EveryMetricHasAHelpAndAName) {
-  for (const absl::string_view line : absl::StrSplit(Page(), '\n')) {
-    if (!line.empty() && line.front() != '#') {
-      EXPECT_THAT(std::string(line), testing::StartsWith("procgen_"));
-    }
-    if (absl::StrContains(line, "# TYPE")) {
-      const std::string name = std::vector<std::string>(absl::StrSplit(line, ' ')).at(2);
-      EXPECT_THAT(Page(), HasSubstr(absl::StrCat("# HELP ", name, " "))) << line;
-    }
-  }
 }
 
 TEST_F(MetricsPageOfServerTest, IsThereWhileTheServerDrainsAndGoneAfterwards) {
