@@ -9,7 +9,8 @@ from source_tree import Violation
 # holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games,
 # render} <- environment <- pool, over any number of steps; render and games do not know each other;
 # the server knows the engine by envcore/pool alone; a client knows the contract alone, except
-# libenv, which is the engine in the host's process or, through the C++ client, a server.
+# libenv, which is the engine in the host's process or, through the C++ client, a server; and top,
+# which is a program over that client.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
                       "envcore/art")
@@ -36,6 +37,7 @@ ARROWS = {
                "server/cluster", "server/web"),
     "clients/cpp": ("proto",),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
+    "clients/top": ("proto", "clients/cpp"),
     "clients": ("proto",),
 }
 # Folders whose files may include anything.
