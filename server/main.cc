@@ -57,9 +57,10 @@ ABSL_FLAG(
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");
-ABSL_FLAG(std::string, metrics_address, "",
-          "where to serve metrics over HTTP, at /metrics for Prometheus: HOST:PORT (port 0: any that "
-          "is free; it is logged). Empty: nowhere");
+ABSL_FLAG(
+    std::string, metrics_address, "",
+    "where to serve metrics over HTTP, at /metrics for Prometheus: HOST:PORT (port 0: any that "
+    "is free; it is logged). Empty: nowhere");
 ABSL_FLAG(std::string, log_level, "info",
           "least level of log lines: debug, info, warning or error");
 

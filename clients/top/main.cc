@@ -144,7 +144,8 @@ int Show() {
 }
 
 int Main(int argc, char** argv) {
-  // Waited for between two views; blocked in all threads, so no handler has to restore the terminal.
+  // Waited for between two views; blocked in all threads, so no handler has to restore the
+  // terminal.
   const sigset_t signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   absl::SetProgramUsageMessage("shows what a running procgen-server does");

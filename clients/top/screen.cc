@@ -148,10 +148,9 @@ void AddPools(const Sample& before, const Sample& now, double seconds,
                        const std::string& environments, const std::string& stream,
                        const std::string& rate, const std::string& steps,
                        const std::string& lease) {
-    lines->push_back(absl::StrFormat(kRowFormat, static_cast<int>(name_width), name,
-                                     static_cast<int>(owner_width), owner,
-                                     static_cast<int>(games_width), games, environments, stream,
-                                     rate, steps, lease));
+    lines->push_back(absl::StrFormat(
+        kRowFormat, static_cast<int>(name_width), name, static_cast<int>(owner_width), owner,
+        static_cast<int>(games_width), games, environments, stream, rate, steps, lease));
   };
   add("POOL", "OWNER", "GAMES", "ENVS", "STREAM", "STEPS/S", "STEPS", "LEASE");
   for (const Row& row : rows) {
@@ -171,8 +170,8 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
   const v1::Load& load = now.load;
   const v1::Latency queue = Between(before.load.queue_latency(), load.queue_latency());
   const v1::Latency run = Between(before.load.run_latency(), load.run_latency());
-  const double received = RateOf(before.load.stream_received_bytes(), load.stream_received_bytes(),
-                                 seconds);
+  const double received =
+      RateOf(before.load.stream_received_bytes(), load.stream_received_bytes(), seconds);
   const double sent = RateOf(before.load.stream_sent_bytes(), load.stream_sent_bytes(), seconds);
   std::vector<std::string> lines;
   lines.push_back(absl::StrCat(Shown(title), load.draining() ? "   DRAINING" : ""));
@@ -180,13 +179,13 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
       "%-9s pools %d   environments %d   streams %d   workers %d   kept answers %s", "holds",
       load.pool_count(), load.environment_count(), load.stream_count(), load.worker_count(),
       BytesText(static_cast<double>(load.kept_answer_bytes()))));
-  lines.push_back(absl::StrFormat(
-      "%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",
-      RateOf(before.load.step_count(), load.step_count(), seconds),
-      RateOf(0, CountOf(run), seconds), BytesText(received), BytesText(sent)));
+  lines.push_back(
+      absl::StrFormat("%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",
+                      RateOf(before.load.step_count(), load.step_count(), seconds),
+                      RateOf(0, CountOf(run), seconds), BytesText(received), BytesText(sent)));
   lines.push_back(LatencyText("queue", queue));
   lines.push_back(LatencyText("run", run));
-  lines.push_back("");
+  lines.emplace_back("");
   AddPools(before, now, seconds, &lines);
   return lines;
 }

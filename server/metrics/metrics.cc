@@ -124,9 +124,9 @@ class Metrics::Families final : public prometheus::Collectable {
     SetGauges();
     std::vector<MetricFamily> families = registry_.Collect();
     AddGames(&families);
-    families.push_back(HistogramFamily(
-        "procgen_request_queue_seconds",
-        "From a stream request's arrival to its turn at the pool.", {MetricOf(queued, {})}));
+    families.push_back(HistogramFamily("procgen_request_queue_seconds",
+                                       "From a stream request's arrival to its turn at the pool.",
+                                       {MetricOf(queued, {})}));
     families.push_back(HistogramFamily(
         "procgen_request_run_seconds",
         "From a stream request's turn to its last response being ready.", {MetricOf(ran, {})}));
@@ -236,8 +236,7 @@ void Metrics::AddStream(bool resumed) {
 void Metrics::AddExpiredPool() { families_->expired_pools.Increment(); }
 
 void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
-  families_->errors
-      .Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})
+  families_->errors.Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})
       .Increment();
 }
 

@@ -13,7 +13,8 @@ class Exposer;
 
 namespace procgen {
 
-// Serves metrics over HTTP, at http://HOST:PORT/metrics, in threads of its own. Threads: any method from any thread.
+// Serves metrics over HTTP, at http://HOST:PORT/metrics, in threads of its own. Threads: any method
+// from any thread.
 class MetricsPage {
  public:
   // Listens at `address`, "host:port"; port 0: any that is free. `metrics` must

@@ -23,9 +23,10 @@ struct Caller {
   std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
 };
 
-// The door: says who calls, lets in who may, and counts who leaves with an error. Every call of every service of ours comes by here
-// before its request is looked at. Health and reflection do not: they tell what anybody may know
-// (whether the server serves, and the contract), and those who watch servers have no tokens.
+// The door: says who calls, lets in who may, and counts who leaves with an error. Every call of
+// every service of ours comes by here before its request is looked at. Health and reflection do
+// not: they tell what anybody may know (whether the server serves, and the contract), and those who
+// watch servers have no tokens.
 //
 // Who calls is told by its token, where there are tokens; else by its certificate, where clients
 // must show one: the first URI of its alternative names, or if it has none its common name. Else

@@ -26,8 +26,8 @@ struct StreamRequest {
   int32_t rows_max = 0;                  // environments that one response has room for
 };
 
-// Fills in from `message` all but `arrival_time` and `rows_max`; what depends on the pool is not checked.
-// Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
+// Fills in from `message` all but `arrival_time` and `rows_max`; what depends on the pool is not
+// checked. Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose

@@ -7,14 +7,15 @@
 
 namespace procgen {
 
-// The method of the contract that takes `request`, "SERVICE/METHOD". REQUIRES: one of its file does.
+// The method of the contract that takes `request`, "SERVICE/METHOD". REQUIRES: one of its file
+// does.
 std::string MethodNameOf(const google::protobuf::Descriptor& request);
 
 // As above; made once.
 template <typename Request>
 const std::string& MethodNameOf() {
-  static const std::string* const kName = new std::string(MethodNameOf(*Request::descriptor()));
-  return *kName;
+  static const std::string* const name = new std::string(MethodNameOf(*Request::descriptor()));
+  return *name;
 }
 
 }  // namespace procgen

@@ -37,7 +37,7 @@ class PoolCounts {
 
   const int32_t first_environment_;
   std::vector<GameMetrics*> games_;  // in the order of PoolOptions::games
-  std::vector<int64_t> game_steps_;   // of the part that is counted, by game
+  std::vector<int64_t> game_steps_;  // of the part that is counted, by game
   std::atomic<int64_t> step_count_ = 0;
   // For WithMemory.
   std::vector<uint8_t> terminated_;

@@ -178,7 +178,7 @@ class PoolSession {
   const std::unique_ptr<Pool> pool_;
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;
-  PoolCounts counts_;  // changed in a turn
+  PoolCounts counts_;                              // changed in a turn
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
 
   mutable absl::Mutex mutex_;

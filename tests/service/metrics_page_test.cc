@@ -124,8 +124,7 @@ TEST(MetricsAddressTest, OtherMachinesAreNotServedUnlessSaid) {
   ServerProcess process({"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0"});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(), HasSubstr("--metrics_address is 0.0.0.0:0, which other machines"));
-  ServerProcess open(
-      {"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0", "--allow_insecure"});
+  ServerProcess open({"--address=127.0.0.1:0", "--metrics_address=0.0.0.0:0", "--allow_insecure"});
   EXPECT_NE(open.Address(), "");
 }
 

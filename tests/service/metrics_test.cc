@@ -31,7 +31,8 @@ TEST_F(ServedMetricsTest, ErrorsAreCountedByMethodAndCode) {
   EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(client_->GetPool("nobody"), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
-  EXPECT_THAT(client_->CreatePool(MazeSpec(0)), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(client_->CreatePool(MazeSpec(0)),
+              StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
   const auto stream = CreateAndAttach(MazeSpec(1));
   EXPECT_THAT(CallStatus(stream.get(), StepRequest({99})),
               StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
