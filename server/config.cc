@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/address.h"
 
@@ -65,10 +66,12 @@ absl::Status CheckMetricsAddress(const Config& config) {
     return absl::OkStatus();
   }
   const absl::StatusOr<Address> address = ParseAddress(given);
-  if (!address.ok() || address->host.empty()) {
+  // Debian builds the library of the page without IPv6.
+  if (!address.ok() || address->host.empty() || absl::StrContains(address->host, ':')) {
     return absl::InvalidArgumentError(
         absl::StrCat("--metrics_address is '", given,
-                     "', allowed: 'HOST:PORT' with a port of 0 to 65535, or nothing"));
+                     "', allowed: 'HOST:PORT' with a name or an IPv4 address and a port of 0 to "
+                     "65535, or nothing"));
   }
   if (!IsLocal(*address) && !config.allow_insecure) {
     return absl::InvalidArgumentError(

@@ -17,7 +17,7 @@ namespace procgen {
 // from any thread.
 class MetricsPage {
  public:
-  // Listens at `address`, "host:port"; port 0: any that is free. `metrics` must
+  // Listens at `address`, "host:port" of IPv4; port 0: any that is free. `metrics` must
   // outlive this. Errors: UNAVAILABLE the address cannot be listened on.
   static absl::StatusOr<std::unique_ptr<MetricsPage>> Start(const std::string& address,
                                                             const Metrics& metrics);

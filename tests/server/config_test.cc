@@ -59,7 +59,7 @@ TEST(ConfigTest, OtherMachinesAreLetInOnlyWithTlsAndAWayToTellWhoCalls) {
 
 TEST(ConfigTest, MetricsAreServedOnHostsOfThisMachineUnlessSaid) {
   Config config;
-  for (const char* address : {"127.0.0.1:9090", "localhost:0", "[::1]:9090"}) {
+  for (const char* address : {"127.0.0.1:9090", "localhost:0"}) {
     config.metrics_address = address;
     EXPECT_THAT(CheckConfig(config), IsOk());
   }
@@ -74,13 +74,13 @@ TEST(ConfigTest, MetricsAreServedOnHostsOfThisMachineUnlessSaid) {
 }
 
 TEST(ConfigTest, MetricsAddressThatIsNoneIsRefused) {
-  for (const char* address :
-       {"9090", "localhost", "127.0.0.1:80s", "unix:/tmp/metrics.sock", "127.0.0.1:1,0.0.0.0:2"}) {
+  for (const char* address : {"9090", "localhost", "127.0.0.1:80s", "unix:/tmp/metrics.sock",
+                              "127.0.0.1:1,0.0.0.0:2", "[::1]:9090"}) {
     Config config;
     config.metrics_address = address;
     EXPECT_THAT(CheckConfig(config),
                 StatusIs(absl::StatusCode::kInvalidArgument,
-                         HasSubstr("', allowed: 'HOST:PORT' with a port of 0 to 65535")));
+                         HasSubstr("', allowed: 'HOST:PORT' with a name or an IPv4 address")));
   }
 }
 
