@@ -88,7 +88,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void FailLocked(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void CancelLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  void OnTurn(const absl::Status& status);
+  void OnTurn(const absl::Status& turn);
   // Answers a request that was carried out before. Errors: RESOURCE_EXHAUSTED a response is larger
   // than this stream takes.
   absl::Status AnswerAgain(StreamRequest* request, const Answer& answer)

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -24,12 +25,12 @@ PoolOptions OptionsOf(std::vector<std::string> games, int32_t first_environment)
 
 // How `metrics` tell the steps of a game.
 std::string Steps(const std::string& game, int64_t count) {
-  return "procgen_steps_total{game=\"" + game + "\",mode=\"easy\"} " + std::to_string(count) + "\n";
+  return absl::StrCat("procgen_steps_total{game=\"", game, R"(",mode="easy"} )", count, "\n");
 }
 
 std::string Episode(const std::string& what, const std::string& game, int64_t value) {
-  return "procgen_episode_" + what + "{game=\"" + game + "\",mode=\"easy\"} " +
-         std::to_string(value) + "\n";
+  return absl::StrCat("procgen_episode_", what, "{game=\"", game, R"(",mode="easy"} )", value,
+                      "\n");
 }
 
 TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
