@@ -16,12 +16,14 @@ packages=(
   protobuf-compiler-grpc  # generates service stubs, C++ and Python
   libabsl-dev             # status, strings, containers, synchronisation
   libspdlog-dev           # log lines
+  prometheus-cpp-dev      # metrics
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # replayed recordings are JSON
   zlib1g-dev              # and compressed
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
+  libcpp-httplib-dev      # their HTTP client
   libbenchmark-dev        # benchmarks
   openssl                 # makes the certificates of the tests
   python3                 # the Python client, the quickstart, some tests
