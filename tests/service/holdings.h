@@ -9,9 +9,8 @@ namespace procgen {
 
 // What a process holds.
 struct Holdings {
-  // Resident. 0 under a sanitizer, which keeps what was freed and notes on all that was touched.
-  int64_t memory_bytes = 0;
-  int64_t file_count = 0;  // open file descriptors
+  int64_t memory_bytes = 0;  // resident
+  int64_t file_count = 0;    // open file descriptors
 
   static Holdings Of(pid_t process);
 };
