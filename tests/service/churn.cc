@@ -1,12 +1,10 @@
 #include "tests/service/churn.h"
 
 #include <malloc.h>
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
-#endif
 #include <unistd.h>
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +18,11 @@
 #include "tests/service/fault_proxy.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// Of the sanitizers' allocator; GCC has no header for it.
+extern "C" size_t __sanitizer_get_current_allocated_bytes();
+#endif
 
 namespace procgen {
 namespace {
