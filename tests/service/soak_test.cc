@@ -28,8 +28,9 @@ namespace {
 using procgen_client::Client;
 
 constexpr int kLearnerCount = 24;
-constexpr size_t kTraceMax = 120;           // answers that a learner stays for
-constexpr int64_t kLeaseSeconds = 2;        // of pools that nobody deletes
+constexpr size_t kTraceMax = 120;  // answers that a learner stays for
+// Of pools that nobody deletes; longer than a learner takes to come back, also where all is slow.
+constexpr int64_t kLeaseSeconds = 8;
 constexpr int64_t kGrowthBytes = 24 << 20;  // of a server that leaks nothing: it settles
 
 absl::Duration SoakLength() {
