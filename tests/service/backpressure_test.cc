@@ -1,6 +1,5 @@
 // A learner that does not read blocks itself and nobody else, and takes a bounded share of memory.
 
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -26,8 +25,7 @@ constexpr int64_t kMemoryBytesMax = 48 << 20;
 class BackpressureTest : public testing::TestWithParam<bool> {};
 
 TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
-  // What the server holds is judged, so AddressSanitizer must not hold back what it has freed.
-  ASSERT_EQ(setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1), 0);
+  HaveFreedMemoryGivenBack();
   ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = process.Address();
   const auto client = procgen_client::Client::Connect(address);

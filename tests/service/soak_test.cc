@@ -132,6 +132,7 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
 }
 
 TEST(SoakTest, LearnersThatComeAndGoBadlySeeTheirTracesAndLeaveNothing) {
+  HaveFreedMemoryGivenBack();
   // Its log would fill the pipe that nobody reads meanwhile.
   ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = server.Address();
