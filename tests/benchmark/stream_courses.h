@@ -15,7 +15,7 @@ void RegisterLatencies();   // latency/...
 void RegisterFairness();    // fair/...
 
 // How long each contestant is measured in one round.
-inline constexpr absl::Duration kContestantTime = absl::Milliseconds(200);
+inline constexpr absl::Duration kContestantTime = absl::Milliseconds(50);
 
 // Runs `round`, which measures all contestants in turn, as often as Google Benchmark says; `status`
 // is that of what was done before. Returns whether all went well; otherwise `state` has the error.

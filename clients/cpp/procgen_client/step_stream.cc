@@ -20,10 +20,13 @@ constexpr absl::Duration kBackoffMax = absl::Seconds(2);
 
 // Slices that are smaller than this, in bytes of observations, cost more than they save; and more
 // of them than this save nothing.
-constexpr int64_t kSliceBytesMin = 256 << 10;
+constexpr int64_t kSliceBytesMin = 512 << 10;
 constexpr int64_t kSlicesMax = 4;
 
 int32_t PayingSlices(const procgen::v1::Pool& pool) {
+  if (pool.spec().transport() == procgen::v1::TRANSPORT_SHARED_MEMORY) {
+    return 1;  // nothing is on its way there
+  }
   const int64_t bytes = pool.observation_bytes() * pool.spec().env_count();
   return static_cast<int32_t>(std::clamp(bytes / kSliceBytesMin, int64_t{1}, kSlicesMax));
 }
