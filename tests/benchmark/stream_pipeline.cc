@@ -42,6 +42,8 @@ void RunPipeline(int32_t env_count, int32_t pipeline, benchmark::State& state) {
   };
   if (RunRounds(status, round, state)) {
     state.counters["pipeline_ratio"] = absl::FDivDuration(whole_cost.wall, sliced_cost.wall);
+    state.counters["slice_cpu_us"] =
+        absl::ToDoubleMicroseconds(sliced_cost.cpu - whole_cost.cpu) / (pipeline - 1);
     state.counters["step_us"] = absl::ToDoubleMicroseconds(sliced_cost.wall);
     state.counters["items_per_second"] = env_count / absl::ToDoubleSeconds(sliced_cost.wall);
   }
