@@ -18,9 +18,10 @@ namespace {
 constexpr absl::Duration kBackoffMin = absl::Milliseconds(20);
 constexpr absl::Duration kBackoffMax = absl::Seconds(2);
 
-// Slices that are smaller than this, in bytes of observations, cost more than they save; and more
-// of them than this save nothing.
-constexpr int64_t kSliceBytesMin = 512 << 10;
+// Where server and learner share all cores of a machine, slices that are smaller than this, in
+// bytes of observations, cost more than they save (procgen-benchmark-stream, step/...); and more of
+// them than this save nothing.
+constexpr int64_t kSliceBytesMin = 2 << 20;
 constexpr int64_t kSlicesMax = 4;
 
 int32_t PayingSlices(const procgen::v1::Pool& pool) {
