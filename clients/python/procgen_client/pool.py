@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
 _ROW_OVERHEAD_BYTES = 1024
-# Where server and learner share all cores of a machine, slices of a step that are smaller than this,
+# Where server and learner share all cores of a machine, slices that are smaller than this,
 # in bytes of observations, cost more than they save; and more of them than this save nothing.
 _SLICE_BYTES_MIN = 2 * 1024 * 1024
 _SLICES_MAX = 4
