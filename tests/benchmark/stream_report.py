@@ -4,8 +4,8 @@
 Usage: stream_report.py STREAM.json [--plot FILE.svg]
 
 STREAM.json is what the program prints with --benchmark_format=json. The table goes to standard
-output, in Markdown, as it stands in the root's README.md. The picture needs matplotlib (Debian's
-python3-matplotlib); its format follows the file's name.
+output, in Markdown, as it stands in the root's README.md. The picture needs matplotlib
+(deploy/install-dependencies.sh --plot); its format follows the file's name.
 Exit status: 0 done, 2 a mistake, 77 a picture is asked for and matplotlib is not installed.
 """
 
@@ -171,8 +171,8 @@ def main() -> int:
         try:
             plot(report, arguments.plot)
         except ImportError:
-            print("stream_report.py: --plot needs matplotlib: apt-get install python3-matplotlib",
-                  file=sys.stderr)
+            print("stream_report.py: matplotlib is not installed: "
+                  "deploy/install-dependencies.sh --plot", file=sys.stderr)
             return _NOT_INSTALLED
     print(table(report.rows()))
     return 0
