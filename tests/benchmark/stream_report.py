@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Tells in a table, and in a picture, what procgen-benchmark-stream has measured.
 
-Usage: stream_report.py STREAM.json [--plot FILE.svg]
+Usage: stream_report.py STREAM.json [--plot FILE.png]
 
 STREAM.json is what the program prints with --benchmark_format=json. The table goes to standard
 output, in Markdown, as it stands in the root's README.md. The picture needs matplotlib
-(deploy/install-dependencies.sh --plot); its format follows the file's name.
+(deploy/install-dependencies.sh --plot).
 Exit status: 0 done, 2 a mistake, 77 a picture is asked for and matplotlib is not installed.
 """
 
@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 _NAME = re.compile(r"(?P<course>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
 _NOT_INSTALLED = 77
+_DOTS_PER_INCH = 120
 _TCP_SIZES_ASKED_FOR = (64, 256)
 _COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
@@ -93,8 +94,7 @@ def plot(report: Report, path: Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
-    # The same figures give the same file.
-    matplotlib.rcParams |= {"svg.hashsalt": "procgen", "font.size": 9}
+    matplotlib.rcParams["font.size"] = 9
     from matplotlib import pyplot
 
     figure, (streams, latencies, shares) = pyplot.subplots(
@@ -105,7 +105,7 @@ def plot(report: Report, path: Path) -> None:
     _plot_streams(report, streams)
     _plot_latencies(report, latencies)
     _plot_shares(report, shares)
-    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+    figure.savefig(path, dpi=_DOTS_PER_INCH)
 
 
 def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
@@ -157,7 +157,7 @@ def main() -> int:
     )
     parser.add_argument("run", metavar="STREAM.json", type=Path,
                         help="what it printed with --benchmark_format=json")
-    parser.add_argument("--plot", metavar="FILE.svg", type=Path, help="draw a picture, too")
+    parser.add_argument("--plot", metavar="FILE.png", type=Path, help="draw a picture, too")
     arguments = parser.parse_args()
     try:
         report = Report(json.loads(arguments.run.read_text()))
