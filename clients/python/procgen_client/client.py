@@ -21,6 +21,7 @@ from procgen_client._proto import (
     states_pb2_grpc,
     step_pb2,
 )
+from procgen_client._requests import in_range
 from procgen_client._wire import read_response
 from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.errors import (
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
+# Most slices that a step can be asked to be carried out in (Step.response_count_min).
+_PIPELINE_MAX = 64
 
 
 class Client:
@@ -153,6 +156,7 @@ class Client:
         total_environments: int = 0,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
         screen_size: int = 64,
         grayscale_obs: bool = False,
         layout: str = "hwc",
@@ -168,22 +172,20 @@ class Client:
             env_count: Number of environments, N.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
                 the next episode's first at once. "next_step": it is the last one; the next step
-                ignores its action and begins the next episode. "disabled": it is the last one; the
-                environment must be reset.
-            first_environment, total_environments: For a part of a larger pool: the index of its
-                first environment in the whole, and the whole's number; 0: up to this pool's last.
+                ignores its action and begins the next episode. "disabled": it must be reset then.
+            first_environment, total_environments: For a part of a larger pool: where it begins in
+                the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
+            pipeline: In how many slices a step of the whole pool is carried out, in [1, 64]: one is
+                on its way while the next is stepped. None: as many as pay.
             screen_size: Side that observations are drawn at, in pixels, in [16, 512].
             grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
             layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
-            frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-                [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
-                stands in all places. Pool.observation_shape tells the shape.
-            lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
-                it is deleted.
-            level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
-                start_level do.
+            frame_stack: Pictures of successive steps in one observation, oldest first, in [1, 16];
+                more than 1 make a first axis. An episode's first picture stands in all places.
+            lease_duration: Seconds that the pool lives while nobody steps it. None: no end.
+            level_sampler: Chooses levels, until Pool.set_level_sampler. None: the options do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -211,11 +213,16 @@ class Client:
             level_sampler=level_sampler,
         )
         return self.create_pool_from_spec(
-            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
+            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max, pipeline=pipeline
         )
 
     def create_pool_from_spec(
-        self, spec: pools_pb2.PoolSpec, *, pool_id: str = "", requests_in_flight_max: int = 2
+        self,
+        spec: pools_pb2.PoolSpec,
+        *,
+        pool_id: str = "",
+        requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
     ) -> Pool:
         """Makes a pool from a spec.
 
@@ -223,26 +230,37 @@ class Client:
 
         Errors as :meth:`create_pool`.
         """
+        _check_pipeline(pipeline)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
         return Pool(
             self,
             self._unary(self._pool_stub.CreatePool, request),
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
+            pipeline=pipeline,
         )
 
-    def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> Pool:
+    def get_pool(
+        self, name: str, *, requests_in_flight_max: int = 2, pipeline: int | None = None
+    ) -> Pool:
         """Gives a pool that is there already; closing it leaves it there.
 
+        Args:
+            name: The pool's name.
+            requests_in_flight_max, pipeline: As create_pool takes them.
+
         Raises:
-            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `pipeline` is
+                out of range.
             NotFoundError: There is no such pool.
         """
+        _check_pipeline(pipeline)
         return Pool(
             self,
             self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name)),
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
+            pipeline=pipeline,
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:
@@ -323,6 +341,11 @@ class Client:
         except grpc.RpcError as error:
             return error.details() or error.code().name
         return "it has just begun to"
+
+
+def _check_pipeline(pipeline: int | None) -> None:
+    if pipeline is not None:
+        in_range("pipeline", pipeline, 1, _PIPELINE_MAX)
 
 
 def connect(
