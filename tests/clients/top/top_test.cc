@@ -84,7 +84,7 @@ TEST(TopTest, OnceShowsWhatTheServerDoes) {
   ASSERT_THAT(client, IsOk());
   const Learner learner(client->get(), "busy");
   ASSERT_THAT((*client)->CreatePool(MazeSpec(2), "idle"), IsOk());
-  const Result result = RunTop("--once --interval=200ms --server=" + address);
+  const Result result = RunTop("--once --interval=1s --server=" + address);
   EXPECT_EQ(result.exit_status, 0);
   const std::vector<std::string> lines = absl::StrSplit(result.output, '\n');
   ASSERT_EQ(lines.size(), 10) << result.output;
