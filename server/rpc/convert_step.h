@@ -42,7 +42,7 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
                       v1::StepPoolResponse* response);
 
 // Once the values are written: leaves only the fingerprints and final observations of episodes that
-// ended.
+// ended. In shared memory there is nothing to leave out (convert_shared.h).
 void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response);
 
 }  // namespace procgen

@@ -44,6 +44,7 @@ class RunningRequest {
   Part part_;         // the next, or that which runs
   int32_t rest_ = 0;  // environments from part_ on
   v1::StepPoolResponse* response_ = nullptr;
+  Batch shared_;   // of the part that runs, in shared memory; empty: it is elsewhere
   Answer answer_;  // as far as it goes
 };
 
