@@ -18,16 +18,15 @@ void RunningRequest::Begin(StreamRequest* request) {
   answer_.clear();
 }
 
-void RunningRequest::RunPart(PoolSession* pool, v1::StepPoolResponse* response,
-                             PoolSession::Done done) {
+void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done) {
   response_ = response;
   shared_ = {};
   Batch batch;
   if (response != nullptr && request_->request.shared_batch >= 0) {
-    shared_ = PrepareSharedResponse(*request_, *pool->shared_ring(), response);
+    shared_ = PrepareSharedResponse(*request_, *pool->shared_ring(), &response->message);
     batch = shared_;
   } else if (response != nullptr) {
-    batch = PrepareResponse(*request_, part_, pool->observation_bytes(), response);
+    batch = PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
   }
   pool->RunPart(request_->request, part_, batch, std::move(done));
 }
@@ -38,12 +37,12 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
   part_ = {part_.first + part_.count, std::min(part_.count, rest_)};
   if (!ok) {
     answer_.clear();
-  } else if (outgoing.message != nullptr) {
+  } else if (outgoing.response != nullptr) {
     CompleteSharedBatch(pool.observation_bytes(), shared_);
-    CompleteResponse(pool.observation_bytes(), outgoing.message);
+    CompleteResponse(pool.observation_bytes(), &outgoing.response->message);
     outgoing.answered = IsOver() ? request_ : nullptr;
     if (keeps) {
-      outgoing.bytes = Serialized(*outgoing.message);
+      outgoing.bytes = Serialized(*outgoing.response);
       answer_.push_back(CordOf(outgoing.bytes));
     }
   }
