@@ -52,7 +52,7 @@ struct AttachOptions {
   bool resumable = false;  // the answers to that many are kept, also beyond its end
   bool take_over = false;  // if another stream has the pool, it ends
   // Of a pool that shares memory: how many batches its learner may hold besides those of unanswered
-  // requests, and, if resumable, which ones of earlier streams it still holds.
+  // requests, and which ones of earlier streams it still holds.
   int32_t held_batches_max = 0;
   std::vector<int32_t> held_batches = {};
 };

@@ -15,11 +15,6 @@ absl::Status PoolSession::CheckHeldBatches(const AttachOptions& options) const {
                      " and attach.held_batches has ", options.held_batches.size(),
                      " entries, allowed: none, as pool ", name_, " shares no memory"));
   }
-  if (!options.resumable && !options.held_batches.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("attach.held_batches has ", options.held_batches.size(),
-                     " entries, allowed without attach.resumable: none"));
-  }
   return batches_.CheckHeld(options.held_batches);
 }
 

@@ -159,6 +159,8 @@ class Client:
         frame_stack: int = 1,
         lease_duration: float | None = None,
         level_sampler: _options.LevelSampler | None = None,
+        transport: str = "stream",
+        held_batches_max: int = 0,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -184,6 +186,11 @@ class Client:
                 it is deleted.
             level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
                 start_level do.
+            transport: How batches arrive: "stream", or "shared_memory" on the server's machine, as
+                its user: then observations are views of memory that the server draws into.
+            held_batches_max: With "shared_memory": how many batches arrays may refer to, besides
+                those of unanswered requests; each takes memory for two observations of each
+                environment. 0: 2. At most 1024.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -209,13 +216,22 @@ class Client:
             ),
             lease_duration=lease_duration,
             level_sampler=level_sampler,
+            transport=transport,
         )
         return self.create_pool_from_spec(
-            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
+            spec,
+            pool_id=pool_id,
+            requests_in_flight_max=requests_in_flight_max,
+            held_batches_max=held_batches_max,
         )
 
     def create_pool_from_spec(
-        self, spec: pools_pb2.PoolSpec, *, pool_id: str = "", requests_in_flight_max: int = 2
+        self,
+        spec: pools_pb2.PoolSpec,
+        *,
+        pool_id: str = "",
+        requests_in_flight_max: int = 2,
+        held_batches_max: int = 0,
     ) -> Pool:
         """Makes a pool from a spec.
 
@@ -229,9 +245,12 @@ class Client:
             self._unary(self._pool_stub.CreatePool, request),
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
+            held_batches_max=held_batches_max,
         )
 
-    def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> Pool:
+    def get_pool(
+        self, name: str, *, requests_in_flight_max: int = 2, held_batches_max: int = 0
+    ) -> Pool:
         """Gives a pool that is there already; closing it leaves it there.
 
         Raises:
@@ -243,6 +262,7 @@ class Client:
             self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name)),
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
+            held_batches_max=held_batches_max,
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:
