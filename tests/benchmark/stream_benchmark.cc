@@ -23,6 +23,7 @@
 #include "tests/benchmark/bare_stream.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/round_clock.h"
+#include "tests/benchmark/shared_memory_benchmark.h"
 
 namespace procgen {
 namespace {
@@ -160,6 +161,7 @@ void RegisterStreams() {
         absl::StrCat("stream/tcp/environments:", env_count).c_str(),
         [env_count](benchmark::State& state) { RunStream(env_count, state); });
   }
+  RegisterSharedMemoryStreams();
 }
 
 }  // namespace
