@@ -117,6 +117,7 @@ class LocalPool {
     PoolOptions options;
     options.games = {kGame};
     options.env_count = env_count;
+    options.environment.distribution_mode = DistributionMode::kEasy;
     auto pool = Pool::Create(options, std::make_shared<Crew>(kWorkerCount - 1));
     if (!pool.ok()) {
       return pool.status();

@@ -366,7 +366,8 @@ TEST_F(SharedMemoryTest, FilesThatCannotBeMappedAreNamed) {
   const std::string pool = CreatePool(SharedSpec(MazeSpec(1)));
   ASSERT_NE(Attach(pool), nullptr);
   // As it is for who sees another folder by that path.
-  const std::filesystem::directory_entry file = *std::filesystem::directory_iterator(folder_.path());
+  const std::filesystem::directory_entry file =
+      *std::filesystem::directory_iterator(folder_.path());
   std::filesystem::rename(file.path(), folder_.path() + ".away");
   EXPECT_THAT(client_->Attach(pool),
               StatusIs(absl::StatusCode::kFailedPrecondition,

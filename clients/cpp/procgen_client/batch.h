@@ -24,14 +24,26 @@ class Batch {
   int32_t first_environment() const { return first_environment_; }
   int32_t environment_count() const { return value().environment_count(); }
 
-  absl::Span<const uint8_t> observations() const { return Shared(&SharedRows::observations, Bytes(value().observations())); }
+  absl::Span<const uint8_t> observations() const {
+    return Shared(&SharedRows::observations, Bytes(value().observations()));
+  }
   //                                                          uint8  [n, F], or empty
-  absl::Span<const float> rewards() const { return Shared(&SharedRows::rewards, Numbers(value().rewards())); }            // [n]
-  absl::Span<const bool> first() const { return Shared(&SharedRows::first, Numbers(value().first())); }                 // [n]
-  absl::Span<const bool> terminated() const { return Shared(&SharedRows::terminated, Numbers(value().terminated())); }       // [n]
-  absl::Span<const bool> truncated() const { return Shared(&SharedRows::truncated, Numbers(value().truncated())); }         // [n]
-  absl::Span<const int32_t> level_seeds() const { return Shared(&SharedRows::level_seeds, Numbers(value().level_seeds())); }  // [n]
-  absl::Span<const int32_t> prev_level_seeds() const {                                      // [n]
+  absl::Span<const float> rewards() const {
+    return Shared(&SharedRows::rewards, Numbers(value().rewards()));
+  }  // [n]
+  absl::Span<const bool> first() const {
+    return Shared(&SharedRows::first, Numbers(value().first()));
+  }  // [n]
+  absl::Span<const bool> terminated() const {
+    return Shared(&SharedRows::terminated, Numbers(value().terminated()));
+  }  // [n]
+  absl::Span<const bool> truncated() const {
+    return Shared(&SharedRows::truncated, Numbers(value().truncated()));
+  }  // [n]
+  absl::Span<const int32_t> level_seeds() const {
+    return Shared(&SharedRows::level_seeds, Numbers(value().level_seeds()));
+  }                                                     // [n]
+  absl::Span<const int32_t> prev_level_seeds() const {  // [n]
     return Shared(&SharedRows::prev_level_seeds, Numbers(value().prev_level_seeds()));
   }
   absl::Span<const bool> prev_level_complete() const {  // [n]
@@ -47,9 +59,9 @@ class Batch {
   // contract sends their 64 bits as signed numbers.
   absl::Span<const uint64_t> fingerprints() const {  // [m]
     const absl::Span<const int64_t> numbers = Numbers(value().fingerprints());
-    return Shared(&SharedRows::fingerprints,
-                  absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()),
-                                      numbers.size()));
+    return Shared(
+        &SharedRows::fingerprints,
+        absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()), numbers.size()));
   }
   absl::Span<const uint8_t> final_observations() const {
     return Shared(&SharedRows::final_observations, Bytes(value().final_observations()));

@@ -133,8 +133,7 @@ absl::Status SharedMapping::Map() {
     error = EOVERFLOW;
   }
   if (error == 0) {
-    void* memory =
-        mmap(nullptr, static_cast<size_t>(size_bytes_), PROT_READ, MAP_SHARED, file, 0);
+    void* memory = mmap(nullptr, static_cast<size_t>(size_bytes_), PROT_READ, MAP_SHARED, file, 0);
     error = memory == MAP_FAILED ? errno : 0;
     memory_ = error == 0 ? static_cast<const uint8_t*>(memory) : nullptr;
   }
@@ -143,8 +142,7 @@ absl::Status SharedMapping::Map() {
   }
   if (error != 0) {
     return absl::FailedPreconditionError(absl::StrCat(
-        "cannot map the pool's shared memory ", path_, ": ",
-        std::generic_category().message(error),
+        "cannot map the pool's shared memory ", path_, ": ", std::generic_category().message(error),
         "; it can be mapped on the server's machine (and in its container), by its user; elsewhere "
         "make the pool with TRANSPORT_STREAM"));
   }

@@ -15,10 +15,11 @@ from procgen_client._wire import ARRAY_TYPES, PICTURES, Part
 from procgen_client.errors import FailedPreconditionError, InternalError
 
 _ELEMENT_TYPES = {
-    "f": step_pb2.ELEMENT_TYPE_FLOAT32,
-    "i": step_pb2.ELEMENT_TYPE_INT32,
-    "u": step_pb2.ELEMENT_TYPE_INT64,  # Fingerprints, which the contract calls signed.
-    "b": step_pb2.ELEMENT_TYPE_BOOL,
+    "|u1": step_pb2.ELEMENT_TYPE_UINT8,
+    "|b1": step_pb2.ELEMENT_TYPE_BOOL,
+    "<i4": step_pb2.ELEMENT_TYPE_INT32,
+    "<u8": step_pb2.ELEMENT_TYPE_INT64,  # Fingerprints, which the contract calls signed.
+    "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
 }
 
 
@@ -150,8 +151,7 @@ def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]
     env_count = 0
     for name, dtype in types.items():
         array = told.get(name)
-        expected = _ELEMENT_TYPES[dtype.kind] if name in ARRAY_TYPES else step_pb2.ELEMENT_TYPE_UINT8
-        if array is None or array.element_type != expected or not array.shape:
+        if array is None or array.element_type != _ELEMENT_TYPES[dtype.str] or not array.shape:
             raise InternalError(
                 f"the server's shared memory {memory.path} has no array {name} of its type"
             )

@@ -176,21 +176,16 @@ class Client:
                 first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
-            screen_size: Side that observations are drawn at, in pixels, in [16, 512].
-            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
-            layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
-            frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-                [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
-                stands in all places. Pool.observation_shape tells the shape.
+            screen_size, grayscale_obs, layout, frame_stack: The form of observations, as
+                options.observation_format tells. Pool.observation_shape tells the shape.
             lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
                 it is deleted.
             level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
                 start_level do.
-            transport: How batches arrive: "stream", or "shared_memory" on the server's machine, as
-                its user: then observations are views of memory that the server draws into.
-            held_batches_max: With "shared_memory": how many batches arrays may refer to, besides
-                those of unanswered requests; each takes memory for two observations of each
-                environment. 0: 2. At most 1024.
+            transport: "stream"; or "shared_memory" on the server's machine, as its user:
+                observations are views of memory that the server draws into.
+            held_batches_max: With that: how many batches arrays may refer to, besides those of
+                unanswered requests; each is two observations of all environments. 0: 2.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -218,12 +213,11 @@ class Client:
             level_sampler=level_sampler,
             transport=transport,
         )
-        return self.create_pool_from_spec(
-            spec,
-            pool_id=pool_id,
-            requests_in_flight_max=requests_in_flight_max,
-            held_batches_max=held_batches_max,
-        )
+        stream = {
+            "requests_in_flight_max": requests_in_flight_max,
+            "held_batches_max": held_batches_max,
+        }
+        return self.create_pool_from_spec(spec, pool_id=pool_id, **stream)
 
     def create_pool_from_spec(
         self,

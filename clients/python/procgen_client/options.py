@@ -103,7 +103,8 @@ def observation_format(
         layout: Order of a picture's axes, one of LAYOUTS: height, width, channels or channels,
             height, width.
         frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-            [1, FRAME_STACK_MAX]. More than 1 make a first axis.
+            [1, FRAME_STACK_MAX]. More than 1 make a first axis. At an episode's beginning the first
+            picture stands in all places.
 
     Raises:
         InvalidArgumentError: A value is out of range.
