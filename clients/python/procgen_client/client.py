@@ -169,25 +169,20 @@ class Client:
             games: A game's name, or several; several are dealt to the environments in turn.
             env_count: Number of environments, N.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
-                the next episode's first at once. "next_step": it is the last one; the next step
-                ignores its action and begins the next episode. "disabled": it is the last one; the
-                environment must be reset.
+                the next episode's first. "next_step": it is the last one, and the next step begins
+                the next episode. "disabled": it is the last one; the environment must be reset.
             first_environment, total_environments: For a part of a larger pool: the index of its
                 first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
             screen_size, grayscale_obs, layout, frame_stack: The form of observations, as
                 options.observation_format tells. Pool.observation_shape tells the shape.
-            lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
-                it is deleted.
-            level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
-                start_level do.
+            lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
+            level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory" on the server's machine, as its user:
                 observations are views of memory that the server draws into.
-            held_batches_max: With that: how many batches arrays may refer to, besides those of
-                unanswered requests; each is two observations of all environments. 0: 2.
-            **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
-                use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
+            held_batches_max: How many of those batches arrays may refer to between steps. 0: 2.
+            **options: The released ones, as procgen_client.options.EnvironmentOptions tells.
 
         Raises:
             InvalidArgumentError: A value is out of range, or a game lacks that mode.
