@@ -195,9 +195,8 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
             {"access", AccessText(config)},
-            {"shared_memory", config.server.shared_folder == nullptr
-                                  ? "none"
-                                  : config.server.shared_folder->path()},
+            {"shared_memory",
+             config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.

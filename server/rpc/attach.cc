@@ -34,10 +34,10 @@ absl::Status CheckCanShare(const PoolSession& pool, const std::string& peer) {
   if (pool.shared_ring() == nullptr || IsOnThisMachine(peer)) {
     return absl::OkStatus();
   }
-  return absl::FailedPreconditionError(
-      absl::StrCat("pool ", pool.name(), " has TRANSPORT_SHARED_MEMORY and the learner is at ", peer,
-                   ", allowed: on the server's machine, by loopback or a unix socket; otherwise "
-                   "make a pool with TRANSPORT_STREAM"));
+  return absl::FailedPreconditionError(absl::StrCat(
+      "pool ", pool.name(), " has TRANSPORT_SHARED_MEMORY and the learner is at ", peer,
+      ", allowed: on the server's machine, by loopback or a unix socket; otherwise "
+      "make a pool with TRANSPORT_STREAM"));
 }
 
 // Tells a stream that has attached, if all is well with it, and lets the pool go otherwise.
@@ -73,9 +73,9 @@ absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const
         absl::StrCat("sequence_number is ", request.sequence_number(), " with attach, allowed: 0"));
   }
   if (request.released_batches_size() > 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("released_batches has ", request.released_batches_size(),
-                     " entries with attach, allowed: none; held_batches tells what is not released"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "released_batches has ", request.released_batches_size(),
+        " entries with attach, allowed: none; held_batches tells what is not released"));
   }
   const v1::Attach& attach = request.attach();
   if (attach.held_batches_max() < 0 || attach.held_batches_max() > kHeldBatchesMax) {

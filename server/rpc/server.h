@@ -27,7 +27,7 @@ struct ServerOptions {
   std::shared_ptr<TokenFile> tokens;     // null: nobody is asked for one
   // Where pools share memory with learners on this machine; null: they share none.
   std::shared_ptr<const SharedFolder> shared_folder;
-  CloneSources clone_sources;            // whom CloneStates may be asked to connect to
+  CloneSources clone_sources;  // whom CloneStates may be asked to connect to
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
   // ended if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(30);

@@ -34,15 +34,14 @@ void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
 
 absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {
   const int64_t before = shared_ring_->size_bytes();
-  const int64_t after =
-      std::max(before, batch_count * shared_ring_->layout().batch_bytes());
+  const int64_t after = std::max(before, batch_count * shared_ring_->layout().batch_bytes());
   ByteBudget* budget = surroundings_.shared_memory_bytes;
   if (!budget->Change(before, after)) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "pool ", name_, " shares ", batch_count, " batches of ",
-        shared_ring_->layout().batch_bytes(), " bytes, and other pools ",
-        budget->reserved_bytes() - before, " bytes, limit shared_memory_bytes_max is ",
-        budget->bytes_max()));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("pool ", name_, " shares ", batch_count, " batches of ",
+                     shared_ring_->layout().batch_bytes(), " bytes, and other pools ",
+                     budget->reserved_bytes() - before, " bytes, limit shared_memory_bytes_max is ",
+                     budget->bytes_max()));
   }
   if (absl::Status status = shared_ring_->Grow(batch_count); !status.ok()) {
     budget->Change(after, before);

@@ -21,7 +21,7 @@ struct Request {
   };
 
   int64_t sequence_number = 0;
-  int64_t acknowledged = 0;  // answers up to this number have arrived; 0: says nothing
+  int64_t acknowledged = 0;            // answers up to this number have arrived; 0: says nothing
   absl::Span<const int32_t> released;  // batches of shared memory that the learner has done with
   Kind kind = Kind::kObserve;
   int32_t first = 0;                        // the slice: environments [first, first + count)

@@ -195,11 +195,10 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(
-          key.first, key.second, *std::move(pool), terms.lease_duration,
-          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &shared_memory_bytes_,
-           &step_count_, metrics_},
-          terms.shares_memory ? shared_folder_.get() : nullptr),
+      new PoolSession(key.first, key.second, *std::move(pool), terms.lease_duration,
+                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
+                       &shared_memory_bytes_, &step_count_, metrics_},
+                      terms.shares_memory ? shared_folder_.get() : nullptr),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;

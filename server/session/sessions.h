@@ -35,7 +35,7 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 // How a pool is kept, besides what it is made of.
 struct PoolTerms {
   absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
-  bool shares_memory = false;                                // batches are written where learners map them
+  bool shares_memory = false;  // batches are written where learners map them
 };
 
 // How busy a server is.
@@ -136,8 +136,8 @@ class Sessions {
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
-              const PoolTerms& terms, CreateDone done);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, const PoolTerms& terms,
+              CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const

@@ -76,8 +76,8 @@ absl::StatusOr<int32_t> BatchLedger::Take(const Change& change, int64_t number, 
     return !entry.held && entry.kept_for == 0;
   });
   if (free == after->end()) {
-    const auto held = std::count_if(after->begin(), after->end(),
-                                    [](const Entry& entry) { return entry.held; });
+    const auto held =
+        std::count_if(after->begin(), after->end(), [](const Entry& entry) { return entry.held; });
     return absl::FailedPreconditionError(absl::StrCat(
         "the learner holds ", held, " of the ", after->size(), " batches of shared memory, and ",
         static_cast<int64_t>(after->size()) - held,

@@ -56,9 +56,9 @@ absl::Status SharedRing::Grow(int32_t batch_count) {
   }
   if (error != 0) {
     const bool cut = ftruncate(file.descriptor(), size_bytes()) == 0;
-    return absl::ResourceExhaustedError(
-        absl::StrCat("shared memory of ", bytes, " bytes in ", file.path(), ": ",
-                     std::generic_category().message(error), cut ? "" : " (and it stays so large)"));
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "shared memory of ", bytes, " bytes in ", file.path(), ": ",
+        std::generic_category().message(error), cut ? "" : " (and it stays so large)"));
   }
   if (memory_ != nullptr) {
     munmap(memory_, static_cast<size_t>(size_bytes()));

@@ -123,26 +123,27 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
 
 absl::Status SharedMapping::Map() {
   const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  int error = file < 0 ? errno : 0;
   struct stat facts = {};
-  if (error == 0 && fstat(file, &facts) != 0) {
-    error = errno;
-  }
-  // What lies behind the end of a file cannot be read, and ends who tries.
-  if (error == 0 && facts.st_size < size_bytes_) {
-    error = EOVERFLOW;
-  }
-  if (error == 0) {
+  std::string error;
+  if (file < 0 || fstat(file, &facts) != 0) {
+    error = std::generic_category().message(errno);
+  } else if (facts.st_size < size_bytes_) {
+    // What lies behind the end of a file cannot be read, and ends who tries.
+    error = absl::StrCat("it has ", facts.st_size, " bytes and is shorter than ", size_bytes_);
+  } else {
     void* memory = mmap(nullptr, static_cast<size_t>(size_bytes_), PROT_READ, MAP_SHARED, file, 0);
-    error = memory == MAP_FAILED ? errno : 0;
-    memory_ = error == 0 ? static_cast<const uint8_t*>(memory) : nullptr;
+    if (memory == MAP_FAILED) {
+      error = std::generic_category().message(errno);
+    } else {
+      memory_ = static_cast<const uint8_t*>(memory);
+    }
   }
   if (file >= 0) {
     close(file);
   }
-  if (error != 0) {
+  if (!error.empty()) {
     return absl::FailedPreconditionError(absl::StrCat(
-        "cannot map the pool's shared memory ", path_, ": ", std::generic_category().message(error),
+        "cannot map the pool's shared memory ", path_, ": ", error,
         "; it can be mapped on the server's machine (and in its container), by its user; elsewhere "
         "make the pool with TRANSPORT_STREAM"));
   }
