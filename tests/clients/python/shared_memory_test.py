@@ -221,7 +221,7 @@ def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Clie
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
-            while other is None or not other.attached:  # Only streams are tried again by themselves.
+            while other is None or not other.attached:  # Only streams are tried again.
                 try:
                     other = learner.get_pool(pool.name, held_batches_max=4)
                     other.attach(take_over=True)
