@@ -1,9 +1,8 @@
 // stream/tcp/...: a learner that sends ahead, beside the engine alone and the wire alone.
-#include <sched.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -23,11 +22,7 @@ namespace {
 // As the contract has by default.
 constexpr int kRequestsInFlight = 2;
 
-int CoreCount() {
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  return sched_getaffinity(0, sizeof(cores), &cores) == 0 ? CPU_COUNT(&cores) : 1;
-}
+int64_t CoreCount() { return std::max(1U, std::thread::hardware_concurrency()); }
 
 // Whatever sends ahead, for one round.
 template <typename Sender>
