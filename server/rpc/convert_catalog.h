@@ -10,7 +10,7 @@ namespace procgen {
 
 // What a server offers besides what all do.
 struct ServerFacts {
-  absl::string_view version;
+  absl::string_view version = "";
   bool has_own_art = false;    // it draws with art that its operator gave
   bool shares_memory = false;  // with learners on its machine
 };

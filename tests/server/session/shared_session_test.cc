@@ -20,7 +20,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr AttachOptions kResumable = {
+const AttachOptions kResumable = {
     .requests_in_flight_max = 2, .resumable = true, .held_batches_max = 1};
 
 class SharedSessionTest : public testing::Test {
