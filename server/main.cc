@@ -24,6 +24,7 @@
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
 #include "server/session/event_log.h"
+#include "server/shared_memory/shared_folder.h"
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
           "where to listen: HOST:PORT (port 0: any that is free; it is printed), or unix:PATH");
@@ -44,6 +45,8 @@ ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_
 ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
           "bytes of the answers that are kept for streams that may be resumed, of all pools "
           "together");
+ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
+          "bytes of memory that pools share with learners, of all pools together");
 ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
           "how long a pool may ask to live without a stream");
 ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
@@ -57,6 +60,9 @@ ABSL_FLAG(
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");
+ABSL_FLAG(std::string, shared_memory_folder, "/dev/shm",
+          "folder of the files by which pools share memory with learners on this machine; empty: "
+          "they share none");
 ABSL_FLAG(
     std::string, metrics_address, "",
     "where to serve metrics over HTTP, at /metrics for Prometheus: HOST:PORT (port 0: any that "
@@ -104,6 +110,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
   limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
@@ -120,6 +127,14 @@ absl::StatusOr<Config> ReadConfig() {
       return absl::Status(art.status().code(), absl::StrCat("--art: ", art.status().message()));
     }
     config.server.art = *std::move(art);
+  }
+  if (const std::string path = absl::GetFlag(FLAGS_shared_memory_folder); !path.empty()) {
+    auto folder = SharedFolder::Open(path);
+    if (!folder.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--shared_memory_folder is ", folder.status().message(), ", or nothing"));
+    }
+    config.server.shared_folder = *std::move(folder);
   }
   return config;
 }
@@ -156,8 +171,17 @@ int FailToStart(const absl::Status& status) {
   return 1;
 }
 
+void LogLeftovers(const Config& config) {
+  const SharedFolder* const folder = config.server.shared_folder.get();
+  if (folder != nullptr && folder->leftover_count() > 0) {
+    LogEvent(LogLevel::kInfo, "leftovers_removed",
+             {{"folder", folder->path()}, {"files", absl::StrCat(folder->leftover_count())}});
+  }
+}
+
 int Serve(const Config& config, const sigset_t& stop_signals) {
   SetLogLevel(config.log_level);
+  LogLeftovers(config);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
     return FailToStart(server.status());
@@ -171,6 +195,8 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
             {"access", AccessText(config)},
+            {"shared_memory",
+             config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
@@ -191,6 +217,8 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
 int Main(int argc, char** argv) {
   const sigset_t stop_signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
+  // A file that may not grow any further is an error where it grows, not the end.
+  std::signal(SIGXFSZ, SIG_IGN);
 
   const auto is_ours = [](absl::string_view file) {
     return absl::EndsWith(file, "server/main.cc") ||

@@ -21,6 +21,12 @@ MATCHER(IsOk, "is OK") {
   return StatusOf(arg).ok();
 }
 
+// A result that is OK and has this value.
+MATCHER_P(IsOkAndHolds, value, "is OK and holds " + testing::PrintToString(value)) {
+  *result_listener << StatusOf(arg).ToString();
+  return arg.ok() && *arg == value;
+}
+
 // One with this code, whose message matches `message`.
 MATCHER_P2(StatusIs, code, message,
            "is " + absl::StatusCodeToString(code) + " with a message that " +

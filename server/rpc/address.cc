@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 
 namespace procgen {
@@ -63,6 +64,19 @@ bool IsLocal(const Address& address) {
   }
   in6_addr ipv6 = {};
   return inet_pton(AF_INET6, address.host.c_str(), &ipv6) == 1 && IN6_IS_ADDR_LOOPBACK(&ipv6);
+}
+
+bool IsOnThisMachine(absl::string_view peer) {
+  if (absl::StartsWith(peer, "unix:")) {
+    return true;
+  }
+  if (!absl::ConsumePrefix(&peer, "ipv4:") && !absl::ConsumePrefix(&peer, "ipv6:")) {
+    return false;
+  }
+  // Written as in a URI.
+  const absl::StatusOr<Address> address =
+      ParseAddress(absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}}));
+  return address.ok() && IsLocal(*address);
 }
 
 std::string GrpcTargetOf(const Address& address) {

@@ -23,6 +23,10 @@ absl::StatusOr<Address> ParseAddress(absl::string_view text);
 // Nobody but this very machine can reach it.
 bool IsLocal(const Address& address);
 
+// Whether a connection comes from this very machine. `peer`: as gRPC tells it, e.g.
+// "ipv4:127.0.0.1:40000".
+bool IsOnThisMachine(absl::string_view peer);
+
 // As gRPC takes the address of a server to connect to, and cannot take for anything else.
 std::string GrpcTargetOf(const Address& address);
 

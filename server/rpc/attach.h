@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
@@ -30,10 +31,17 @@ struct Attachment {
   StreamTerms terms;
 };
 
-// Attaches a stream of `owner` as its first request asks for, and calls `done` once, on this thread
-// or, where another stream must let go first, on that one's. Errors: those of ReadAttach,
-// Sessions::FindForStream and PoolSession::Attach.
-void AttachStream(const Sessions* sessions, absl::string_view owner,
+// Whose stream it is, and from where.
+struct Learner {
+  std::string owner;
+  std::string peer;  // as gRPC tells it, e.g. "ipv4:127.0.0.1:40000"
+};
+
+// Attaches a stream of `learner` as its first request asks for, and calls `done` once, on this
+// thread or another: where another stream must let go first, or memory is to be shared. Errors:
+// those of ReadAttach, Sessions::FindForStream, PoolSession::Attach and PoolSession::ShareMemory;
+// FAILED_PRECONDITION the pool shares memory and the learner is on another machine.
+void AttachStream(const Sessions* sessions, const Learner& learner,
                   const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done);
 

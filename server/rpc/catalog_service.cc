@@ -8,8 +8,10 @@ namespace procgen {
 CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions, const Callers* callers)
     : sessions_(sessions),
       callers_(callers),
-      catalog_(CatalogMessageOf(PROCGEN_SERVER_VERSION, sessions->limits(),
-                                sessions->art() != nullptr)) {}
+      catalog_(CatalogMessageOf({.version = PROCGEN_SERVER_VERSION,
+                                 .has_own_art = sessions->art() != nullptr,
+                                 .shares_memory = sessions->shares_memory()},
+                                sessions->limits())) {}
 
 grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context,
                                                          const grpc::ByteBuffer* request,

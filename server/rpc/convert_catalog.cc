@@ -118,6 +118,7 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_observation_side_px_max(kObservationSidePxMax);
   message->set_frame_stack_max(kFrameStackMax);
   message->set_kept_answer_bytes_max(limits.kept_answer_bytes_max);
+  message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);
   *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
 }
 
@@ -129,10 +130,9 @@ void FillLatency(const HistogramCounts& seconds, v1::Latency* message) {
 
 }  // namespace
 
-v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
-                             bool has_own_art) {
+v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   v1::Catalog catalog;
-  catalog.set_server_version(std::string(server_version));
+  catalog.set_server_version(std::string(server.version));
   catalog.add_protocols("procgen.v1");
   catalog.add_protocols("grpc.health.v1");
   catalog.add_protocols("grpc.reflection.v1alpha");
@@ -142,6 +142,9 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   FillOptions(&catalog);
   FillActions(&catalog);
   catalog.add_transports(v1::TRANSPORT_STREAM);
+  if (server.shares_memory) {
+    catalog.add_transports(v1::TRANSPORT_SHARED_MEMORY);
+  }
   catalog.add_encodings(v1::ENCODING_RAW);
   catalog.add_colors(v1::COLOR_RGB);
   catalog.add_colors(v1::COLOR_GRAYSCALE);
@@ -158,7 +161,7 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.mutable_features()->set_resume(true);
   FillLimits(limits, catalog.mutable_limits());
   // Where the folder lies is nobody's business but the operator's.
-  catalog.set_art(has_own_art ? "folder" : "built-in");
+  catalog.set_art(server.has_own_art ? "folder" : "built-in");
   return catalog;
 }
 

@@ -8,10 +8,14 @@
 
 namespace procgen {
 
-// What a server of `server_version` with `limits` offers. `has_own_art`: it draws with art that its
-// operator gave.
-v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
-                             bool has_own_art);
+// What a server offers besides what all do.
+struct ServerFacts {
+  absl::string_view version = "";
+  bool has_own_art = false;    // it draws with art that its operator gave
+  bool shares_memory = false;  // with learners on its machine
+};
+
+v1::Catalog CatalogMessageOf(const ServerFacts& facts, const Limits& limits);
 
 v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams);
 

@@ -233,10 +233,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
         "spec.total_environments is ", spec.total_environments(),
         ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
   }
-  if (absl::Status status = CheckOffered("spec.transport", spec.transport(), v1::TRANSPORT_STREAM);
-      !status.ok()) {
-    return status;
-  }
   if (absl::Status status = CheckOffered("spec.encoding", spec.encoding(), v1::ENCODING_RAW);
       !status.ok()) {
     return status;
@@ -271,7 +267,6 @@ void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
                                    : options.first_environment + options.env_count);
   spec->set_episode_end(EpisodeEndMessageOf(options.episode_end));
   FillObservationFormat(options.observation_format, spec->mutable_observation_format());
-  spec->set_transport(v1::TRANSPORT_STREAM);
   spec->set_encoding(v1::ENCODING_RAW);
 }
 
@@ -326,6 +321,29 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   return options;
 }
 
+absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered) {
+  switch (spec.transport()) {
+    case v1::TRANSPORT_UNSPECIFIED:
+    case v1::TRANSPORT_STREAM:
+      return false;
+    case v1::TRANSPORT_SHARED_MEMORY:
+      break;
+    default:
+      return NoSuchValue("spec.transport", spec.transport());
+  }
+  if (!offered) {
+    return absl::UnimplementedError(
+        "spec.transport is TRANSPORT_SHARED_MEMORY, which this server does not offer; offered: "
+        "TRANSPORT_STREAM");
+  }
+  if (spec.encoding() != v1::ENCODING_UNSPECIFIED && spec.encoding() != v1::ENCODING_RAW) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.encoding is ", EnumText(spec.encoding()),
+                     ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW"));
+  }
+  return true;
+}
+
 absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
     absl::string_view field, const v1::LevelSampler& message) {
   auto sampler = LevelSampler::Create({message.level_seeds().begin(), message.level_seeds().end()},
@@ -362,6 +380,8 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   v1::Pool message;
   message.set_name(session.name());
   FillSpec(session.options(), message.mutable_spec());
+  message.mutable_spec()->set_transport(
+      session.shared_ring() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
   const std::vector<int32_t> shape = session.options().observation_format.Shape();
   message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));

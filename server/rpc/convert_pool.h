@@ -19,6 +19,11 @@ namespace procgen {
 // server does not offer yet (the message says what is offered).
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 
+// Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
+// Errors: INVALID_ARGUMENT no such transport, or one that does not go with the encoding;
+// UNIMPLEMENTED it is not offered.
+absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered);
+
 // How long a pool is to live without a stream; `field` is what to call it. Errors: INVALID_ARGUMENT
 // no duration, or a too short one; RESOURCE_EXHAUSTED longer than the limit.
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,

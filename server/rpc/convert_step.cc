@@ -122,6 +122,8 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   request->request = Request();
   request->request.sequence_number = message.sequence_number();
   request->request.acknowledged = message.acknowledged_sequence_number();
+  request->request.released = absl::MakeConstSpan(
+      message.released_batches().data(), static_cast<size_t>(message.released_batches_size()));
   request->with_final_observations = false;
   request->response_count_min = 1;
   switch (message.request_case()) {
@@ -198,7 +200,7 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
 }
 
 void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response) {
-  if (!response->has_batch()) {
+  if (!response->has_batch() || response->batch().has_shared_batch()) {
     return;
   }
   const auto picture_bytes = static_cast<size_t>(observation_bytes);

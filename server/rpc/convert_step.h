@@ -46,7 +46,7 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
                       FrameRing* frames, Response* response);
 
 // Once the values are written: leaves only the fingerprints and final observations of episodes that
-// ended.
+// ended. In shared memory there is nothing to leave out (convert_shared.h).
 void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response);
 
 }  // namespace procgen

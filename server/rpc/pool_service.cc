@@ -83,7 +83,11 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
     const v1::PoolSpec& spec = call->request().spec();
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     absl::Status status = options.status();
+    const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions_->shares_memory());
     if (status.ok()) {
+      status = shares_memory.status();
+    }
+    if (status.ok() && !*shares_memory) {
       status = CheckAnswersFit(*options, sessions_->limits());
     }
     absl::StatusOr<absl::Duration> lease_duration = absl::InfiniteDuration();
@@ -96,7 +100,8 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
       call->Finish(std::move(status));
       return;
     }
-    sessions_->Create(call->owner(), call->request().pool_id(), *options, *lease_duration,
+    const PoolTerms terms = {.lease_duration = *lease_duration, .shares_memory = *shares_memory};
+    sessions_->Create(call->owner(), call->request().pool_id(), *options, terms,
                       [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/rpc/convert_shared.h"
 #include "server/rpc/shared_bytes.h"
 
 namespace procgen {
@@ -30,10 +31,14 @@ void RunningRequest::Begin(StreamRequest* request) {
 
 void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done) {
   response_ = response;
-  const Batch batch =
-      response == nullptr
-          ? Batch()
-          : PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
+  shared_ = {};
+  Batch batch;
+  if (response != nullptr && request_->request.shared_batch >= 0) {
+    shared_ = PrepareSharedResponse(*request_, *pool->shared_ring(), &response->message);
+    batch = shared_;
+  } else if (response != nullptr) {
+    batch = PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
+  }
   pool->RunPart(request_->request, part_, batch, std::move(done));
 }
 
@@ -44,6 +49,7 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
   if (!ok) {
     answer_.clear();
   } else if (outgoing.response != nullptr) {
+    CompleteSharedBatch(pool.observation_bytes(), shared_);
     CompleteResponse(pool.observation_bytes(), &outgoing.response->message);
     outgoing.answered = IsOver() ? request_ : nullptr;
     if (keeps) {

@@ -68,7 +68,8 @@ class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
       : tls_(options.tls),
-        sessions_(options.limits, options.worker_count, &metrics_, options.art),
+        sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
+                  options.shared_folder),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
                  &metrics_),
         services_(&sessions_, &callers_, options.clone_sources) {

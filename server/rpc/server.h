@@ -13,6 +13,7 @@
 #include "server/rpc/tls_files.h"
 #include "server/rpc/token_file.h"
 #include "server/session/limits.h"
+#include "server/shared_memory/shared_folder.h"
 
 namespace procgen {
 
@@ -24,7 +25,9 @@ struct ServerOptions {
   std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
   std::shared_ptr<TokenFile> tokens;     // null: nobody is asked for one
-  CloneSources clone_sources;            // whom CloneStates may be asked to connect to
+  // Where pools share memory with learners on this machine; null: they share none.
+  std::shared_ptr<const SharedFolder> shared_folder;
+  CloneSources clone_sources;  // whom CloneStates may be asked to connect to
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
   // ended if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(30);

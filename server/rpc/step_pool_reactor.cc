@@ -1,5 +1,6 @@
 #include "server/rpc/step_pool_reactor.h"
 
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -184,6 +185,11 @@ absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
   if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
     return status;
   }
+  if (pool_->shared_ring() != nullptr) {
+    request->rows_max = INT32_MAX;  // its response bears none
+    request->response_count_min = 1;
+    return absl::OkStatus();
+  }
   const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
       "attach.response_bytes_max", *request, pool_->observation_bytes(), terms_.response_bytes_max);
   request->rows_max = rows_max.value_or(0);
@@ -192,7 +198,7 @@ absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
 
 void StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
   AttachStream(
-      sessions_, caller_.owner, request,
+      sessions_, {caller_.owner, context_->peer()}, request,
       [self = shared_from_this()](StreamEnd why, const absl::Status& reason) {
         self->EndNow(why, reason);
       },

@@ -29,6 +29,8 @@ struct Limits {
   absl::Duration attach_timeout = absl::Seconds(30);
   // Answers that are kept for streams that may be resumed, of all pools together, in bytes.
   int64_t kept_answer_bytes_max = int64_t{4} << 30;
+  // Memory that pools share with learners on the same machine, of all pools together, in bytes.
+  int64_t shared_memory_bytes_max = int64_t{4} << 30;
   // How long a pool may ask to live without a stream.
   absl::Duration lease_duration_max = absl::Hours(24);
 };
@@ -37,6 +39,10 @@ struct Limits {
 // one request that is stepped while the next is on its way.
 inline constexpr int64_t kResponseBytesDefault = 4 << 20;
 inline constexpr int32_t kRequestsInFlightDefault = 2;
+// Batches of shared memory that a learner may hold besides those of unanswered requests: by
+// default, and at most.
+inline constexpr int32_t kHeldBatchesDefault = 2;
+inline constexpr int32_t kHeldBatchesMax = 1024;
 // The least that a limit of bytes, or a stream, may ask for, in bytes: a few observations.
 inline constexpr int64_t kMessageBytesMin = 64 << 10;
 // The shortest lease.

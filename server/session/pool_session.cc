@@ -26,13 +26,18 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 }  // namespace
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
-                         absl::Duration lease_duration, const PoolSurroundings& surroundings)
+                         absl::Duration lease_duration, const PoolSurroundings& surroundings,
+                         const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
       surroundings_(surroundings),
       create_time_(surroundings.lease_alarm->Now()),
       counts_(pool_->options(), surroundings.metrics),
+      shared_ring_(shared_folder == nullptr
+                       ? nullptr
+                       : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
+                                                      observation_bytes())),
       lease_duration_(lease_duration) {
   absl::MutexLock lock(&mutex_);
   BeginLease();
@@ -41,6 +46,9 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
 PoolSession::~PoolSession() {
   absl::MutexLock lock(&mutex_);
   surroundings_.kept_answer_bytes->Change(reserved_bytes_, 0);
+  if (shared_ring_ != nullptr) {
+    surroundings_.shared_memory_bytes->Change(shared_ring_->size_bytes(), 0);
+  }
 }
 
 bool PoolSession::attached() const {
@@ -100,6 +108,9 @@ absl::Status PoolSession::CheckAttach(const AttachOptions& options) {
         absl::StrCat("another stream is attached to pool ", name_,
                      ", allowed: one at a time; end that one, or attach with take_over"));
   }
+  if (absl::Status status = CheckHeldBatches(options); !status.ok()) {
+    return status;
+  }
   Owners::Share share;
   if (!attached_) {
     absl::StatusOr<Owners::Share> taken = surroundings_.owners->Take(owner_, {.stream_count = 1});
@@ -135,6 +146,9 @@ absl::Status PoolSession::ReserveAnswers(int32_t count) {
 int64_t PoolSession::AnswerBytesMax() const {
   // An observation and a final one, and what else a response of a single environment has.
   constexpr int64_t kRowBytesMax = 512;
+  if (shared_ring_ != nullptr) {
+    return kRowBytesMax;  // the number of a batch
+  }
   return env_count() * (2 * observation_bytes() + kRowBytesMax);
 }
 
@@ -143,8 +157,10 @@ void PoolSession::BeginStream(const AttachOptions& options, EndStream end_stream
   stream_options_ = options;
   end_stream_ = std::move(end_stream);
   expire_time_ = absl::InfiniteFuture();
+  batches_.BeginStream(options.held_batches);
   if (!options.resumable) {
     kept_ = {};
+    batches_.ForgetUpTo(next_sequence_number_);
     surroundings_.kept_answer_bytes->Change(reserved_bytes_, 0);
     reserved_bytes_ = 0;
   }
@@ -291,11 +307,14 @@ absl::StatusOr<std::optional<Answer>> PoolSession::Accept(Request* request) {
   if (absl::Status status = CheckNoneAwaitsReset(*request); !status.ok()) {
     return status;
   }
+  {
+    absl::MutexLock lock(&mutex_);
+    if (absl::Status status = Take(request); !status.ok()) {
+      return status;
+    }
+  }
   next_sequence_number_ = expected + 1;
   change_number_ += request->kind == Request::Kind::kObserve ? 0 : 1;
-  absl::MutexLock lock(&mutex_);
-  kept_.ForgetUpTo(
-      std::max(request->acknowledged, number - stream_options_.requests_in_flight_max));
   return std::nullopt;
 }
 
@@ -309,6 +328,8 @@ absl::StatusOr<Answer> PoolSession::Recall(const Request& request) {
                      ", the next: ", int64_t{next_sequence_number_}));
   }
   Answer recalled = *answer;
+  batches_.HoldAgain(request.sequence_number);
+  batches_.ForgetUpTo(request.acknowledged);
   kept_.ForgetUpTo(request.acknowledged);
   return recalled;
 }

@@ -26,6 +26,9 @@
 #include "server/session/pool_counts.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
+#include "server/shared_memory/batch_ledger.h"
+#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_ring.h"
 
 namespace procgen {
 
@@ -38,6 +41,7 @@ struct PoolSurroundings {
   SideCrew* side_crew = nullptr;
   LeaseAlarm* lease_alarm = nullptr;           // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
+  ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
   Metrics* metrics = nullptr;                  // and all else that is counted to these
 };
@@ -47,6 +51,10 @@ struct AttachOptions {
   int32_t requests_in_flight_max = kRequestsInFlightDefault;  // it has no more unanswered
   bool resumable = false;  // the answers to that many are kept, also beyond its end
   bool take_over = false;  // if another stream has the pool, it ends
+  // Of a pool that shares memory: how many batches its learner may hold besides those of unanswered
+  // requests, and which ones of earlier streams it still holds.
+  int32_t held_batches_max = 0;
+  std::vector<int32_t> held_batches = {};
 };
 
 // Why a stream must end.
@@ -73,9 +81,10 @@ class PoolSession {
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
-  // closed.
+  // closed. `shared_folder`: where it shares memory with learners; null: it shares none.
   PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
-              absl::Duration lease_duration, const PoolSurroundings& surroundings);
+              absl::Duration lease_duration, const PoolSurroundings& surroundings,
+              const SharedFolder* shared_folder = nullptr);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;
@@ -106,6 +115,12 @@ class PoolSession {
   // ABORTED a third one took over; RESOURCE_EXHAUSTED its owner has too many streams, or no memory
   // for answers; what it was closed with.
   void Attach(const AttachOptions& options, EndStream end_stream, Done done);
+  // Makes room in shared memory for the stream that has attached, before its first turn, and calls
+  // `done` once, on another thread or, where there is nothing to do, on this one. Errors:
+  // RESOURCE_EXHAUSTED.
+  void ShareMemory(const AttachOptions& options, Done done);
+  // What it shares with learners; null: nothing. Until ShareMemory has succeeded it has no batch.
+  const SharedRing* shared_ring() const { return shared_ring_.get(); }
   // Gives it back: to the stream that takes over, or its lease begins. A turn must have ended.
   void Detach();
   // Ends the stream, if one is attached, with `reason`; it detaches when its turn has ended.
@@ -129,7 +144,7 @@ class PoolSession {
   // Checks a request of the stream, fills in its count, and takes it: its number counts as used.
   // One with a number that was used before is not to be carried out: its answer is returned.
   // Errors, which take nothing: INVALID_ARGUMENT; FAILED_PRECONDITION an answer that is not kept,
-  // or an environment that must be reset.
+  // an environment that must be reset, or no batch of shared memory that is free.
   absl::StatusOr<std::optional<Answer>> Accept(Request* request);
   // Keeps the answer to an accepted request of a resumable stream.
   void Keep(int64_t sequence_number, Answer answer);
@@ -163,6 +178,12 @@ class PoolSession {
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
+  // Lets go of what the stream has done with, answers and batches of shared memory, and fills in
+  // the batch that is written.
+  absl::Status Take(Request* request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckHeldBatches(const AttachOptions& options) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status GrowSharedRing(int32_t batch_count);
   absl::Status CheckAttach(const AttachOptions& options) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status ReserveAnswers(int32_t count) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginStream(const AttachOptions& options, EndStream end_stream)
@@ -180,6 +201,8 @@ class PoolSession {
   const absl::Time create_time_;
   PoolCounts counts_;                              // changed in a turn
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
+  // Grown while a stream attaches, written in a turn of a stream. Null: it shares no memory.
+  const std::unique_ptr<SharedRing> shared_ring_;
 
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
@@ -191,6 +214,7 @@ class PoolSession {
   absl::Time expire_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
   KeptAnswers kept_ ABSL_GUARDED_BY(mutex_);
   int64_t reserved_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // for kept_
+  BatchLedger batches_ ABSL_GUARDED_BY(mutex_);         // of shared_ring_
   bool turn_taken_ ABSL_GUARDED_BY(mutex_) = false;
   std::deque<Done> waiting_ ABSL_GUARDED_BY(mutex_);
   absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open

@@ -21,7 +21,8 @@ struct Request {
   };
 
   int64_t sequence_number = 0;
-  int64_t acknowledged = 0;  // answers up to this number have arrived; 0: says nothing
+  int64_t acknowledged = 0;            // answers up to this number have arrived; 0: says nothing
+  absl::Span<const int32_t> released;  // batches of shared memory that the learner has done with
   Kind kind = Kind::kObserve;
   int32_t first = 0;                        // the slice: environments [first, first + count)
   int32_t count = 0;                        // 0: all from `first` on
@@ -30,6 +31,8 @@ struct Request {
   absl::Span<const NextLevel> next_levels;  // kStep
   absl::Span<const Reset> resets;           // kStep, kReset
   std::shared_ptr<const LevelSampler> level_sampler;  // kSample
+  // Filled in by PoolSession::Accept: the batch of shared memory that is written; -1: none.
+  int32_t shared_batch = -1;
 };
 
 // A contiguous part of a request's slice: environments [first, first + count) of the pool.

@@ -89,13 +89,16 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 }
 
 Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
-                   std::shared_ptr<const SharedArt> art, Clock clock)
+                   std::shared_ptr<const SharedArt> art, Clock clock,
+                   std::shared_ptr<const SharedFolder> shared_folder)
     : limits_(limits),
       worker_count_(worker_count),
       metrics_(metrics),
       art_(std::move(art)),
       owners_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
+      shared_memory_bytes_(limits.shared_memory_bytes_max),
+      shared_folder_(std::move(shared_folder)),
       crew_(std::make_shared<Crew>(worker_count)),
       side_crew_(kSideThreadCount),
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
@@ -114,7 +117,7 @@ Sessions::~Sessions() {
 }
 
 void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-                      absl::Duration lease_duration, CreateDone done) {
+                      const PoolTerms& terms, CreateDone done) {
   absl::StatusOr<Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
@@ -122,9 +125,9 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
   }
   PoolOptions drawn = options;
   drawn.art = art_;
-  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), lease_duration,
+  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), terms,
                   done = std::move(done)]() mutable {
-    Finish(key, Pool::Create(drawn, crew_), lease_duration, std::move(done));
+    Finish(key, Pool::Create(drawn, crew_), terms, std::move(done));
   });
 }
 
@@ -180,7 +183,7 @@ void Sessions::EraseLocked(const Key& key) {
 }
 
 void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
-                      absl::Duration lease_duration, CreateDone done) {
+                      const PoolTerms& terms, CreateDone done) {
   if (!pool.ok()) {
     {
       absl::MutexLock lock(&mutex_);
@@ -192,9 +195,10 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(
-          key.first, key.second, *std::move(pool), lease_duration,
-          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_, metrics_}),
+      new PoolSession(key.first, key.second, *std::move(pool), terms.lease_duration,
+                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
+                       &shared_memory_bytes_, &step_count_, metrics_},
+                      terms.shares_memory ? shared_folder_.get() : nullptr),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;

@@ -23,6 +23,7 @@
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
 #include "server/session/side_crew.h"
+#include "server/shared_memory/shared_folder.h"
 
 namespace procgen {
 
@@ -30,6 +31,12 @@ namespace procgen {
 // INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
 absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
                                 const Limits& limits);
+
+// How a pool is kept, besides what it is made of.
+struct PoolTerms {
+  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
+  bool shares_memory = false;  // batches are written where learners map them
+};
 
 // How busy a server is.
 struct Load {
@@ -53,8 +60,10 @@ class Sessions {
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
   // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
+  // `shared_folder`: where pools share memory with learners; null: none does.
   Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
-           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow);
+           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
+           std::shared_ptr<const SharedFolder> shared_folder = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
@@ -64,18 +73,20 @@ class Sessions {
   // What pools draw with; null: the built-in art.
   const SharedArt* art() const { return art_.get(); }
 
+  // Whether pools can share memory with learners.
+  bool shares_memory() const { return shared_folder_ != nullptr; }
+
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
   // Where all that the server does is counted.
   Metrics& metrics() const { return *metrics_; }
 
-  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), which lives for
-  // `lease_duration` without a stream, and calls `done` once, on another thread or, with an error,
-  // on this one. REQUIRES: CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed
-  // id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
-  // Pool::Create.
+  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), and calls `done` once,
+  // on another thread or, with an error, on this one. REQUIRES: CheckLeaseDuration, or infinite;
+  // shares_memory(), if it shares any. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
+  // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-              absl::Duration lease_duration, CreateDone done);
+              const PoolTerms& terms, CreateDone done);
 
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
@@ -125,8 +136,8 @@ class Sessions {
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
-              absl::Duration lease_duration, CreateDone done);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, const PoolTerms& terms,
+              CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const
@@ -140,6 +151,8 @@ class Sessions {
   std::atomic<int64_t> step_count_ = 0;
   Owners owners_;  // before entries_, which hold shares of it
   ByteBudget kept_answer_bytes_;
+  ByteBudget shared_memory_bytes_;
+  const std::shared_ptr<const SharedFolder> shared_folder_;
 
   mutable absl::Mutex mutex_;
   std::map<Key, Entry> entries_ ABSL_GUARDED_BY(mutex_);

@@ -5,6 +5,7 @@
 
 #include "server/session/event_log.h"
 #include "tests/benchmark/benchmark_run.h"
+#include "tests/benchmark/shared_memory_benchmark.h"
 #include "tests/benchmark/stream_courses.h"
 #include "tests/benchmark/time_now.h"
 
@@ -16,6 +17,7 @@ constexpr double kMinTimeSeconds = 3;
 
 void RegisterAll() {
   RegisterTcpStreams();
+  RegisterSharedMemoryStreams();
   RegisterPipelines();
   RegisterLatencies();
   RegisterFairness();

@@ -19,8 +19,9 @@ constexpr int32_t kEnvCount = 12;
 constexpr int32_t kHalf = kEnvCount / 2;
 // Room for five observations: the answer for a half comes in two responses.
 constexpr int64_t kResponseBytes = 65536;
-// The answers to one or two requests.
+// The answers to one or two requests, and to some more where they bear no observations.
 constexpr int64_t kBytesBetweenFaults = 120'000;
+constexpr int64_t kSharedBytesBetweenFaults = 1'500;
 
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
@@ -72,8 +73,9 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-v1::PoolSpec TracedSpec() {
+v1::PoolSpec TracedSpec(v1::Transport transport) {
   v1::PoolSpec spec;
+  spec.set_transport(transport);
   spec.add_games("bigfish");
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -94,15 +96,20 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
   return Play(stream->get(), goes_on);
 }
 
-void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count) {
+void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
+                         v1::Transport transport) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(TracedSpec());
+  const auto pool = (*client)->CreatePool(TracedSpec(transport));
   const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
-  FaultProxy proxy({.target = address, .seed = seed, .bytes_between_faults = kBytesBetweenFaults});
+  FaultProxy proxy({.target = address,
+                    .seed = seed,
+                    .bytes_between_faults = transport == v1::TRANSPORT_SHARED_MEMORY
+                                                ? kSharedBytesBetweenFaults
+                                                : kBytesBetweenFaults});
   const std::vector<size_t> trace = TraceAt(
       proxy.address(), pool->name(),
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },

@@ -2,9 +2,11 @@
 #define PROCGEN_CLIENT_BATCH_H_
 
 #include <cstdint>
+#include <memory>
 
 #include "absl/types/span.h"
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/shared_mapping.h"
 
 namespace procgen_client {
 
@@ -12,7 +14,9 @@ namespace procgen_client {
 // i. The comments of procgen.v1.Batch tell what each value means.
 // F is the shape of one observation, StepStream::pool().observation_shape(), by default 64, 64, 3.
 // The spans are good until the Batch is filled again or ends. An answer that came in one response
-// is not copied.
+// is not copied. Of a pool that shares memory they point there, and the server writes that part of
+// it again only when the Batch, and what was copied of it, is filled again or has ended; so hold no
+// more of them than StreamOptions::held_batches_max allows.
 // Threads: compatible (one at a time).
 class Batch {
  public:
@@ -20,33 +24,47 @@ class Batch {
   int32_t first_environment() const { return first_environment_; }
   int32_t environment_count() const { return value().environment_count(); }
 
-  absl::Span<const uint8_t> observations() const { return Bytes(value().observations()); }
+  absl::Span<const uint8_t> observations() const {
+    return Shared(&SharedRows::observations, Bytes(value().observations()));
+  }
   //                                                          uint8  [n, F], or empty
-  absl::Span<const float> rewards() const { return Numbers(value().rewards()); }            // [n]
-  absl::Span<const bool> first() const { return Numbers(value().first()); }                 // [n]
-  absl::Span<const bool> terminated() const { return Numbers(value().terminated()); }       // [n]
-  absl::Span<const bool> truncated() const { return Numbers(value().truncated()); }         // [n]
-  absl::Span<const int32_t> level_seeds() const { return Numbers(value().level_seeds()); }  // [n]
-  absl::Span<const int32_t> prev_level_seeds() const {                                      // [n]
-    return Numbers(value().prev_level_seeds());
+  absl::Span<const float> rewards() const {
+    return Shared(&SharedRows::rewards, Numbers(value().rewards()));
+  }  // [n]
+  absl::Span<const bool> first() const {
+    return Shared(&SharedRows::first, Numbers(value().first()));
+  }  // [n]
+  absl::Span<const bool> terminated() const {
+    return Shared(&SharedRows::terminated, Numbers(value().terminated()));
+  }  // [n]
+  absl::Span<const bool> truncated() const {
+    return Shared(&SharedRows::truncated, Numbers(value().truncated()));
+  }  // [n]
+  absl::Span<const int32_t> level_seeds() const {
+    return Shared(&SharedRows::level_seeds, Numbers(value().level_seeds()));
+  }                                                     // [n]
+  absl::Span<const int32_t> prev_level_seeds() const {  // [n]
+    return Shared(&SharedRows::prev_level_seeds, Numbers(value().prev_level_seeds()));
   }
   absl::Span<const bool> prev_level_complete() const {  // [n]
-    return Numbers(value().prev_level_complete());
+    return Shared(&SharedRows::prev_level_complete, Numbers(value().prev_level_complete()));
   }
   absl::Span<const float> episode_returns() const {  // [n]
-    return Numbers(value().episode_returns());
+    return Shared(&SharedRows::episode_returns, Numbers(value().episode_returns()));
   }
   absl::Span<const int32_t> episode_lengths() const {  // [n]
-    return Numbers(value().episode_lengths());
+    return Shared(&SharedRows::episode_lengths, Numbers(value().episode_lengths()));
   }
   // Hashes of the ended episodes, of the m rows with terminated or truncated, in order. The
   // contract sends their 64 bits as signed numbers.
   absl::Span<const uint64_t> fingerprints() const {  // [m]
     const absl::Span<const int64_t> numbers = Numbers(value().fingerprints());
-    return absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()), numbers.size());
+    return Shared(
+        &SharedRows::fingerprints,
+        absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()), numbers.size()));
   }
   absl::Span<const uint8_t> final_observations() const {
-    return Bytes(value().final_observations());
+    return Shared(&SharedRows::final_observations, Bytes(value().final_observations()));
   }  //                                                       uint8  [m, F], or empty
 
  private:
@@ -60,6 +78,12 @@ class Batch {
     return absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
   }
   const procgen::v1::Batch& value() const { return response_.batch(); }
+  // An array where it lies: in shared memory, or as the message has it.
+  template <typename Element>
+  absl::Span<const Element> Shared(absl::Span<const Element> SharedRows::*array,
+                                   absl::Span<const Element> received) const {
+    return shared_ == nullptr ? received : (*shared_).*array;
+  }
 
   // Begins with the first response of an answer; then adds the others' rows.
   void Begin();
@@ -67,6 +91,7 @@ class Batch {
 
   procgen::v1::StepPoolResponse response_;  // the first of the answer; others' rows are appended
   int32_t first_environment_ = 0;
+  std::shared_ptr<const SharedRows> shared_;  // null: the values are in response_
 };
 
 }  // namespace procgen_client

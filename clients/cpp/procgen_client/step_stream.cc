@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -59,6 +60,7 @@ StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
   attach->set_response_bytes_max(options.response_bytes_max);
   attach->set_resumable(resumes());
   attach->set_take_over(options.take_over);
+  attach->set_held_batches_max(options.held_batches_max);
 }
 
 StepStream::~StepStream() { Close().IgnoreError(); }
@@ -94,6 +96,8 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
     });
   }
   ShowToken(token_, &connection->context);
+  const std::vector<int32_t> held = held_->TakeHeld();
+  attach_.mutable_attach()->mutable_held_batches()->Assign(held.begin(), held.end());
   connection->stream = stub_->StepPool(&connection->context);
   procgen::v1::StepPoolResponse response;
   if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
@@ -106,13 +110,47 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
     absl::MutexLock lock(&mutex_);
     connection_ = connection;
   }
-  if (!response.has_attached()) {
+  absl::Status status = absl::InternalError("the server's first response does not answer attach");
+  if (response.has_attached()) {
+    status = MapShared(response.attached());
+  }
+  if (!status.ok()) {
     connection->context.TryCancel();
     connection->stream->Finish();
-    return absl::InternalError("the server's first response does not answer attach");
+    return status;
   }
   attached->Swap(response.mutable_attached());
   return absl::OkStatus();
+}
+
+absl::Status StepStream::MapShared(const procgen::v1::Attached& attached) {
+  if (!attached.has_shared_memory()) {
+    return absl::OkStatus();
+  }
+  const procgen::v1::SharedMemory& memory = attached.shared_memory();
+  if (mapping_ != nullptr && mapping_->path() == memory.path()) {
+    return absl::OkStatus();
+  }
+  if (mapping_ != nullptr) {
+    return absl::AbortedError(absl::StrCat("pool ", attached.pool().name(), " shares ",
+                                           memory.path(), ", and what this stream had attached to ",
+                                           mapping_->path(), ": it is another of the same name"));
+  }
+  absl::StatusOr<std::shared_ptr<const SharedMapping>> mapping = SharedMapping::Open(memory);
+  if (mapping.ok()) {
+    mapping_ = *std::move(mapping);
+  }
+  return mapping.status();
+}
+
+absl::Status StepStream::CheckHeld(int64_t unanswered) const {
+  if (mapping_ == nullptr || held_->count() + unanswered < mapping_->batch_count()) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat(
+      held_->count(), " Batches are held and ", unanswered, " requests unanswered, and pool ",
+      pool().name(), " has ", mapping_->batch_count(),
+      " in shared memory: let go of some, or set StreamOptions::held_batches_max"));
 }
 
 absl::Status StepStream::Reconnect() {
@@ -216,6 +254,7 @@ absl::Status StepStream::Call(procgen::v1::StepPoolRequest request, Batch* batch
   if (next_sequence_number_ - 1 != answered_sequence_number_) {
     return absl::FailedPreconditionError("requests are unanswered; receive their answers first");
   }
+  batch->shared_ = nullptr;
   absl::StatusOr<int64_t> sent = Send(std::move(request));
   return sent.ok() ? Receive(batch) : sent.status();
 }
@@ -226,6 +265,9 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     return absl::FailedPreconditionError(
         absl::StrCat(unanswered, " requests are unanswered, allowed: ", requests_in_flight_max()));
   }
+  if (absl::Status status = CheckHeld(unanswered); !status.ok()) {
+    return status;
+  }
   absl::MutexLock sending(&send_mutex_);
   if (absl::Status status = Over(); !status.ok()) {
     return status;
@@ -233,6 +275,10 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
   // Counted before it is sent: its answer may arrive before Write returns.
   const int64_t number = next_sequence_number_++;
   request.set_sequence_number(number);
+  if (mapping_ != nullptr) {
+    // So that the batches of answers that have arrived are not kept for repetition.
+    request.set_acknowledged_sequence_number(answered_sequence_number_);
+  }
   std::shared_ptr<Connection> connection;
   {
     absl::MutexLock lock(&mutex_);
@@ -241,6 +287,9 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
       unanswered_.push_back(request);
     }
   }
+  // Not in what is sent again: attaching tells what is held as a whole.
+  const std::vector<int32_t> released = held_->TakeReleased();
+  request.mutable_released_batches()->Assign(released.begin(), released.end());
   connection->stream->Write(request);
   return number;
 }
@@ -252,11 +301,20 @@ absl::Status StepStream::Receive(Batch* batch) {
   if (next_sequence_number_ - 1 == answered_sequence_number_) {
     return absl::FailedPreconditionError("no request is unanswered; send one first");
   }
+  batch->shared_ = nullptr;
   while (!ReadAnswer(batch)) {
     absl::Status status = resumes() ? Reconnect() : Finish();
     if (!status.ok()) {
       return status;
     }
+  }
+  if (batch->value().has_shared_batch()) {
+    auto rows = SharedRows::Hold(mapping_, held_, batch->value());
+    if (!rows.ok()) {
+      this->connection()->context.TryCancel();
+      return FinishWith(rows.status());
+    }
+    batch->shared_ = *std::move(rows);
   }
   absl::MutexLock lock(&mutex_);
   answered_sequence_number_ = batch->sequence_number();

@@ -17,6 +17,7 @@
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/shared_mapping.h"
 
 namespace procgen_client {
 
@@ -36,6 +37,9 @@ struct StreamOptions {
   int32_t pipeline = 0;
   // Another stream that has the pool ends.
   bool take_over = false;
+  // Of a pool with TRANSPORT_SHARED_MEMORY: how many Batches may be held besides those of
+  // unanswered requests; 0: 2. Each takes memory for two observations of each environment.
+  int32_t held_batches_max = 0;
 };
 
 // One learner's hold of one pool. Made by Client::Attach, which it must not outlive.
@@ -79,7 +83,8 @@ class StepStream {
 
   // Sends a request and returns its sequence number. Blocks only while the connection is full, or
   // Receive makes it anew; that it is broken, only Receive finds.
-  // Errors: FAILED_PRECONDITION requests_in_flight_max() are unanswered (nothing was sent).
+  // Errors: FAILED_PRECONDITION requests_in_flight_max() are unanswered, or so many Batches of
+  // shared memory are held that there is none for the answer (nothing was sent).
   absl::StatusOr<int64_t> Send(procgen::v1::StepPoolRequest request);
   // Sends the request of Step, whose answer Receive waits for: what the learner does meanwhile
   // costs no time. Returns and errors as Send.
@@ -113,6 +118,10 @@ class StepStream {
   // one the next time.
   absl::Status Open(absl::Time deadline, procgen::v1::Attached* attached, bool* is_broken)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
+  // Maps the memory that the pool shares, if it does. Errors: those of SharedMapping::Open.
+  absl::Status MapShared(const procgen::v1::Attached& attached);
+  // Whether there is a batch of shared memory for one more answer.
+  absl::Status CheckHeld(int64_t unanswered) const;
   // Goes on with a new connection after one broke, or ends the stream.
   absl::Status Reconnect();
   // Attaches again and sends again what is unanswered.
@@ -138,6 +147,8 @@ class StepStream {
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first
   std::atomic<int64_t> next_sequence_number_ = 1;
   std::atomic<int64_t> answered_sequence_number_ = 0;
+  std::shared_ptr<const SharedMapping> mapping_;  // set by attaching; null: values are received
+  const std::shared_ptr<HeldBatches> held_ = std::make_shared<HeldBatches>();
 
   // Lock order: send_mutex_, mutex_.
   absl::Mutex send_mutex_;  // of who writes, or makes the connection anew

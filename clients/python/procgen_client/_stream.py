@@ -13,6 +13,7 @@ from typing import Any
 import grpc
 
 from procgen_client._proto import step_pb2
+from procgen_client._shared_memory import SharedMapping
 from procgen_client._wire import Part
 from procgen_client.errors import (
     AbortedError,
@@ -49,10 +50,15 @@ class Stream:
 
     Attributes:
         attached: What the server answered to the first attach.
+        mapping: The memory that the pool shares. None: values are received.
     """
 
     def __init__(
-        self, step_pool: Callable[..., Any], attach: step_pb2.Attach, reconnect_timeout: float
+        self,
+        step_pool: Callable[..., Any],
+        attach: step_pb2.Attach,
+        reconnect_timeout: float,
+        mapping: SharedMapping | None = None,
     ) -> None:
         """Attaches.
 
@@ -61,10 +67,14 @@ class Stream:
             attach: What to attach with; resumable is set here.
             reconnect_timeout: How long to try to go on after a broken connection, in seconds. 0:
                 not at all.
+            mapping: The memory that the pool shares, if it was mapped before: what is held of it
+                stays as it is.
 
         Raises:
             ProcgenError: What the server says, or that it cannot be reached.
+            FailedPreconditionError: Shared memory cannot be mapped.
         """
+        self.mapping = mapping
         self._step_pool = step_pool
         self._reconnect_timeout = reconnect_timeout
         self._attach = step_pb2.Attach()
@@ -96,7 +106,15 @@ class Stream:
         request.sequence_number = self._next_sequence_number
         self._next_sequence_number += 1
         self._unanswered.append(request)
-        self._requests.put(request)
+        if self.mapping is None:
+            self._requests.put(request)
+        else:
+            # So that the batches of answers that have arrived are not kept for repetition.
+            request.acknowledged_sequence_number = self._unanswered[0].sequence_number - 1
+            # Not in what is sent again: attaching tells what is held as a whole.
+            sent = step_pb2.StepPoolRequest(released_batches=self.mapping.take_released())
+            sent.MergeFrom(request)
+            self._requests.put(sent)
         return request.sequence_number
 
     def receive(self) -> list[Part]:
@@ -114,6 +132,7 @@ class Stream:
                 self._resume(broken.error)
             else:
                 self._unanswered.popleft()
+                self._read_shared(parts)
                 return parts
 
     def close(self) -> None:
@@ -152,6 +171,15 @@ class Stream:
             parts.append(response)
         return parts
 
+    def _read_shared(self, parts: list[Part]) -> None:
+        for part in parts:
+            if part.shared_batch is None:
+                continue
+            if self.mapping is None:
+                self.drop()
+                raise InternalError(f"{self._attach.pool} shares no memory and answers as if")
+            self.mapping.read(part)
+
     def _next_response(self) -> Part | step_pb2.StepPoolResponse:
         try:
             return next(self._call)
@@ -174,6 +202,8 @@ class Stream:
 
     def _open(self, **arguments: Any) -> step_pb2.Attached:  # noqa: ANN401
         self._requests = queue.SimpleQueue()
+        if self.mapping is not None:
+            self._attach.held_batches[:] = self.mapping.take_held()
         self._requests.put(step_pb2.StepPoolRequest(attach=self._attach))
         self._call = self._step_pool(iter(self._requests.get, None), **arguments)
         response = self._next_response()
@@ -182,7 +212,24 @@ class Stream:
             raise InternalError(
                 f"{self._attach.pool} answered something else than that it is attached"
             )
+        if response.attached.HasField("shared_memory"):
+            try:
+                self._map(response.attached.shared_memory)
+            except ProcgenError:
+                self.drop()
+                raise
         return response.attached
+
+    def _map(self, memory: step_pb2.SharedMemory) -> None:
+        if self.mapping is None:
+            self.mapping = SharedMapping(memory)
+        elif self.mapping.path != memory.path:
+            raise AbortedError(
+                f"{self._attach.pool} shares {memory.path}, and what was attached to before shares "
+                f"{self.mapping.path}: it is another pool of the same name"
+            )
+        elif self.mapping.batch_count != memory.batch_count:
+            self.mapping.map_again(memory)
 
     def _resume(self, error: ProcgenError) -> None:
         """Goes on with a new connection, or raises why that cannot be."""

@@ -19,7 +19,7 @@ from procgen_client._proto import step_pb2
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 
 # Arrays of numbers: name, element type on the wire.
-_ARRAYS = {
+ARRAY_TYPES = {
     "rewards": "<f4",
     "first": "?",
     "terminated": "?",
@@ -31,12 +31,19 @@ _ARRAYS = {
     "episode_lengths": "<i4",
     "fingerprints": "<u8",
 }
-_PICTURES = ("final_observations", "observations")
-_SCALARS = ("first_environment", "environment_count", "last", "shared_batch")
+PICTURES = ("final_observations", "observations")
+_SCALARS = (
+    "first_environment",
+    "environment_count",
+    "last",
+    "shared_batch",
+    "shared_observations",
+    "shared_final_observations",
+)
 
 _BATCH_FIELDS = step_pb2.Batch.DESCRIPTOR.fields_by_name
 _SCALAR_NUMBERS = {_BATCH_FIELDS[name].number: name for name in _SCALARS}
-_ARRAY_NUMBERS = {_BATCH_FIELDS[name].number: name for name in (*_ARRAYS, *_PICTURES)}
+_ARRAY_NUMBERS = {_BATCH_FIELDS[name].number: name for name in (*ARRAY_TYPES, *PICTURES)}
 _RESPONSE_FIELDS = step_pb2.StepPoolResponse.DESCRIPTOR.fields_by_name
 _SEQUENCE_NUMBER = _RESPONSE_FIELDS["sequence_number"].number
 _BATCH = _RESPONSE_FIELDS["batch"].number
@@ -51,7 +58,8 @@ class Part:
     """One response with a batch: the answer to a request, or a part of it.
 
     ``arrays`` maps the names of Batch's arrays to one-dimensional arrays. Numbers are copies and
-    writable; pictures are uint8 views of the received message and read-only.
+    writable; pictures are uint8 views of the received message and read-only. With ``shared_batch``
+    they are empty, and the values are in that batch of shared memory (_shared_memory.py).
     """
 
     sequence_number: int
@@ -59,6 +67,9 @@ class Part:
     environment_count: int
     last: bool
     arrays: dict[str, np.ndarray]
+    shared_batch: int | None = None
+    shared_observations: bool = False
+    shared_final_observations: bool = False
 
 
 def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
@@ -80,15 +91,18 @@ def part_of(response: step_pb2.StepPoolResponse) -> Part:
     # Fingerprints are 64 bits that the contract sends as signed numbers.
     arrays = {
         name: np.array(getattr(batch, name), dtype.replace("u", "i")).view(dtype)
-        for name, dtype in _ARRAYS.items()
+        for name, dtype in ARRAY_TYPES.items()
     }
-    arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in _PICTURES}
+    arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
     return Part(
         response.sequence_number,
         batch.first_environment,
         batch.environment_count,
         batch.last,
         arrays,
+        batch.shared_batch if batch.HasField("shared_batch") else None,
+        batch.shared_observations,
+        batch.shared_final_observations,
     )
 
 
@@ -105,7 +119,7 @@ def _read_batch_response(message: bytes) -> Part:
     if batch_range is None:
         raise _OtherwiseWrittenError
 
-    scalars = dict.fromkeys(_SCALARS, 0)
+    scalars: dict[str, Any] = dict.fromkeys(_SCALARS, 0) | {"shared_batch": None}
     ranges: dict[str, tuple[int, int]] = {}
     for number, kind, value in _fields(message, *batch_range):
         if kind == _VARINT and number in _SCALAR_NUMBERS:
@@ -117,10 +131,10 @@ def _read_batch_response(message: bytes) -> Part:
         # Anything else is a field of a later server, which clients ignore.
 
     arrays: dict[str, np.ndarray] = {}
-    for name, dtype in _ARRAYS.items():
+    for name, dtype in ARRAY_TYPES.items():
         begin, end = ranges.get(name, (0, 0))
         arrays[name] = _numbers(message, begin, end, np.dtype(dtype))
-    for name in _PICTURES:
+    for name in PICTURES:
         begin, end = ranges.get(name, (0, 0))
         arrays[name] = np.frombuffer(message, np.uint8)[begin:end]
     return Part(
@@ -129,6 +143,9 @@ def _read_batch_response(message: bytes) -> Part:
         scalars["environment_count"],
         bool(scalars["last"]),
         arrays,
+        scalars["shared_batch"],
+        bool(scalars["shared_observations"]),
+        bool(scalars["shared_final_observations"]),
     )
 
 

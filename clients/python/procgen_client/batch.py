@@ -22,6 +22,10 @@ class Batch:
     are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
     they are one joined array instead. All other arrays are the caller's own and writable.
 
+    Of a pool with transport "shared_memory" they are views of the memory that the server draws
+    into. It does so again only when no array refers to that batch any more; so copy what is kept
+    for long (Client.create_pool, ``held_batches_max``). Who takes the pool over ends that promise.
+
     F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
 
     After a request without pictures (``observe=False``) ``observations`` is None;

@@ -163,6 +163,8 @@ class Client:
         frame_stack: int = 1,
         lease_duration: float | None = None,
         level_sampler: _options.LevelSampler | None = None,
+        transport: str = "stream",
+        held_batches_max: int = 0,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -171,23 +173,21 @@ class Client:
             games: A game's name, or several; several are dealt to the environments in turn.
             env_count: Number of environments, N.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
-                the next episode's first at once. "next_step": it is the last one; the next step
-                ignores its action and begins the next episode. "disabled": it must be reset then.
-            first_environment, total_environments: For a part of a larger pool: where it begins in
-                the whole, and the whole's number; 0: up to this pool's last.
+                the next episode's first. "next_step": it is the last one, and the next step begins
+                the next episode. "disabled": it is the last one; the environment must be reset.
+            first_environment, total_environments: For a part of a larger pool: the index of its
+                first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
-            pipeline: In how many slices a step of the whole pool is carried out, in [1, 64]: one is
-                on its way while the next is stepped. None: as many as pay.
-            screen_size: Side that observations are drawn at, in pixels, in [16, 512].
-            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
-            layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
-            frame_stack: Pictures of successive steps in one observation, oldest first, in [1, 16];
-                more than 1 make a first axis. An episode's first picture stands in all places.
-            lease_duration: Seconds that the pool lives while nobody steps it. None: no end.
-            level_sampler: Chooses levels, until Pool.set_level_sampler. None: the options do.
-            **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
-                use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
+            pipeline: In how many slices the whole pool is stepped, 1 to 64. None: as many as pay.
+            screen_size, grayscale_obs, layout, frame_stack: The form of observations, as
+                options.observation_format tells. Pool.observation_shape tells the shape.
+            lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
+            level_sampler: Chooses the levels, in place of num_levels and start_level.
+            transport: "stream"; or "shared_memory" on the server's machine, as its user:
+                observations are views of memory that the server draws into.
+            held_batches_max: How many of those batches arrays may refer to between steps. 0: 2.
+            **options: The released ones, as procgen_client.options.EnvironmentOptions tells.
 
         Raises:
             InvalidArgumentError: A value is out of range, or a game lacks that mode.
@@ -204,17 +204,18 @@ class Client:
             first_environment=first_environment,
             total_environments=total_environments,
             observation_format=_options.observation_format(
-                screen_size=screen_size,
-                grayscale_obs=grayscale_obs,
-                layout=layout,
-                frame_stack=frame_stack,
+                screen_size, grayscale_obs, layout, frame_stack
             ),
             lease_duration=lease_duration,
             level_sampler=level_sampler,
+            transport=transport,
         )
-        return self.create_pool_from_spec(
-            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max, pipeline=pipeline
-        )
+        stream = {
+            "requests_in_flight_max": requests_in_flight_max,
+            "pipeline": pipeline,
+            "held_batches_max": held_batches_max,
+        }
+        return self.create_pool_from_spec(spec, pool_id=pool_id, **stream)
 
     def create_pool_from_spec(
         self,
@@ -223,6 +224,7 @@ class Client:
         pool_id: str = "",
         requests_in_flight_max: int = 2,
         pipeline: int | None = None,
+        held_batches_max: int = 0,
     ) -> Pool:
         """Makes a pool from a spec.
 
@@ -238,10 +240,16 @@ class Client:
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
             pipeline=pipeline,
+            held_batches_max=held_batches_max,
         )
 
     def get_pool(
-        self, name: str, *, requests_in_flight_max: int = 2, pipeline: int | None = None
+        self,
+        name: str,
+        *,
+        requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
+        held_batches_max: int = 0,
     ) -> Pool:
         """Gives a pool that is there already; closing it leaves it there.
 
@@ -261,6 +269,7 @@ class Client:
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
             pipeline=pipeline,
+            held_batches_max=held_batches_max,
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:

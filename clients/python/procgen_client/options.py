@@ -17,6 +17,7 @@ from procgen_client.errors import InvalidArgumentError
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 EPISODE_ENDS = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
+TRANSPORTS = ("stream", "shared_memory")
 # Sides that an observation is drawn at, in pixels, and the most pictures in one.
 SCREEN_SIZE_MIN = 16
 SCREEN_SIZE_MAX = 512
@@ -87,7 +88,6 @@ def environment_options(
 
 
 def observation_format(
-    *,
     screen_size: int = 64,
     grayscale_obs: bool = False,
     layout: str = "hwc",
@@ -102,7 +102,8 @@ def observation_format(
         layout: Order of a picture's axes, one of LAYOUTS: height, width, channels or channels,
             height, width.
         frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-            [1, FRAME_STACK_MAX]. More than 1 make a first axis.
+            [1, FRAME_STACK_MAX]. More than 1 make a first axis. At an episode's beginning the first
+            picture stands in all places.
 
     Raises:
         InvalidArgumentError: A value is out of range.
@@ -167,6 +168,7 @@ def pool_spec(
     observation_format: pools_pb2.ObservationFormat | None = None,
     lease_duration: float | None = None,
     level_sampler: LevelSampler | None = None,
+    transport: str = "stream",
 ) -> pools_pb2.PoolSpec:
     """Gives the spec of a pool as a message.
 
@@ -182,12 +184,14 @@ def pool_spec(
         lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
             deleted.
         level_sampler: Chooses the levels. None: the options do.
+        transport: How batches reach the learner, one of TRANSPORTS.
 
     Raises:
-        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
-            field.
+        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, `transport` none of TRANSPORTS,
+            or a number does not fit its field.
     """
     end = _enum_value("episode_end", episode_end, EPISODE_ENDS, pools_pb2.EpisodeEnd)
+    how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
     try:
         return pools_pb2.PoolSpec(
             games=[games] if isinstance(games, str) else games,
@@ -199,6 +203,7 @@ def pool_spec(
             observation_format=observation_format,
             lease_duration=None if lease_duration is None else duration(lease_duration),
             level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
+            transport=how,
         )
     except (TypeError, ValueError) as error:
         raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error

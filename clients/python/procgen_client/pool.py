@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from procgen_client._requests import (
     observation,
     reset_messages,
 )
+from procgen_client._shared_memory import SharedMapping
 from procgen_client._stream import Stream
 from procgen_client._wire import Part
 from procgen_client.batch import Batch, assemble
@@ -71,6 +73,8 @@ class Pool(PoolResource):
     Attributes, beside those of PoolResource:
         requests_in_flight_max: How many requests may be unanswered.
         pipeline: In how many slices a step of the whole pool with pictures is carried out.
+        held_batches_max: With transport "shared_memory": how many batches arrays may refer to,
+            besides those of unanswered requests. 0: 2.
     """
 
     def __init__(
@@ -81,14 +85,17 @@ class Pool(PoolResource):
         deletes_on_close: bool,
         requests_in_flight_max: int = 2,
         pipeline: int | None = None,
+        held_batches_max: int = 0,
     ) -> None:
         """For :class:`Client`; use its create_pool or get_pool."""
         super().__init__(client, message)
         self.requests_in_flight_max = requests_in_flight_max
         self.pipeline = self._paying_slices() if pipeline is None else pipeline
+        self.held_batches_max = held_batches_max
         self._deletes_on_close = deletes_on_close
         self._closed = False
         self._stream: Stream | None = None
+        self._mapping: SharedMapping | None = None  # Of the last stream; arrays may refer to it.
 
     def __repr__(self) -> str:
         """Gives e.g. ``<Pool pools/7: 64 x coinrun>``."""
@@ -238,6 +245,8 @@ class Pool(PoolResource):
         Raises:
             InvalidArgumentError: As step.
             FailedPreconditionError: requests_in_flight_max requests are unanswered: receive first.
+                Or arrays refer to so many batches of shared memory that there is none for the
+                answer: let go of some, or copy them. Nothing was sent.
         """
         numbers = action_numbers(actions)
         self._check_slice(first_environment, len(numbers), "actions")
@@ -312,7 +321,8 @@ class Pool(PoolResource):
                 more.
 
         Raises:
-            FailedPreconditionError: Another stream is attached.
+            FailedPreconditionError: Another stream is attached; or the pool shares memory and this
+                is not the server's machine, or not its user.
             NotFoundError: The pool is gone.
         """
         if self._closed:
@@ -324,8 +334,12 @@ class Pool(PoolResource):
             requests_in_flight_max=self.requests_in_flight_max,
             take_over=take_over,
             response_bytes_max=response_bytes_max or self._response_bytes_max(),
+            held_batches_max=self.held_batches_max,
         )
-        self._stream = Stream(self._client._step_pool, attach, self._client.reconnect_timeout)
+        self._stream = Stream(
+            self._client._step_pool, attach, self._client.reconnect_timeout, self._mapping
+        )
+        self._mapping = self._stream.mapping
         self.requests_in_flight_max = self._stream.attached.requests_in_flight_max
 
     def detach(self) -> None:
@@ -360,6 +374,8 @@ class Pool(PoolResource):
     def _response_bytes_max(self) -> int:
         """Gives 0, for what servers send by default, or more where that has no room for a row."""
         row = 2 * int(np.prod(self.observation_shape)) + _ROW_OVERHEAD_BYTES
+        if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
+            return 0  # Responses bear no values.
         if row <= _RESPONSE_BYTES_DEFAULT:
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
@@ -372,7 +388,21 @@ class Pool(PoolResource):
             )
         self.attach()
         assert self._stream is not None
+        self._require_room()
         return self._stream.send(request)
+
+    def _require_room(self) -> None:
+        """Checks that there is a batch of shared memory for the answer."""
+        mapping = self._mapping
+        if mapping is None or mapping.held_count + self.in_flight < mapping.batch_count:
+            return
+        gc.collect()  # What is only in cycles is nobody's.
+        if mapping.held_count + self.in_flight >= mapping.batch_count:
+            raise FailedPreconditionError(
+                f"arrays refer to {mapping.held_count} batches of the shared memory of {self.name} "
+                f"and {self.in_flight} requests are unanswered, of {mapping.batch_count} batches: "
+                "copy observations that are kept, or make the pool with a larger held_batches_max"
+            )
 
     def _receive_parts(self) -> list[Part]:
         if self._stream is None or not self._stream.in_flight:

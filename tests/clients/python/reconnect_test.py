@@ -8,53 +8,16 @@ import subprocess
 import sys
 import time
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from bad_network import Proxy, connected
 
 from procgen_client import Batch, Client, Pool, ServerProcess, errors
 
-_PROXY_VARIABLE = "PROCGEN_FAULT_PROXY"
 _ENV_COUNT = 12
 _HALF = _ENV_COUNT // 2
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
-
-
-class _Proxy:
-    """The program fault-proxy: a bad network (tests/service/fault_proxy.h)."""
-
-    def __init__(self, target: str, seed: int, bytes_between_faults: int) -> None:
-        program = os.environ.get(_PROXY_VARIABLE)
-        if program is None:
-            pytest.skip(f"set {_PROXY_VARIABLE}")
-        self._process = subprocess.Popen(
-            [program, target, str(seed), str(bytes_between_faults)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._process.stdout is not None
-        self.address = self._process.stdout.readline().removeprefix("listening on ").strip()
-
-    def stop(self) -> int:
-        """Ends it and gives how many connections it broke."""
-        output, _ = self._process.communicate()
-        return int(output.removesuffix(" broken\n"))
-
-
-@contextmanager
-def _connected(address: str) -> Iterator[Client]:
-    """A client, also where its first tries are cut."""
-    while True:
-        try:
-            client = Client(address)
-            break
-        except errors.ProcgenError:
-            pass
-    with client:
-        yield client
 
 
 def _attach(pool: Pool) -> None:
@@ -104,9 +67,9 @@ def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, client: Client)
     count = 150
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
         undisturbed = _trace(pool, count)
-    proxy = _Proxy(server.address, 11, 120_000)
+    proxy = Proxy(server.address, 11, 120_000)
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
-        with _connected(proxy.address) as learner:
+        with connected(proxy.address) as learner:
             disturbed = _trace(
                 learner.get_pool(pool.name, requests_in_flight_max=3), count
             )

@@ -33,6 +33,26 @@ TEST(AttachTest, WhatIsAskedForIsGiven) {
   EXPECT_EQ(terms->response_bytes_max, 100'000);
 }
 
+TEST(AttachTest, HeldBatchesAreTakenOverAndReleasedOnesRefused) {
+  v1::StepPoolRequest request;
+  request.mutable_attach()->set_held_batches_max(5);
+  request.mutable_attach()->add_held_batches(3);
+  const auto terms = ReadAttach(request, Limits());
+  ASSERT_THAT(terms, IsOk());
+  EXPECT_EQ(terms->options.held_batches_max, 5);
+  EXPECT_THAT(terms->options.held_batches, testing::ElementsAre(3));
+  request.mutable_attach()->set_held_batches_max(1025);
+  EXPECT_THAT(ReadAttach(request, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: 0 to 1024")));
+  request.mutable_attach()->set_held_batches_max(-1);
+  EXPECT_THAT(ReadAttach(request, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("held_batches_max is -1")));
+  request.mutable_attach()->set_held_batches_max(0);
+  request.add_released_batches(3);
+  EXPECT_THAT(ReadAttach(request, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("released_batches has 1")));
+}
+
 TEST(AttachTest, SomethingElseIsRefused) {
   v1::StepPoolRequest request;
   request.mutable_observe();

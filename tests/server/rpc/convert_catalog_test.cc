@@ -11,7 +11,7 @@ namespace procgen {
 namespace {
 
 TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
-  const v1::Catalog catalog = CatalogMessageOf("1.2.3", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({.version = "1.2.3"}, Limits());
   EXPECT_EQ(catalog.server_version(), "1.2.3");
   ASSERT_EQ(catalog.games_size(), 16);
   for (int i = 1; i < catalog.games_size(); ++i) {
@@ -20,7 +20,7 @@ TEST(ConvertCatalogTest, AllSixteenGamesAreToldSorted) {
 }
 
 TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   for (const v1::Game& game : catalog.games()) {
     if (game.name() != "maze") {
       continue;
@@ -37,7 +37,7 @@ TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
 }
 
 TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   const auto* fields = v1::EnvironmentOptions::descriptor();
   ASSERT_EQ(catalog.options_size(), fields->field_count());
   for (int i = 0; i < fields->field_count(); ++i) {
@@ -46,12 +46,12 @@ TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
 }
 
 TEST(ConvertCatalogTest, ArtIsToldWithoutItsFolder) {
-  EXPECT_EQ(CatalogMessageOf("", Limits(), false).art(), "built-in");
-  EXPECT_EQ(CatalogMessageOf("", Limits(), true).art(), "folder");
+  EXPECT_EQ(CatalogMessageOf({}, Limits()).art(), "built-in");
+  EXPECT_EQ(CatalogMessageOf({.has_own_art = true}, Limits()).art(), "folder");
 }
 
 TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   const v1::Features& features = catalog.features();
   EXPECT_TRUE(features.states());
   EXPECT_TRUE(features.render());
@@ -66,14 +66,14 @@ TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
   Limits limits;
   limits.kept_answer_bytes_max = 123456;
   limits.lease_duration_max = absl::Milliseconds(90500);
-  const v1::Catalog catalog = CatalogMessageOf("", limits, false);
+  const v1::Catalog catalog = CatalogMessageOf({}, limits);
   EXPECT_EQ(catalog.limits().kept_answer_bytes_max(), 123456);
   EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
   EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
 }
 
 TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   EXPECT_THAT(catalog.colors(), testing::ElementsAre(v1::COLOR_RGB, v1::COLOR_GRAYSCALE));
   EXPECT_THAT(catalog.layouts(), testing::ElementsAre(v1::LAYOUT_HWC, v1::LAYOUT_CHW));
   EXPECT_EQ(catalog.limits().observation_side_px_min(), 16);
@@ -83,7 +83,7 @@ TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
 }
 
 TEST(ConvertCatalogTest, ActionsNameTheirKeys) {
-  const v1::Catalog catalog = CatalogMessageOf("", Limits(), false);
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   ASSERT_EQ(catalog.actions_size(), 15);
   EXPECT_THAT(catalog.actions(0).keys(), testing::ElementsAre("LEFT", "DOWN"));
   EXPECT_TRUE(catalog.actions(4).keys().empty());

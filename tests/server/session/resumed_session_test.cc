@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr int32_t kEnvCount = 2;
-constexpr AttachOptions kResumable = {.requests_in_flight_max = 2, .resumable = true};
+const AttachOptions kResumable = {.requests_in_flight_max = 2, .resumable = true};
 
 // A stream, as the pool sees it.
 struct Stream {

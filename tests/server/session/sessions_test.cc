@@ -40,10 +40,11 @@ class SessionsTest : public testing::Test {
                       absl::Duration lease_duration = absl::InfiniteDuration()) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(owner, id, options, lease_duration, [&](CreateResult created) {
-      result = std::move(created);
-      done.Notify();
-    });
+    sessions_.Create(owner, id, options, {.lease_duration = lease_duration},
+                     [&](CreateResult created) {
+                       result = std::move(created);
+                       done.Notify();
+                     });
     done.WaitForNotification();
     return result;
   }
@@ -97,11 +98,10 @@ TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
-    sessions.Create("alice", "", options, absl::InfiniteDuration(),
-                    [&](const CreateResult& created) {
-                      status = created.status();
-                      done.Notify();
-                    });
+    sessions.Create("alice", "", options, {}, [&](const CreateResult& created) {
+      status = created.status();
+      done.Notify();
+    });
     done.WaitForNotification();
     return status;
   };

@@ -32,7 +32,8 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count, &metrics};
+    return {&owners,     &side_crew, &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
+            &step_count, &metrics};
   }
 
   TestClock clock;
@@ -40,6 +41,7 @@ struct TestSurroundings {
   std::atomic<int64_t> step_count = 0;
   Owners owners;
   ByteBudget kept_answer_bytes{int64_t{1} << 30};
+  ByteBudget shared_memory_bytes{int64_t{1} << 30};
   SideCrew side_crew{1};
   // Rings for nobody: the test asks the pool itself.
   LeaseAlarm lease_alarm{[this] { return clock.Now(); },

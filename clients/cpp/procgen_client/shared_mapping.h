@@ -1,0 +1,122 @@
+#ifndef PROCGEN_CLIENT_SHARED_MAPPING_H_
+#define PROCGEN_CLIENT_SHARED_MAPPING_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/types/span.h"
+#include "procgen/v1/step.pb.h"
+
+namespace procgen_client {
+
+// The memory that a pool shares with its learners (procgen.v1.SharedMemory), mapped to be read.
+// Threads: immutable; what is in it is written by the server, as the contract says.
+class SharedMapping {
+ public:
+  // Errors: FAILED_PRECONDITION the file cannot be opened or mapped here (the message names it, and
+  // the way out); INTERNAL the server says of it what cannot be.
+  static absl::StatusOr<std::shared_ptr<const SharedMapping>> Open(
+      const procgen::v1::SharedMemory& memory);
+  ~SharedMapping();
+  SharedMapping(const SharedMapping&) = delete;
+  SharedMapping& operator=(const SharedMapping&) = delete;
+
+  const std::string& path() const { return path_; }
+  int32_t batch_count() const { return batch_count_; }
+  // Environments of the pool.
+  int32_t env_count() const { return env_count_; }
+
+  // Rows [first, first + count) of the array `field` in a batch. REQUIRES: all are in range, and
+  // the field is one of Batch whose elements are of this type.
+  template <typename Element>
+  absl::Span<const Element> Rows(int32_t batch, const std::string& field, int32_t first,
+                                 int32_t count) const {
+    const Array& array = arrays_.at(field);
+    const uint8_t* begin = memory_ + batch * batch_bytes_ + array.offset_bytes;
+    return absl::MakeConstSpan(reinterpret_cast<const Element*>(begin + first * array.row_bytes),
+                               static_cast<size_t>(count * array.row_bytes) / sizeof(Element));
+  }
+
+ private:
+  struct Array {
+    int64_t offset_bytes = 0;
+    int64_t row_bytes = 0;
+  };
+
+  SharedMapping() = default;
+  // Takes over what is told of the memory. Errors: INTERNAL.
+  absl::Status Read(const procgen::v1::SharedMemory& memory);
+  absl::Status Map();
+
+  std::string path_;
+  int64_t size_bytes_ = 0;
+  int32_t batch_count_ = 0;
+  int64_t batch_bytes_ = 0;
+  int32_t env_count_ = 0;
+  std::map<std::string, Array> arrays_;  // by field
+  const uint8_t* memory_ = nullptr;
+};
+
+// Which batches of a mapping a learner holds, and which it has let go of since it last told the
+// server.
+// Threads: any method from any thread.
+class HeldBatches {
+ public:
+  void Hold(int32_t batch);
+  void Release(int32_t batch);
+
+  int32_t count() const;
+  // What was let go of; it is told now.
+  std::vector<int32_t> TakeReleased();
+  // What is held, to be told as a whole: nothing else was let go of then.
+  std::vector<int32_t> TakeHeld();
+
+ private:
+  mutable absl::Mutex mutex_;
+  std::vector<int32_t> held_ ABSL_GUARDED_BY(mutex_);
+  std::vector<int32_t> released_ ABSL_GUARDED_BY(mutex_);
+};
+
+// The rows of an answer in shared memory, which are held until this ends.
+class SharedRows {
+ public:
+  // Holds what `batch` tells. Errors: INTERNAL it tells of what is not there.
+  static absl::StatusOr<std::shared_ptr<const SharedRows>> Hold(
+      std::shared_ptr<const SharedMapping> mapping, std::shared_ptr<HeldBatches> held,
+      const procgen::v1::Batch& batch);
+  ~SharedRows() { held_->Release(batch_); }
+  SharedRows(const SharedRows&) = delete;
+  SharedRows& operator=(const SharedRows&) = delete;
+
+  absl::Span<const uint8_t> observations;
+  absl::Span<const float> rewards;
+  absl::Span<const bool> first;
+  absl::Span<const bool> terminated;
+  absl::Span<const bool> truncated;
+  absl::Span<const int32_t> level_seeds;
+  absl::Span<const int32_t> prev_level_seeds;
+  absl::Span<const bool> prev_level_complete;
+  absl::Span<const float> episode_returns;
+  absl::Span<const int32_t> episode_lengths;
+  absl::Span<const uint64_t> fingerprints;
+  absl::Span<const uint8_t> final_observations;
+
+ private:
+  SharedRows(std::shared_ptr<const SharedMapping> mapping, std::shared_ptr<HeldBatches> held,
+             const procgen::v1::Batch& batch);
+
+  const std::shared_ptr<const SharedMapping> mapping_;
+  const std::shared_ptr<HeldBatches> held_;
+  const int32_t batch_;
+};
+
+}  // namespace procgen_client
+
+#endif  // PROCGEN_CLIENT_SHARED_MAPPING_H_

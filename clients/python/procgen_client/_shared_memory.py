@@ -1,0 +1,172 @@
+"""Batches in memory that the server shares, read where they are (proto: SharedMemory)."""
+
+from __future__ import annotations
+
+import mmap
+import os
+import weakref
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from procgen_client._proto import step_pb2
+from procgen_client._wire import ARRAY_TYPES, PICTURES, Part
+from procgen_client.errors import FailedPreconditionError, InternalError
+
+_ELEMENT_TYPES = {
+    "|u1": step_pb2.ELEMENT_TYPE_UINT8,
+    "|b1": step_pb2.ELEMENT_TYPE_BOOL,
+    "<i4": step_pb2.ELEMENT_TYPE_INT32,
+    "<u8": step_pb2.ELEMENT_TYPE_INT64,  # Fingerprints, which the contract calls signed.
+    "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
+}
+
+
+class _Array(NamedTuple):
+    offset_bytes: int
+    row_bytes: int
+    dtype: np.dtype
+
+
+class SharedMapping:
+    """The memory that a pool shares, and which batches of it are held.
+
+    A batch is held as long as an array refers to it. That it is not any more is noticed on any
+    thread, at any time; it is told to the server by who sends.
+
+    Threads: one at a time, but for the arrays.
+
+    Attributes:
+        path: The file.
+        batch_count: How many batches there are.
+    """
+
+    def __init__(self, memory: step_pb2.SharedMemory) -> None:
+        """Maps it.
+
+        Raises:
+            FailedPreconditionError: The file cannot be mapped here.
+            InternalError: The server says of it what cannot be.
+        """
+        self.path = memory.path
+        self._held: set[int] = set()
+        self._released: list[int] = []
+        self._let_go: deque[int] = deque()  # By the garbage collector; not yet in the two above.
+        self.map_again(memory)
+
+    def map_again(self, memory: step_pb2.SharedMemory) -> None:
+        """Maps it, perhaps with more batches than before; errors as of making it."""
+        self._arrays, self._env_count = _read_arrays(memory)
+        self.batch_count = memory.batch_count
+        self._batch_bytes = memory.batch_bytes
+        try:
+            self._memory = _map(memory.path, memory.size_bytes)
+        except (OSError, ValueError) as error:
+            raise FailedPreconditionError(
+                f"cannot map the pool's shared memory {memory.path}: {error}; it can be mapped on "
+                "the server's machine (and in its container), by its user; elsewhere make the pool "
+                'with transport="stream"'
+            ) from error
+
+    @property
+    def held_count(self) -> int:
+        """How many batches are held."""
+        self._note_let_go()
+        return len(self._held)
+
+    def take_released(self) -> list[int]:
+        """Gives the batches that were let go of since the server was told the last time."""
+        self._note_let_go()
+        released, self._released = self._released, []
+        return released
+
+    def take_held(self) -> list[int]:
+        """Gives those that are held, to be told as a whole: no others are to be released then."""
+        self._note_let_go()
+        self._released = []
+        return sorted(self._held)
+
+    def read(self, part: Part) -> None:
+        """Gives `part` its arrays: pictures are views, which hold the batch; numbers are copies.
+
+        Raises:
+            InternalError: It tells of what is not there.
+        """
+        number, first, count = part.shared_batch, part.first_environment, part.environment_count
+        if (
+            number is None
+            or not 0 <= number < self.batch_count
+            or first < 0
+            or count < 1
+            or first + count > self._env_count
+        ):
+            raise InternalError(
+                f"the server answers with {count} environments from {first} on in batch {number} "
+                "of shared memory, which there are not"
+            )
+        memory = np.frombuffer(
+            self._memory, np.uint8, self._batch_bytes, number * self._batch_bytes
+        )
+        # All views of it, and views of those, refer to this array, and nothing else does.
+        self._held.add(number)
+        weakref.finalize(memory, self._let_go.append, number).atexit = False
+
+        def rows(name: str, row_count: int) -> np.ndarray:
+            array = self._arrays[name]
+            begin = array.offset_bytes + first * array.row_bytes
+            return memory[begin : begin + row_count * array.row_bytes].view(array.dtype)
+
+        ended = int(np.count_nonzero(rows("terminated", count) | rows("truncated", count)))
+        for name in ARRAY_TYPES:
+            part.arrays[name] = rows(name, ended if name == "fingerprints" else count).copy()
+        if part.shared_final_observations:
+            part.arrays["final_observations"] = rows("final_observations", ended)
+        if part.shared_observations:
+            part.arrays["observations"] = rows("observations", count)
+
+    def _note_let_go(self) -> None:
+        while self._let_go:
+            number = self._let_go.popleft()
+            self._held.discard(number)
+            self._released.append(number)
+
+
+def _map(path: str, size_bytes: int) -> mmap.mmap:
+    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        return mmap.mmap(file, size_bytes, flags=mmap.MAP_SHARED, prot=mmap.PROT_READ)
+    finally:
+        os.close(file)
+
+
+def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]:
+    """Gives where each array is, and how many rows all have."""
+    told = {array.field: array for array in memory.arrays}
+    types = {name: np.dtype(dtype) for name, dtype in ARRAY_TYPES.items()}
+    types |= dict.fromkeys(PICTURES, np.dtype(np.uint8))
+    if memory.batch_count < 1 or memory.batch_count * memory.batch_bytes != memory.size_bytes:
+        raise InternalError(f"the server's shared memory {memory.path} is not told as a whole")
+    arrays: dict[str, _Array] = {}
+    env_count = 0
+    for name, dtype in types.items():
+        array = told.get(name)
+        if array is None or array.element_type != _ELEMENT_TYPES[dtype.str] or not array.shape:
+            raise InternalError(
+                f"the server's shared memory {memory.path} has no array {name} of its type"
+            )
+        env_count = env_count or array.shape[0]
+        row_bytes = dtype.itemsize * int(np.prod(array.shape[1:], dtype=np.int64))
+        end = array.offset_bytes + env_count * row_bytes
+        if (
+            min(array.shape) < 1
+            or array.shape[0] != env_count
+            or array.offset_bytes < 0
+            or array.offset_bytes % 64
+            or end > memory.batch_bytes
+        ):
+            raise InternalError(
+                f"the server's shared memory {memory.path} has an array {name} that does not fit"
+            )
+        arrays[name] = _Array(array.offset_bytes, row_bytes, dtype)
+    return arrays, env_count

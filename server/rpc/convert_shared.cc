@@ -1,0 +1,86 @@
+#include "server/rpc/convert_shared.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace procgen {
+namespace {
+
+v1::ElementType ElementTypeOf(SharedArray::Element element) {
+  switch (element) {
+    case SharedArray::Element::kUint8:
+      return v1::ELEMENT_TYPE_UINT8;
+    case SharedArray::Element::kBool:
+      return v1::ELEMENT_TYPE_BOOL;
+    case SharedArray::Element::kInt32:
+      return v1::ELEMENT_TYPE_INT32;
+    case SharedArray::Element::kInt64:
+      return v1::ELEMENT_TYPE_INT64;
+    case SharedArray::Element::kFloat32:
+      return v1::ELEMENT_TYPE_FLOAT32;
+  }
+  return v1::ELEMENT_TYPE_UNSPECIFIED;
+}
+
+}  // namespace
+
+void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message) {
+  const SharedRing& ring = *pool.shared_ring();
+  message->set_path(ring.path());
+  message->set_size_bytes(ring.size_bytes());
+  message->set_batch_count(ring.batch_count());
+  message->set_batch_bytes(ring.layout().batch_bytes());
+  const std::vector<int32_t> observation_shape = pool.options().observation_format.Shape();
+  for (const SharedArray& facts : ring.layout().arrays()) {
+    v1::SharedArray* array = message->add_arrays();
+    array->set_field(std::string(facts.field));
+    array->set_offset_bytes(facts.offset_bytes);
+    array->set_element_type(ElementTypeOf(facts.element));
+    array->add_shape(pool.env_count());
+    if (facts.is_pictures) {
+      array->mutable_shape()->Add(observation_shape.begin(), observation_shape.end());
+    }
+  }
+}
+
+Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
+                            v1::StepPoolResponse* response) {
+  const Request& asked = request.request;
+  response->set_sequence_number(asked.sequence_number);
+  v1::Batch* message = response->mutable_batch();
+  message->set_first_environment(asked.first);
+  message->set_environment_count(asked.count);
+  message->set_last(true);
+  message->set_shared_batch(asked.shared_batch);
+  message->set_shared_observations(request.with_observations);
+  message->set_shared_final_observations(request.with_final_observations);
+  Batch batch = ring.Rows(asked.shared_batch, asked.first, asked.count);
+  if (!request.with_observations) {
+    batch.observations = {};
+  }
+  if (!request.with_final_observations) {
+    batch.final_observations = {};
+  }
+  return batch;
+}
+
+void CompleteSharedBatch(int64_t observation_bytes, const Batch& batch) {
+  const auto picture_bytes = static_cast<size_t>(observation_bytes);
+  size_t kept = 0;
+  for (size_t row = 0; row < batch.terminated.size(); ++row) {
+    if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
+      continue;
+    }
+    batch.fingerprints[kept] = batch.fingerprints[row];
+    if (!batch.final_observations.empty() && row != kept) {
+      uint8_t* pictures = batch.final_observations.data();
+      std::memcpy(pictures + kept * picture_bytes, pictures + row * picture_bytes, picture_bytes);
+    }
+    ++kept;
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,25 @@
+#ifndef SERVER_RPC_CONVERT_SHARED_H_
+#define SERVER_RPC_CONVERT_SHARED_H_
+
+#include "procgen/v1/step.pb.h"
+#include "server/rpc/convert_step.h"
+#include "server/session/pool_session.h"
+#include "server/shared_memory/shared_ring.h"
+
+namespace procgen {
+
+// Tells clients of the memory that a pool shares. REQUIRES: it has a batch.
+void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
+
+// Makes `response` the whole answer to `request`, and returns where its values are to be written:
+// in the batch of shared memory that it was given.
+Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
+                            v1::StepPoolResponse* response);
+
+// Once the values are written: puts the fingerprints and final observations of episodes that ended
+// one behind the other.
+void CompleteSharedBatch(int64_t observation_bytes, const Batch& batch);
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_CONVERT_SHARED_H_

@@ -1,0 +1,54 @@
+#ifndef SERVER_SHARED_MEMORY_SHARED_RING_H_
+#define SERVER_SHARED_MEMORY_SHARED_RING_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "envcore/pool/pool.h"
+#include "server/shared_memory/shared_folder.h"
+#include "server/shared_memory/shared_layout.h"
+
+namespace procgen {
+
+// The batches of a pool in memory that learners on the same machine map: a file, in which batch k
+// begins at k * layout().batch_bytes(). Who reads what, and when it may be written again, is
+// BatchLedger's affair.
+// Threads: Grow while nobody does anything else; Rows from any thread.
+class SharedRing {
+ public:
+  // Without a batch. `folder` must outlive it.
+  SharedRing(const SharedFolder* folder, int32_t env_count, int64_t observation_bytes)
+      : folder_(folder), layout_(env_count, observation_bytes) {}
+  ~SharedRing();
+  SharedRing(const SharedRing&) = delete;
+  SharedRing& operator=(const SharedRing&) = delete;
+
+  // Has at least `batch_count` batches from now on. What others have mapped, and what is in it,
+  // stays. The memory is taken here and now, so that writing to it cannot fail. May take long.
+  // Errors: RESOURCE_EXHAUSTED no room (with path, bytes and why), and nothing has changed.
+  absl::Status Grow(int32_t batch_count);
+
+  const SharedLayout& layout() const { return layout_; }
+  int32_t batch_count() const { return batch_count_; }
+  int64_t size_bytes() const { return batch_count_ * layout_.batch_bytes(); }
+  // REQUIRES: it has a batch.
+  const std::string& path() const { return file_->path(); }
+
+  // The rows of environments [first, first + count) in batch number `batch`, to be written.
+  Batch Rows(int32_t batch, int32_t first, int32_t count) const {
+    return layout_.Rows(memory_ + batch * layout_.batch_bytes(), first, count);
+  }
+
+ private:
+  const SharedFolder* const folder_;
+  const SharedLayout layout_;
+  int32_t batch_count_ = 0;
+  std::unique_ptr<SharedFile> file_;  // null: it has no batch
+  uint8_t* memory_ = nullptr;         // [size_bytes()]
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SHARED_MEMORY_SHARED_RING_H_

@@ -1,0 +1,384 @@
+"""Pools that share memory: views without a copy, and nothing left, whatever dies."""
+
+from __future__ import annotations
+
+import gc
+import os
+import resource
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bad_network import Proxy, connected
+from conftest import server_binary
+
+from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client._proto import step_pb2
+from procgen_client._shared_memory import SharedMapping
+
+_ENV_COUNT = 4
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Where the server's files are; nothing may be left there."""
+    path = tmp_path / "shared"
+    path.mkdir()
+    return path
+
+
+@pytest.fixture
+def server(folder: Path) -> Iterator[ServerProcess]:
+    """A server of the test's own."""
+    with ServerProcess(
+        server_binary(), ["--workers=2", f"--shared_memory_folder={folder}"]
+    ) as process:
+        yield process
+        process.stop()
+    assert not list(folder.iterdir())
+
+
+def _create(client: Client, *, env_count: int = _ENV_COUNT, **arguments: object) -> Pool:
+    return client.create_pool(
+        ["maze", "bigfish"], env_count, transport="shared_memory", **_OPTIONS, **arguments
+    )
+
+
+def _actions(step: int, count: int = _ENV_COUNT) -> list[int]:
+    return [(step // 3 * 7 + i * 5) % 16 - 1 for i in range(count)]
+
+
+def _assert_equal(left: Batch, right: Batch) -> None:
+    for name in Batch.__dataclass_fields__:
+        a, b = getattr(left, name), getattr(right, name)
+        if isinstance(a, np.ndarray):
+            assert a.dtype == b.dtype, name
+        np.testing.assert_array_equal(a, b, name)
+
+
+def _mappings(folder: Path) -> int:
+    """How often this process has files of the folder mapped."""
+    return Path("/proc/self/maps").read_text().count(str(folder))
+
+
+def test_batches_equal_those_of_the_stream(client: Client) -> None:
+    with (
+        client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as stream,
+        _create(client) as shared,
+    ):
+        assert shared.spec.transport == 2
+        _assert_equal(stream.observe(), shared.observe())
+        for step in range(120):
+            arguments = {
+                "final_observations": step % 2 == 0,
+                "observe": step % 5 != 4,
+                "repeat_count": 1 + step % 3,
+                "resets": [1] if step % 11 == 0 else [],
+            }
+            if step % 3 == 2:
+                arguments |= {"first_environment": 1}
+            actions = _actions(step, 2 if step % 3 == 2 else _ENV_COUNT)
+            _assert_equal(stream.step(actions, **arguments), shared.step(actions, **arguments))
+
+
+def test_pictures_are_read_only_views_and_numbers_are_copies(client: Client, folder: Path) -> None:
+    with _create(client) as pool:
+        batch = pool.step([4] * _ENV_COUNT, final_observations=True)
+        assert batch.observations is not None
+        assert not batch.observations.flags.writeable
+        assert not batch.observations.flags.owndata
+        with pytest.raises(ValueError, match="read-only"):
+            batch.observations[0] = 0
+        batch.rewards[0] = 1  # Of one's own.
+        observations = batch.observations
+        content = observations.copy()
+        del batch
+        for step in range(20):
+            pool.step(_actions(step))
+        np.testing.assert_array_equal(observations, content)
+        (file,) = folder.iterdir()
+        assert file.read_bytes().find(content.tobytes()) >= 0
+        assert file.stat().st_mode & 0o777 == 0o600
+
+
+def test_batches_come_back_when_no_array_refers_to_them(client: Client) -> None:
+    with _create(client, held_batches_max=3) as pool:
+        kept = [pool.step([4] * _ENV_COUNT).observations[1:, ::2] for _ in range(5)]
+        with pytest.raises(errors.FailedPreconditionError, match="refer to 5 batches .* of 5 bat"):
+            pool.step([4] * _ENV_COUNT)
+        assert pool.attached, "nothing was sent"
+        kept[2] = None
+        pool.step([4] * _ENV_COUNT)
+        numbers = [pool.step([4] * _ENV_COUNT).rewards for _ in range(20)]
+        assert len(numbers) == 20
+        kept.clear()
+        cycle = [pool.observe().observations for _ in range(5)]
+        cycle.append(cycle)
+        del cycle
+        gc.disable()
+        try:
+            pool.step([4] * _ENV_COUNT)  # Whatever is in cycles is looked for before giving up.
+        finally:
+            gc.enable()
+
+
+def test_requests_are_sent_ahead(client: Client) -> None:
+    with (
+        client.create_pool(
+            ["maze", "bigfish"], _ENV_COUNT, requests_in_flight_max=4, **_OPTIONS
+        ) as stream,
+        _create(client, requests_in_flight_max=4) as shared,
+    ):
+        batches = []
+        for pool in (stream, shared):
+            for step in range(4):
+                pool.send_step(_actions(step))
+            batches.append([pool.receive() for _ in range(4)])
+        for left, right in zip(*batches, strict=True):
+            _assert_equal(left, right)
+
+
+def test_vector_environments_give_views_or_copies(server: ServerProcess) -> None:
+    for copy in (True, False):
+        with (
+            ProcgenVectorEnv("maze", 2, server=server.address, copy=copy, **_OPTIONS) as stream,
+            ProcgenVectorEnv(
+                "maze", 2, server=server.address, copy=copy, transport="shared_memory", **_OPTIONS
+            ) as shared,
+        ):
+            left, _ = stream.reset()
+            right, _ = shared.reset()
+            kept = []
+            for step in range(60):
+                np.testing.assert_array_equal(left, right)
+                assert right.flags.owndata is copy
+                left, *left_rest = stream.step(_actions(step, 2))
+                right, *right_rest = shared.step(_actions(step, 2))
+                np.testing.assert_array_equal(left_rest[0], right_rest[0])
+                kept.append(right if copy else right_rest[0])
+
+
+def test_arrays_outlive_pool_client_and_server(folder: Path) -> None:
+    with ServerProcess(server_binary(), [f"--shared_memory_folder={folder}"]) as server:
+        with Client(server.address) as client, _create(client) as pool:
+            observations = pool.observe().observations
+            content = observations.copy()
+    assert not list(folder.iterdir())
+    np.testing.assert_array_equal(observations, content)
+    assert _mappings(folder) == 1
+    del observations, pool
+    gc.collect()
+    assert _mappings(folder) == 0
+
+
+def test_a_thousand_attaches_leave_nothing(client: Client, folder: Path) -> None:
+    before = len(os.listdir("/proc/self/fd"))
+    with _create(client, env_count=2) as pool:
+        for _ in range(1000):
+            pool.attach()
+            pool.detach()
+        batch = pool.observe()
+        assert len(list(folder.iterdir())) == 1
+        assert _mappings(folder) == 1
+        del batch
+    for _ in range(10):
+        with _create(client, env_count=2) as pool:
+            pool.observe()
+    del pool
+    gc.collect()
+    while list(folder.iterdir()):  # A pool that was deleted is freed soon.
+        pass
+    assert _mappings(folder) == 0
+    assert len(os.listdir("/proc/self/fd")) <= before + 2
+
+
+def test_what_is_held_stays_over_streams_of_a_pool(server: ServerProcess) -> None:
+    for reconnect_timeout in (0, 60):
+        with (
+            Client(server.address, reconnect_timeout=reconnect_timeout) as client,
+            _create(client) as pool,
+        ):
+            held = pool.observe().observations
+            content = held.copy()
+            pool.detach()
+            for step in range(10):
+                pool.step(_actions(step))
+            with pytest.raises(errors.InvalidArgumentError):
+                pool.step([4] * _ENV_COUNT, next_levels={99: 1})  # Of the server: ends the stream.
+            assert not pool.attached
+            for step in range(10):
+                pool.step(_actions(step))
+            np.testing.assert_array_equal(held, content)
+
+
+def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Client) -> None:
+    proxy = Proxy(server.address, 7, 3000)
+    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
+        with _create(client) as pool, connected(proxy.address) as learner:
+            other = None
+            while other is None or not other.attached:  # Only streams are tried again.
+                try:
+                    other = learner.get_pool(pool.name, held_batches_max=4)
+                    other.attach(take_over=True)
+                except errors.ProcgenError:
+                    pass
+            held = []
+            for step in range(300):
+                batch = other.step(_actions(step))
+                _assert_equal(undisturbed.step(_actions(step)), batch)
+                held.append((batch.observations, batch.observations.copy()))
+                if len(held) > 4:
+                    observations, content = held.pop(step % 4)
+                    np.testing.assert_array_equal(observations, content)
+                del batch
+    assert proxy.stop() >= 10
+
+
+def test_who_takes_over_has_all_batches(client: Client) -> None:
+    with _create(client) as pool:
+        held = [pool.observe().observations for _ in range(3)]
+        with client.get_pool(pool.name) as other:
+            other.attach(take_over=True)
+            mine = [other.step([4] * _ENV_COUNT).observations for _ in range(4)]
+            assert len(mine) == 4
+        with pytest.raises(errors.AbortedError, match="took over"):
+            pool.step([4] * _ENV_COUNT)
+        del held
+
+
+def test_killed_servers_leave_files_to_the_next(folder: Path) -> None:
+    flags = [f"--shared_memory_folder={folder}"]
+    with ServerProcess(server_binary(), flags) as living:
+        with Client(living.address) as client, _create(client) as pool:
+            pool.observe()
+            (kept,) = folder.iterdir()
+            with ServerProcess(server_binary(), flags) as killed:
+                with Client(killed.address, reconnect_timeout=0) as its_client:
+                    its_pool = _create(its_client)
+                    observations = its_pool.observe().observations
+                    content = observations.copy()
+                    os.kill(killed.process_id, signal.SIGKILL)
+                    with pytest.raises(errors.UnavailableError):
+                        while True:
+                            its_pool.step([4] * _ENV_COUNT)
+            assert len(list(folder.iterdir())) == 2
+            with ServerProcess(server_binary(), flags):
+                assert list(folder.iterdir()) == [kept], "that of the living one"
+            np.testing.assert_array_equal(observations, content)
+            pool.step([4] * _ENV_COUNT)
+
+
+def test_killed_learners_leave_nothing_and_hold_nothing(
+    server: ServerProcess, client: Client, folder: Path
+) -> None:
+    learner = f"""
+import procgen_client
+client = procgen_client.connect("{server.address}")
+pool = client.get_pool("pools/of-the-killed")
+held = [pool.observe().observations for _ in range(4)]
+print("holds", flush=True)
+import time
+time.sleep(600)
+"""
+    with _create(client, pool_id="of-the-killed") as pool:
+        process = subprocess.Popen(
+            [sys.executable, "-c", learner], stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "holds\n"
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        pool.attach(take_over=True)
+        held = [pool.step([4] * _ENV_COUNT).observations for _ in range(4)]
+        assert len(held) == 4
+        assert len(list(folder.iterdir())) == 1
+
+
+def test_without_room_attach_says_where_and_how_much(folder: Path) -> None:
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limit[1]))
+    try:
+        server = ServerProcess(server_binary(), [f"--shared_memory_folder={folder}"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    with server, Client(server.address) as client, _create(client, env_count=64) as pool:
+        with pytest.raises(errors.ResourceExhaustedError, match=rf"\d+ bytes in {folder}/procgen-"):
+            pool.observe()
+        assert not list(folder.iterdir())
+        with _create(client, env_count=2) as small:
+            small.observe()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
+def test_other_users_are_told_of_the_stream(server: ServerProcess, client: Client) -> None:
+    learner = f"""
+import os
+from procgen_client import connect, errors
+os.setuid(65534)
+pool = connect("{server.address}").get_pool("pools/of-others")
+try:
+    pool.observe()
+except errors.FailedPreconditionError as error:
+    print(error.message)
+"""
+    with _create(client, pool_id="of-others"):
+        said = subprocess.run(
+            [sys.executable, "-c", learner], capture_output=True, text=True, check=False
+        )
+    assert "Permission denied" in said.stdout, said.stderr
+    assert 'transport="stream"' in said.stdout
+
+
+def test_wrong_folders_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(errors.UnavailableError):
+        ServerProcess(server_binary(), [f"--shared_memory_folder={tmp_path}/none"])
+    with ServerProcess(server_binary(), ["--shared_memory_folder="]) as server:
+        with Client(server.address) as client:
+            with pytest.raises(errors.UnimplementedError, match="offered: TRANSPORT_STREAM"):
+                _create(client)
+
+
+def test_transports_have_names(client: Client) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="stream, shared_memory"):
+        client.create_pool("maze", 1, transport="pigeon")
+
+
+def _memory(**changes: object) -> step_pb2.SharedMemory:
+    """Of one environment with one byte of observation, told as it should be."""
+    names = {"rewards": 5, "first": 2, "terminated": 2, "truncated": 2, "level_seeds": 3}
+    names |= {"prev_level_seeds": 3, "prev_level_complete": 2, "episode_returns": 5}
+    names |= {"episode_lengths": 3, "fingerprints": 4, "final_observations": 1, "observations": 1}
+    arrays = [
+        step_pb2.SharedArray(field=name, offset_bytes=64 * i, element_type=kind, shape=[1])
+        for i, (name, kind) in enumerate(names.items())
+    ]
+    told = {"path": "/nowhere", "size_bytes": 4096, "batch_count": 1, "batch_bytes": 4096}
+    return step_pb2.SharedMemory(**(told | {"arrays": arrays} | changes))
+
+
+def test_memory_that_is_told_wrongly_is_refused() -> None:
+    with pytest.raises(errors.FailedPreconditionError, match="/nowhere"):
+        SharedMapping(_memory())
+    for changes in (
+        {"batch_count": 2},
+        {"batch_count": 0},
+        {"arrays": []},
+        {"size_bytes": 64, "batch_bytes": 64},
+    ):
+        with pytest.raises(errors.InternalError):
+            SharedMapping(_memory(**changes))
+    for field, value in (("offset_bytes", -64), ("offset_bytes", 4096), ("element_type", 1)):
+        memory = _memory()
+        setattr(memory.arrays[0], field, value)
+        with pytest.raises(errors.InternalError, match="rewards"):
+            SharedMapping(memory)
+    memory = _memory()
+    memory.arrays[0].shape[:] = [5000]
+    with pytest.raises(errors.InternalError):
+        SharedMapping(memory)
