@@ -26,9 +26,10 @@ ARROWS = {
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
     "server/cluster": (),
+    "server/encoding": (),
     "server/session": ("envcore/pool",),
     "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
-    "server/rpc": ("envcore/pool", "server/session", "proto"),
+    "server/rpc": ("envcore/pool", "server/encoding", "server/session", "proto"),
     "server/web": ("envcore/pool", "server/session"),
     # The program itself: flags, wiring, signals, shutdown.
     "server": ("envcore/pool", "server/session", "server/rpc", "server/fleet", "server/cluster",
