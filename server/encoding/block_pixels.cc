@@ -34,8 +34,8 @@ int32_t CountInWholeColorBlock(PixelRows a, PixelRows b) {
   Bytes8 right = {};
   for (int32_t row = 0; row < kBlockSide; ++row) {
     left -= reinterpret_cast<Bytes16>(Load<Bytes16>(a.Row(row)) != Load<Bytes16>(b.Row(row)));
-    right -= reinterpret_cast<Bytes8>(Load<Bytes8>(a.Row(row) + 16) !=
-                                      Load<Bytes8>(b.Row(row) + 16));
+    right -=
+        reinterpret_cast<Bytes8>(Load<Bytes8>(a.Row(row) + 16) != Load<Bytes8>(b.Row(row) + 16));
   }
   return SumOf(left) + SumOf(right);
 }

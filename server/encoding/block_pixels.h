@@ -34,8 +34,9 @@ inline PixelRows PixelsOf(const PictureShape& shape, const uint8_t* sheet, int32
 PixelRows CopyAcrossEdge(const PictureShape& shape, const uint8_t* sheet, const Block& block,
                          Move move, BlockRoom& room);
 
-// The pixels that `block` shows if it comes from `move` in `sheet`; beyond the edge of the sheet the
-// pixels of its edge go on. They are in the sheet itself, or where the edge is crossed in `room`.
+// The pixels that `block` shows if it comes from `move` in `sheet`; beyond the edge of the sheet
+// the pixels of its edge go on. They are in the sheet itself, or where the edge is crossed in
+// `room`.
 inline PixelRows MovedPixels(const PictureShape& shape, const uint8_t* sheet, const Block& block,
                              Move move, BlockRoom& room) {
   const int32_t row = block.row + move.rows;

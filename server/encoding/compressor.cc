@@ -1,7 +1,7 @@
 #include "server/encoding/compressor.h"
 
-#include "absl/base/internal/raw_logging.h"
 #include "lz4frame.h"
+#include "server/encoding/check.h"
 #include "zstd.h"
 
 namespace procgen {
@@ -11,25 +11,26 @@ namespace {
 constexpr int kZstdLevel = 1;
 
 size_t NoZstdError(size_t result) {
-  ABSL_RAW_CHECK(ZSTD_isError(result) == 0, "zstd cannot compress");
+  Check(ZSTD_isError(result) == 0, "zstd cannot compress");
   return result;
 }
 
 size_t NoLz4Error(size_t result) {
-  ABSL_RAW_CHECK(LZ4F_isError(result) == 0, "LZ4 cannot compress");
+  Check(LZ4F_isError(result) == 0, "LZ4 cannot compress");
   return result;
 }
 
 class ZstdCompressor final : public Compressor {
  public:
   ZstdCompressor() : context_(ZSTD_createCCtx()) {
-    ABSL_RAW_CHECK(context_ != nullptr, "no memory for zstd");
+    Check(context_ != nullptr, "no memory for zstd");
     NoZstdError(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, kZstdLevel));
+    NoZstdError(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_checksumFlag, 1));
   }
 
-  // Ending a block early takes a header more.
+  // Ending a block early takes a header more; the checksum counts, too.
   size_t FrameBytesMax(size_t content_bytes) const override {
-    return ZSTD_compressBound(content_bytes) + kBlockHeaderBytes;
+    return ZSTD_compressBound(content_bytes) + kBlockHeaderBytes + kChecksumBytes;
   }
 
   std::string Compress(absl::Span<const uint8_t> numbers,
@@ -49,6 +50,7 @@ class ZstdCompressor final : public Compressor {
 
  private:
   static constexpr size_t kBlockHeaderBytes = 3;
+  static constexpr size_t kChecksumBytes = 4;
   struct Free {
     void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
   };
@@ -56,7 +58,7 @@ class ZstdCompressor final : public Compressor {
   void Write(absl::Span<const uint8_t> bytes, ZSTD_EndDirective end, ZSTD_outBuffer& output) {
     ZSTD_inBuffer input = {bytes.data(), bytes.size(), 0};
     const size_t left = NoZstdError(ZSTD_compressStream2(context_.get(), &output, &input, end));
-    ABSL_RAW_CHECK(left == 0, "a frame of zstd is larger than its bound");
+    Check(left == 0, "a frame of zstd is larger than its bound");
   }
 
   std::unique_ptr<ZSTD_CCtx, Free> context_;
@@ -69,6 +71,7 @@ class Lz4Compressor final : public Compressor {
     NoLz4Error(LZ4F_createCompressionContext(&context, LZ4F_VERSION));
     context_.reset(context);
     preferences_.frameInfo.blockSizeID = LZ4F_max1MB;
+    preferences_.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
   }
 
   size_t FrameBytesMax(size_t content_bytes) const override {
@@ -78,10 +81,10 @@ class Lz4Compressor final : public Compressor {
   std::string Compress(absl::Span<const uint8_t> numbers,
                        absl::Span<const uint8_t> pixels) override {
     const size_t size = numbers.size() + pixels.size();
-    std::string frame(FrameBytesMax(numbers.size()) + FrameBytesMax(pixels.size()), '\0');
+    std::string frame(FrameBytesMax(size), '\0');
     preferences_.frameInfo.contentSize = size;
-    size_t end = NoLz4Error(
-        LZ4F_compressBegin(context_.get(), frame.data(), frame.size(), &preferences_));
+    size_t end =
+        NoLz4Error(LZ4F_compressBegin(context_.get(), frame.data(), frame.size(), &preferences_));
     for (const absl::Span<const uint8_t> bytes : {numbers, pixels}) {
       end += NoLz4Error(LZ4F_compressUpdate(context_.get(), frame.data() + end, frame.size() - end,
                                             bytes.data(), bytes.size(), nullptr));

@@ -12,9 +12,9 @@ namespace procgen {
 // What the last stage of an encoding is done by.
 enum class Compression { kZstd, kLz4 };
 
-// Writes one frame of zstd or LZ4, in the format that its tools read, with the size of its content in
-// the header. What does not fit in memory, or a bug of the library, ends the process.
-// Threads: compatible (one thread at a time).
+// Writes one frame of zstd or LZ4, in the format that its tools read, with the size of its content
+// in the header. What does not fit in memory, or a bug of the library, ends the process. Threads:
+// compatible (one thread at a time).
 class Compressor {
  public:
   static std::unique_ptr<Compressor> Make(Compression compression);

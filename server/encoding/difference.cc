@@ -83,7 +83,8 @@ bool CompareBand(const PictureShape& shape, const uint8_t* before, const uint8_t
 
 bool Differs(const RowBytes& differs, const Block& block, int32_t pixel_bytes) {
   const uint8_t* begin = differs.data() + static_cast<size_t>(block.column * pixel_bytes);
-  return std::any_of(begin, begin + block.width * pixel_bytes, [](uint8_t byte) { return byte != 0; });
+  return std::any_of(begin, begin + block.width * pixel_bytes,
+                     [](uint8_t byte) { return byte != 0; });
 }
 
 template <int kPixelBytes>

@@ -60,8 +60,7 @@ void ForEachMatch(const PictureShape& shape, const uint8_t* before, const Patter
   const int32_t row_max = std::min(pattern.row + kReach, shape.rows - 1);
   for (int32_t row = std::max(pattern.row - kReach, 0); row <= row_max; ++row) {
     const uint8_t* pixel = PixelsOf(shape, before, row, column_min).begin;
-    for (int32_t column = column_min; column <= column_max;
-         ++column, pixel += shape.pixel_bytes) {
+    for (int32_t column = column_min; column <= column_max; ++column, pixel += shape.pixel_bytes) {
       if (Load64(pixel) == pattern.bytes &&
           !use(Move{static_cast<int8_t>(row - pattern.row),
                     static_cast<int8_t>(column - pattern.column)})) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "absl/base/internal/raw_logging.h"
+#include "server/encoding/check.h"
 
 namespace procgen {
 namespace {
@@ -20,11 +20,11 @@ ObservationEncoder::ObservationEncoder(const PictureShape& shape, int32_t env_co
       environments_(static_cast<size_t>(env_count)),
       shown_(static_cast<size_t>(env_count) * shape.bytes()),
       compressor_(Compressor::Make(compression)) {
-  ABSL_RAW_CHECK(env_count > 0, "a pool has environments");
-  ABSL_RAW_CHECK(shape.columns > 0 && shape.columns <= kSideMax, "columns out of range");
-  ABSL_RAW_CHECK(shape.pixel_bytes == 1 || shape.pixel_bytes == 3, "no such pixels");
-  ABSL_RAW_CHECK(shape.stack > 0 && shape.rows > 0 && shape.rows % shape.stack == 0,
-                 "the pictures of a stack are of one size");
+  Check(env_count > 0, "a pool has environments");
+  Check(shape.columns > 0 && shape.columns <= kSideMax, "columns out of range");
+  Check(shape.pixel_bytes == 1 || shape.pixel_bytes == 3, "no such pixels");
+  Check(shape.stack > 0 && shape.rows > 0 && shape.rows % shape.stack == 0,
+        "the pictures of a stack are of one size");
 }
 
 size_t ObservationEncoder::EncodedBytesMax(int32_t count) const {
@@ -74,11 +74,10 @@ void ObservationEncoder::Append(size_t environment, const uint8_t* now) {
 
 std::string ObservationEncoder::Encode(int32_t first, int32_t count,
                                        absl::Span<const uint8_t> observations) {
-  ABSL_RAW_CHECK(first >= 0 && count > 0 &&
-                     static_cast<size_t>(first) + static_cast<size_t>(count) <=
-                         environments_.size() &&
-                     observations.size() == static_cast<size_t>(count) * shape_.bytes(),
-                 "a slice of the pool, with its observations");
+  Check(first >= 0 && count > 0 &&
+            static_cast<size_t>(first) + static_cast<size_t>(count) <= environments_.size() &&
+            observations.size() == static_cast<size_t>(count) * shape_.bytes(),
+        "a slice of the pool, with its observations");
   ages_.Clear();
   advances_.Clear();
   difference_.Clear();
@@ -87,8 +86,8 @@ std::string ObservationEncoder::Encode(int32_t first, int32_t count,
   }
   numbers_.clear();
   for (const ByteList* list :
-       {&ages_, &advances_, &difference_.changed, &difference_.move_rows,
-        &difference_.move_columns, &difference_.patched, &difference_.masks}) {
+       {&ages_, &advances_, &difference_.changed, &difference_.move_rows, &difference_.move_columns,
+        &difference_.patched, &difference_.masks}) {
     numbers_.insert(numbers_.end(), list->bytes().begin(), list->bytes().end());
   }
   return compressor_->Compress(numbers_, difference_.pixels.bytes());

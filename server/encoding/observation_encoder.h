@@ -18,8 +18,8 @@ namespace procgen {
 // Encodes the observations of a pool for one learner: what each environment shows by what it showed
 // in the answer before (Encoding in proto/procgen/v1/pools.proto defines the bytes). Lossless.
 //
-// Only what is encoded counts as shown: steps whose pictures nobody asked for are no part of it, nor
-// are final observations. What was encoded must reach the decoder in the same order, all of it;
+// Only what is encoded counts as shown: steps whose pictures nobody asked for are no part of it,
+// nor are final observations. What was encoded must reach the decoder in the same order, all of it;
 // ForgetAll makes a new beginning.
 // Memory: one observation of each environment, and for a while what a slice differs in.
 // Threads: compatible (one thread at a time).

@@ -9,8 +9,9 @@ namespace procgen {
 // Blocks are of this many rows and this many pixels of a row; at the last row and column smaller.
 inline constexpr int32_t kBlockSide = 8;
 
-// How the codec sees an observation: as a sheet of `rows` rows of `columns` pixels, of `pixel_bytes`
-// bytes each. Planes and the pictures of a stack stand one below the other, as they do in memory:
+// How the codec sees an observation: as a sheet of `rows` rows of `columns` pixels, of
+// `pixel_bytes` bytes each. Planes and the pictures of a stack stand one below the other, as they
+// do in memory:
 //
 //                      rows                     columns   pixel_bytes   stack
 //     [side, side, C]     side                  side      C             1
@@ -45,7 +46,8 @@ inline Block BlockAt(const PictureShape& shape, int32_t index) {
   block.row = index / shape.block_columns() * kBlockSide;
   block.column = index % shape.block_columns() * kBlockSide;
   block.height = shape.rows - block.row < kBlockSide ? shape.rows - block.row : kBlockSide;
-  block.width = shape.columns - block.column < kBlockSide ? shape.columns - block.column : kBlockSide;
+  block.width =
+      shape.columns - block.column < kBlockSide ? shape.columns - block.column : kBlockSide;
   return block;
 }
 

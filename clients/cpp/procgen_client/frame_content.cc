@@ -13,8 +13,7 @@ namespace {
 
 absl::Status TooLarge(uint64_t content_bytes, size_t content_bytes_max) {
   return absl::DataLossError(absl::StrCat("encoded observations: content of ", content_bytes,
-                                          " bytes, there can be ", content_bytes_max,
-                                          " at most"));
+                                          " bytes, there can be ", content_bytes_max, " at most"));
 }
 
 absl::Status NoFrame(absl::string_view format, absl::string_view reason) {

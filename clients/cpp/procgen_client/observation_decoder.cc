@@ -90,10 +90,10 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
   const int32_t side = given == 0 ? kSideDefault : given;
   const int32_t stack = std::max(format.frame_stack(), 1);
   if (side < 1 || side > kSideMax || stack > kStackMax || spec.env_count() < 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "a pool of ", spec.env_count(), " environments with observations of side ", side,
-        " in stacks of ", stack, "; decoded are sides of 1 to ", kSideMax, " and stacks of 1 to ",
-        kStackMax));
+    return absl::InvalidArgumentError(
+        absl::StrCat("a pool of ", spec.env_count(), " environments with observations of side ",
+                     side, " in stacks of ", stack, "; decoded are sides of 1 to ", kSideMax,
+                     " and stacks of 1 to ", kStackMax));
   }
   if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE &&
       spec.encoding() != procgen::v1::ENCODING_LZ4_DIFFERENCE) {
@@ -144,10 +144,10 @@ absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content
   for (size_t i = 0; i < content.ages.size(); ++i) {
     const size_t environment = static_cast<size_t>(first) + i;
     if (content.ages[i] != 0 && content.ages[i] != ages_[environment]) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "encoded observations: environment ", environment, " is at age ", content.ages[i],
-          ", after what was decoded before it would be ", ages_[environment],
-          " or 0: answers are missing or came twice"));
+      return absl::FailedPreconditionError(
+          absl::StrCat("encoded observations: environment ", environment, " is at age ",
+                       content.ages[i], ", after what was decoded before it would be ",
+                       ages_[environment], " or 0: answers are missing or came twice"));
     }
   }
   for (size_t i = 0; i < content.advances.size(); ++i) {
@@ -295,16 +295,21 @@ absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::stri
     const size_t environment = static_cast<size_t>(first) + i;
     const uint8_t age = content->ages[i];
     uint8_t* observation = observations.data() + i * sheet_.bytes();
-    WriteBasis(environment, age, content->advances.empty() ? 0 : content->advances[i],
-               basis_.data());
-    std::memcpy(observation, basis_.data(), sheet_.bytes());
+    uint8_t* shown = shown_.data() + environment * sheet_.bytes();
+    const uint8_t advance = content->advances.empty() ? 0 : content->advances[i];
+    const bool as_shown = age != 0 && advance == 0;
+    if (!as_shown) {
+      WriteBasis(environment, age, advance, basis_.data());
+    }
+    const uint8_t* basis = as_shown ? shown : basis_.data();
+    std::memcpy(observation, basis, sheet_.bytes());
     const uint8_t* changed = content->changed.data() + i * map_bytes;
     for (int32_t index = 0; index < block_count(); ++index) {
       if ((changed[index / 8] >> (index % 8) & 1) != 0) {
-        DecodeBlock(basis_.data(), BlockAt(index), *content, observation);
+        DecodeBlock(basis, BlockAt(index), *content, observation);
       }
     }
-    std::memcpy(shown_.data() + environment * sheet_.bytes(), observation, sheet_.bytes());
+    std::memcpy(shown, observation, sheet_.bytes());
     ages_[environment] = NextAge(age);
   }
   return absl::OkStatus();
