@@ -9,7 +9,7 @@ namespace procgen {
 namespace {
 
 // A block with fewer bytes to mend than this is not looked for.
-constexpr int32_t kGoodCost = 18;
+constexpr int32_t kGoodCost = 30;
 // A pattern that stands in more places than this says nothing about the move.
 constexpr int32_t kMatchCountMax = 12;
 // What is looked for first, and only where it stands the whole block is compared.
@@ -32,13 +32,15 @@ struct Pattern {
 // Finds a pattern in a block of `shape` with these pixels; false if all is of one colour.
 bool FindPattern(const PictureShape& shape, const Block& block, PixelRows pixels,
                  Pattern& pattern) {
-  // Of colours the third pixel and two more, in the middle; of greys all eight.
-  const int32_t first = shape.pixel_bytes == 1 ? 0 : 2;
-  pattern.column = block.column + first;
   pattern.width = (kPatternBytes + shape.pixel_bytes - 1) / shape.pixel_bytes;
-  for (const int32_t row : {3, 5, 1, 6, 0, 7, 2, 4}) {
-    const uint8_t* bytes = pixels.Row(row) + first * shape.pixel_bytes;
-    pattern.bytes = Load64(bytes);
+  // As far inside the sheet as the block goes: at its edges there is what was not there before.
+  const bool left = block.column * 2 < shape.columns;
+  const bool upper = block.row * 2 < shape.rows;
+  const int32_t first = left ? kBlockSide - pattern.width : 0;
+  pattern.column = block.column + first;
+  for (int32_t i = 0; i < kBlockSide; ++i) {
+    const int32_t row = upper ? kBlockSide - 1 - i : i;
+    pattern.bytes = Load64(pixels.Row(row) + first * shape.pixel_bytes);
     pattern.row = block.row + row;
     // Of one colour is what is the same a pixel further on.
     const uint64_t further = pattern.bytes >> (8 * shape.pixel_bytes);

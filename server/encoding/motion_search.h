@@ -20,7 +20,7 @@ class MotionSearch {
   // Moves that are remembered.
   static constexpr size_t kMoveCount = 6;
   // Blocks that are looked for in vain in one observation.
-  static constexpr int32_t kVainSearchCountMax = 8;
+  static constexpr int32_t kVainSearchCountMax = 12;
 
   // The next observation begins.
   void BeginObservation() { searches_left_ = kVainSearchCountMax; }
