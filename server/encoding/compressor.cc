@@ -70,12 +70,14 @@ class Lz4Compressor final : public Compressor {
     LZ4F_cctx* context = nullptr;
     NoLz4Error(LZ4F_createCompressionContext(&context, LZ4F_VERSION));
     context_.reset(context);
-    preferences_.frameInfo.blockSizeID = LZ4F_max1MB;
     preferences_.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+    preferences_.autoFlush = 1;
   }
 
   size_t FrameBytesMax(size_t content_bytes) const override {
-    return LZ4F_HEADER_SIZE_MAX + LZ4F_compressBound(content_bytes, &preferences_);
+    // Numbers and pixels end blocks of their own.
+    return LZ4F_HEADER_SIZE_MAX + LZ4F_compressBound(content_bytes, &preferences_) +
+           LZ4F_compressBound(0, &preferences_);
   }
 
   std::string Compress(absl::Span<const uint8_t> numbers,
