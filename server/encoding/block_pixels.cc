@@ -16,16 +16,21 @@ Vector Load(const uint8_t* bytes) {
   return vector;
 }
 
+// The words of a vector added up, byte by byte.
 template <typename Vector>
-int32_t SumOf(const Vector& vector) {
-  constexpr uint64_t kLowHalves = 0x00ff00ff00ff00ffULL;
+uint64_t FoldedBytes(const Vector& vector) {
   std::array<uint64_t, sizeof(Vector) / 8> words;
   std::memcpy(words.data(), &vector, sizeof(vector));
   uint64_t sum = 0;
   for (const uint64_t word : words) {
-    sum += (word & kLowHalves) + (word >> 8 & kLowHalves);
+    sum += word;
   }
-  return static_cast<int32_t>(sum * 0x0001000100010001ULL >> 48);
+  return sum;
+}
+
+// The sum of the bytes of a word. REQUIRES: that it is one byte; of a block there are at most 192.
+int32_t SumOfBytes(uint64_t word) {
+  return static_cast<int32_t>(word * 0x0101010101010101ULL >> 56);
 }
 
 // A comparison gives 255 where it holds, which is -1 to what is subtracted from.
@@ -37,7 +42,7 @@ int32_t CountInWholeColorBlock(PixelRows a, PixelRows b) {
     right -=
         reinterpret_cast<Bytes8>(Load<Bytes8>(a.Row(row) + 16) != Load<Bytes8>(b.Row(row) + 16));
   }
-  return SumOf(left) + SumOf(right);
+  return SumOfBytes(FoldedBytes(left) + FoldedBytes(right));
 }
 
 int32_t CountInWholeGrayBlock(PixelRows a, PixelRows b) {
@@ -45,7 +50,7 @@ int32_t CountInWholeGrayBlock(PixelRows a, PixelRows b) {
   for (int32_t row = 0; row < kBlockSide; ++row) {
     count -= reinterpret_cast<Bytes8>(Load<Bytes8>(a.Row(row)) != Load<Bytes8>(b.Row(row)));
   }
-  return SumOf(count);
+  return SumOfBytes(FoldedBytes(count));
 }
 
 }  // namespace
