@@ -23,6 +23,18 @@ int32_t CountBits(uint8_t byte) { return __builtin_popcount(byte); }
 // The first `count` bits, 0 <= count <= 8.
 uint32_t Bits(int32_t count) { return (1U << count) - 1; }
 
+// Puts the next of `pixels` where the mask says. Returns where the others begin.
+template <size_t kPixelBytes>
+const uint8_t* Mend(uint32_t mask, const uint8_t* pixels, uint8_t* row) {
+  for (; mask != 0; mask >>= 1, row += kPixelBytes) {
+    if ((mask & 1) != 0) {
+      std::memcpy(row, pixels, kPixelBytes);
+      pixels += kPixelBytes;
+    }
+  }
+  return pixels;
+}
+
 absl::Status Damaged(absl::string_view what) {
   return absl::DataLossError(absl::StrCat("encoded observations: ", what));
 }
@@ -235,37 +247,38 @@ void ObservationDecoder::WriteBasis(size_t environment, int32_t age, int32_t adv
   }
 }
 
+void ObservationDecoder::CopyPixels(const uint8_t* row, int32_t column, int32_t width,
+                                    uint8_t* to) const {
+  const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
+  if (column >= 0 && column + width <= sheet_.columns) {
+    std::memcpy(to, row + static_cast<size_t>(column) * pixel_bytes,
+                static_cast<size_t>(width) * pixel_bytes);
+    return;
+  }
+  for (int32_t x = 0; x < width; ++x, to += pixel_bytes) {
+    const int32_t from = std::clamp(column + x, 0, sheet_.columns - 1);
+    std::memcpy(to, row + static_cast<size_t>(from) * pixel_bytes, pixel_bytes);
+  }
+}
+
 void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
                                      uint8_t* observation) const {
   const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
   const int32_t row = block.row + static_cast<int8_t>(content.move_rows[content.block]);
   const int32_t column = block.column + static_cast<int8_t>(content.move_columns[content.block]);
   const uint32_t patched = content.patched[content.block++];
-  const bool inside = column >= 0 && column + block.width <= sheet_.columns;
   for (int32_t y = 0; y < block.height; ++y) {
     const int32_t from_row = std::clamp(row + y, 0, sheet_.rows - 1);
     const uint8_t* from = basis + static_cast<size_t>(from_row) * sheet_.row_bytes();
     uint8_t* to = observation + static_cast<size_t>(block.row + y) * sheet_.row_bytes() +
                   static_cast<size_t>(block.column) * pixel_bytes;
-    if (inside) {
-      std::memcpy(to, from + static_cast<size_t>(column) * pixel_bytes,
-                  static_cast<size_t>(block.width) * pixel_bytes);
-    } else {
-      for (int32_t x = 0; x < block.width; ++x) {
-        const int32_t from_column = std::clamp(column + x, 0, sheet_.columns - 1);
-        std::copy_n(from + static_cast<size_t>(from_column) * pixel_bytes, pixel_bytes,
-                    to + static_cast<size_t>(x) * pixel_bytes);
-      }
-    }
+    CopyPixels(from, column, block.width, to);
     if ((patched >> y & 1) != 0) {
-      const uint32_t mask = content.masks[content.mask++];
-      for (size_t x = 0; mask >> x != 0; ++x) {
-        if ((mask >> x & 1) != 0) {
-          std::copy_n(content.pixels.data() + content.pixel_byte, pixel_bytes,
-                      to + x * pixel_bytes);
-          content.pixel_byte += pixel_bytes;
-        }
-      }
+      const uint8_t* pixels = content.pixels.data() + content.pixel_byte;
+      const uint8_t* end = pixel_bytes == 3 ? Mend<3>(content.masks[content.mask], pixels, to)
+                                            : Mend<1>(content.masks[content.mask], pixels, to);
+      content.pixel_byte += static_cast<size_t>(end - pixels);
+      ++content.mask;
     }
   }
 }

@@ -59,6 +59,8 @@ class ObservationDecoder {
   absl::Status CheckBlocks(int32_t count, Content& content) const;
   // Writes what the observation follows from, before its blocks are changed.
   void WriteBasis(size_t environment, int32_t age, int32_t advance, uint8_t* basis) const;
+  // Copies pixels from `column` of a row of the sheet on; beyond its ends those of the ends go on.
+  void CopyPixels(const uint8_t* row, int32_t column, int32_t width, uint8_t* to) const;
   void DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
                    uint8_t* observation) const;
 

@@ -22,8 +22,8 @@ from procgen_client.errors import (
 )
 
 _GAMES = (
-    "bigfish bossfight caveflyer chaser climber coinrun dodgeball fruitbot heist jumper leaper maze "
-    "miner ninja plunder starpilot"
+    "bigfish bossfight caveflyer chaser climber coinrun dodgeball fruitbot "
+    "heist jumper leaper maze miner ninja plunder starpilot"
 ).split()
 # Colours, layout, side, stack.
 _FORMATS = (
