@@ -160,8 +160,8 @@ void MotionSearch::Remember(Move move) {
   if (move == moves_.front()) {
     return;
   }
-  const auto known = moves_.begin() + static_cast<std::ptrdiff_t>(move_count_);
-  auto place = std::find(moves_.begin(), known, move);
+  Move* const known = moves_.data() + move_count_;
+  Move* place = std::find(moves_.data(), known, move);
   if (place == known) {
     if (move_count_ < kMoveCount) {
       ++move_count_;
@@ -169,7 +169,7 @@ void MotionSearch::Remember(Move move) {
       --place;
     }
   }
-  std::rotate(moves_.begin(), place, place + 1);
+  std::rotate(moves_.data(), place, place + 1);
   moves_.front() = move;
 }
 

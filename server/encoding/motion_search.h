@@ -18,9 +18,9 @@ class MotionSearch {
   // How far a block is looked for, in rows and in columns.
   static constexpr int32_t kReach = 8;
   // Moves that are remembered.
-  static constexpr size_t kMoveCount = 4;
+  static constexpr size_t kMoveCount = 3;
   // Blocks that are looked for in vain in one observation.
-  static constexpr int32_t kVainSearchCountMax = 12;
+  static constexpr int32_t kVainSearchCountMax = 4;
 
   // The next observation begins.
   void BeginObservation() { searches_left_ = kVainSearchCountMax; }

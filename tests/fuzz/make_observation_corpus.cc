@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "procgen/v1/pools.pb.h"
 #include "procgen_client/frame_content.h"
 #include "server/encoding/observation_encoder.h"
@@ -65,9 +66,9 @@ int main(int argument_count, char** arguments) {
               frame, kContentBytesMax)
               .value();
       const auto choice = static_cast<uint8_t>(form << 2 | (lz4 ? 1 : 0));
-      const std::string name = (lz4 ? "lz4_" : "zstd_") + std::to_string(form);
-      if (!Write(folder + "frame_" + name, choice | 2, frame) ||
-          !Write(folder + "content_" + name, choice, content)) {
+      const std::string name = absl::StrCat(lz4 ? "lz4_" : "zstd_", static_cast<int>(form));
+      if (!Write(absl::StrCat(folder, "frame_", name), choice | 2, frame) ||
+          !Write(absl::StrCat(folder, "content_", name), choice, content)) {
         std::cerr << "procgen-make-observation-corpus: cannot write in " << folder << "\n";
         return kBadUse;
       }

@@ -40,7 +40,9 @@ class ObservationDecoder {
     int32_t pixel_bytes = 0;
     int32_t stack = 1;
 
-    size_t row_bytes() const { return static_cast<size_t>(columns * pixel_bytes); }
+    size_t row_bytes() const {
+      return static_cast<size_t>(columns) * static_cast<size_t>(pixel_bytes);
+    }
     size_t bytes() const { return static_cast<size_t>(rows) * row_bytes(); }
   };
   struct Content;

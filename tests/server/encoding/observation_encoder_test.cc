@@ -23,11 +23,11 @@ constexpr PictureShape kShape = {.rows = 64, .columns = 64, .pixel_bytes = 3};
 
 class ObservationEncoderTest : public testing::TestWithParam<Compression> {
  protected:
-  ObservationEncoder NewEncoder(int32_t env_count = 1) const {
-    return ObservationEncoder(kShape, env_count, GetParam());
+  static ObservationEncoder NewEncoder(int32_t env_count = 1) {
+    return {kShape, env_count, GetParam()};
   }
 
-  ObservationDecoder NewDecoder(int32_t env_count = 1) const {
+  static ObservationDecoder NewDecoder(int32_t env_count = 1) {
     procgen::v1::Pool pool;
     pool.mutable_spec()->set_env_count(env_count);
     pool.mutable_spec()->set_encoding(GetParam() == Compression::kZstd
