@@ -11,6 +11,9 @@
 namespace procgen {
 namespace {
 
+constexpr int64_t kLeaseSecondsMax = int64_t{366} * 24 * 3600;
+constexpr int64_t kKeepaliveMsMax = 24 * 3600 * 1000;
+
 struct Range {
   absl::string_view flag;
   int64_t value;
@@ -73,6 +76,13 @@ absl::Status CheckConfig(const Config& config) {
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
+        Range{"kept_answer_bytes_max", limits.kept_answer_bytes_max, 0, int64_t{1} << 40},
+        Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
+              kLeaseSecondsMax},
+        Range{"keepalive_time in milliseconds",
+              absl::ToInt64Milliseconds(config.server.keepalive_time), 100, kKeepaliveMsMax},
+        Range{"keepalive_timeout in milliseconds",
+              absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100, kKeepaliveMsMax},
         Range{"owner_pool_count_max", limits.owner_pool_count_max, 1, 1 << 20},
         Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},

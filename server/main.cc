@@ -40,8 +40,19 @@ ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
           "bytes of one response message that a client may ask for");
 ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
           "unanswered requests of one stream that a client may ask for");
-ABSL_FLAG(absl::Duration, drain_deadline, absl::Seconds(10),
-          "after SIGTERM or SIGINT, running requests have this long to be answered");
+ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
+          "bytes of the answers that are kept for streams that may be resumed, of all pools "
+          "together");
+ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
+          "how long a pool may ask to live without a stream");
+ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_time,
+          "a connection that is silent for this long is asked for a sign of life");
+ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
+          "and ended if it gives none for this long");
+ABSL_FLAG(
+    absl::Duration, drain_deadline, absl::Seconds(10),
+    "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
+    "save states");
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");
@@ -86,6 +97,10 @@ absl::StatusOr<Config> ReadConfig() {
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
+  limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
+  config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
+  config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
   ReadSecurityFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;

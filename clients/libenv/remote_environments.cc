@@ -12,6 +12,8 @@ namespace {
 
 // A host that waits for its environments sees nothing, so not for long.
 constexpr absl::Duration kConnectTimeout = absl::Seconds(5);
+// How long a broken connection is tried to be made again; the host stands still meanwhile.
+constexpr absl::Duration kReconnectTimeout = absl::Seconds(5);
 
 v1::DistributionMode ModeOf(DistributionMode mode) {
   switch (mode) {
@@ -72,7 +74,8 @@ absl::StatusOr<std::unique_ptr<RemoteEnvironments>> RemoteEnvironments::Create(
   }
   std::unique_ptr<RemoteEnvironments> environments(
       new RemoteEnvironments(*std::move(client), pool->name()));
-  auto stream = environments->client_->Attach(pool->name());
+  auto stream =
+      environments->client_->Attach(pool->name(), {.reconnect_timeout = kReconnectTimeout});
   if (!stream.ok()) {
     return stream.status();
   }

@@ -43,9 +43,10 @@ bool CellDrawing::HasCells() const {
     return true;
   }
   const int last_row = std::min(cells_->last_row, grid.height() - 1);
-  for (int y = std::max(cells_->first_row, 0); y <= last_row && first_column <= last_column; ++y) {
-    const absl::Span<const int16_t> kinds = grid.Row(y).subspan(
-        static_cast<size_t>(first_column), static_cast<size_t>(last_column - first_column + 1));
+  const int column_count = last_column - first_column + 1;
+  for (int y = std::max(cells_->first_row, 0); y <= last_row && column_count > 0; ++y) {
+    const absl::Span<const int16_t> kinds =
+        grid.Row(y).subspan(static_cast<size_t>(first_column), static_cast<size_t>(column_count));
     if (std::any_of(kinds.begin(), kinds.end(), [](int kind) { return kind != kEmptyKind; })) {
       return true;
     }
@@ -120,8 +121,8 @@ void CellDrawing::FindCells() {
   const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
   const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
   for (int column = 0; column < column_count; ++column) {
-    const auto add_outside = [&](int first, int end) {
-      for (int row = first; row < end && outside != nullptr; ++row) {
+    const auto add_outside = [&](int from, int to) {
+      for (int row = from; row < to && outside != nullptr; ++row) {
         shown_.push_back({outside, column, row});
       }
     };

@@ -57,8 +57,10 @@ void FillSmooth(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
     for (int x = columns.first; x < columns.end; ++x) {
       uint32_t hits = 0;
       for (int i = 0; i < kSamplesPerSide * kSamplesPerSide; ++i) {
-        const double sample_x = x + (i % kSamplesPerSide + 0.5) / kSamplesPerSide;
-        const double sample_y = y + (i / kSamplesPerSide + 0.5) / kSamplesPerSide;
+        const int column = i % kSamplesPerSide;
+        const int row = i / kSamplesPerSide;
+        const double sample_x = x + (column + 0.5) / kSamplesPerSide;
+        const double sample_y = y + (row + 0.5) / kSamplesPerSide;
         hits += inside(sample_x, sample_y) ? 1U : 0U;
       }
       if (hits > 0) {

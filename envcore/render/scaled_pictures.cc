@@ -134,8 +134,10 @@ Image ScaledTurned(const Image& source, const ScaledSize& size) {
     for (int x = 0; x < image.width(); ++x) {
       Sums sums;
       for (int i = 0; i < kSampleCount; ++i) {
-        const double dx = x + (i % kSamplesPerSide + 0.5) / kSamplesPerSide - image.width() / 2.0;
-        const double dy = y + (i / kSamplesPerSide + 0.5) / kSamplesPerSide - image.height() / 2.0;
+        const int sample_column = i % kSamplesPerSide;
+        const int sample_row = i / kSamplesPerSide;
+        const double dx = x + (sample_column + 0.5) / kSamplesPerSide - image.width() / 2.0;
+        const double dy = y + (sample_row + 0.5) / kSamplesPerSide - image.height() / 2.0;
         const double column = ((dx * cos + dy * sin) / size.width + 0.5) * source.width();
         const double row = ((dy * cos - dx * sin) / size.height + 0.5) * source.height();
         if (column >= 0 && row >= 0 && column < source.width() && row < source.height()) {

@@ -24,7 +24,8 @@ bool ForEachRow(const CellLayer& cells, Use use) {
   if (first_column > last_column) {
     return true;
   }
-  const auto count = static_cast<size_t>(last_column - first_column + 1);
+  const int column_count = last_column - first_column + 1;
+  const auto count = static_cast<size_t>(column_count);
   for (int row = std::max(cells.first_row, 0); row <= last_row; ++row) {
     if (!use(grid.Row(row).subspan(static_cast<size_t>(first_column), count))) {
       return false;
@@ -108,10 +109,11 @@ void StillLayer::Remember(const Scene& scene) {
   if (!has_cells_) {
     return;
   }
+  const Grid& grid = *scene.cells.grid;
+  grid_width_ = grid.width();
+  grid_height_ = grid.height();
   cells_ = scene.cells;
   cells_.grid = nullptr;
-  grid_width_ = scene.cells.grid->width();
-  grid_height_ = scene.cells.grid->height();
   ForEachRow(scene.cells, [this](absl::Span<const int16_t> kinds) {
     kinds_.insert(kinds_.end(), kinds.begin(), kinds.end());
     return true;

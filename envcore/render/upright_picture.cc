@@ -49,12 +49,10 @@ void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opa
   pixel += done;
   for (int i = done; i < count; ++i, ++pixel) {
     const Rgba& shown = source[columns[i]];
-    if constexpr (kMix == Mix::kCopy) {
+    if (kMix == Mix::kCopy || (kMix == Mix::kLayOver && shown.alpha == kOpaque)) {
       *pixel = shown;
     } else if constexpr (kMix == Mix::kLayOverFaded) {
       LayOver(Mul(shown, opacity), *pixel);
-    } else if (shown.alpha == kOpaque) {
-      *pixel = shown;
     } else if (shown.alpha != 0) {
       LayOver(shown, *pixel);
     }

@@ -71,7 +71,7 @@ absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) co
   if (!share.ok()) {
     return share.status();
   }
-  return Caller{*std::move(owner), *std::move(share)};
+  return Caller{*std::move(owner), *std::move(share), counted_};
 }
 
 absl::StatusOr<std::string> Callers::OwnerOf(const grpc::ServerContextBase& context) const {

@@ -1,6 +1,7 @@
 #ifndef SERVER_RPC_CALLER_H_
 #define SERVER_RPC_CALLER_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -15,6 +16,7 @@ namespace procgen {
 struct Caller {
   std::string owner;    // of the pools that it makes and sees; empty: callers are not asked
   Owners::Share share;  // of the calls that the owner may have under way
+  std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
 };
 
 // The door: says who calls, and lets in who may. Every call of every service of ours comes by here
@@ -35,6 +37,9 @@ class Callers {
   // RESOURCE_EXHAUSTED the owner has too many calls under way.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
 
+  // Calls and streams that were let in and whose answers are not on their way yet.
+  int64_t CallCount() const { return counted_.use_count() - 1; }
+
  private:
   absl::StatusOr<std::string> OwnerOf(const grpc::ServerContextBase& context) const;
   absl::StatusOr<std::string> OwnerByToken(const grpc::ServerContextBase& context) const;
@@ -42,6 +47,7 @@ class Callers {
   const std::shared_ptr<TokenFile> tokens_;
   const bool certificates_tell_;
   Owners* const owners_;
+  const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller
 };
 
 }  // namespace procgen

@@ -117,6 +117,8 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_observation_side_px_min(kObservationSidePxMin);
   message->set_observation_side_px_max(kObservationSidePxMax);
   message->set_frame_stack_max(kFrameStackMax);
+  message->set_kept_answer_bytes_max(limits.kept_answer_bytes_max);
+  *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
 }
 
 }  // namespace
@@ -145,6 +147,9 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   catalog.mutable_features()->set_states(true);
   catalog.mutable_features()->set_render(true);
   catalog.mutable_features()->set_fingerprints(true);
+  catalog.mutable_features()->set_leases(true);
+  catalog.mutable_features()->set_level_sampler(true);
+  catalog.mutable_features()->set_resume(true);
   FillLimits(limits, catalog.mutable_limits());
   // Where the folder lies is nobody's business but the operator's.
   catalog.set_art(has_own_art ? "folder" : "built-in");

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "server/session/sessions.h"
 
 namespace procgen {
 namespace {
@@ -240,13 +241,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
       !status.ok()) {
     return status;
   }
-  if (spec.has_level_sampler()) {
-    return absl::UnimplementedError("spec.level_sampler is not offered yet; leave it out");
-  }
-  if (spec.has_lease_duration()) {
-    return absl::UnimplementedError(
-        "spec.lease_duration is not offered yet; leave it out and delete the pool");
-  }
   return absl::OkStatus();
 }
 
@@ -281,7 +275,21 @@ void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
   spec->set_encoding(v1::ENCODING_RAW);
 }
 
+void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
+  const timespec spec = absl::ToTimespec(time);
+  message->set_seconds(spec.tv_sec);
+  message->set_nanos(static_cast<int32_t>(spec.tv_nsec));
+}
+
 }  // namespace
+
+google::protobuf::Duration DurationMessageOf(absl::Duration duration) {
+  google::protobuf::Duration message;
+  const timespec spec = absl::ToTimespec(duration);
+  message.set_seconds(spec.tv_sec);
+  message.set_nanos(static_cast<int32_t>(spec.tv_nsec));
+  return message;
+}
 
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (absl::Status status = CheckSpec(spec); !status.ok()) {
@@ -308,7 +316,46 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   options.first_environment = spec.first_environment();
   options.total_environments = spec.total_environments();
   options.observation_format = *observation_format;
+  if (spec.has_level_sampler()) {
+    auto sampler = LevelSamplerOf("spec.level_sampler", spec.level_sampler());
+    if (!sampler.ok()) {
+      return sampler.status();
+    }
+    options.level_sampler = *std::move(sampler);
+  }
   return options;
+}
+
+absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
+    absl::string_view field, const v1::LevelSampler& message) {
+  auto sampler = LevelSampler::Create({message.level_seeds().begin(), message.level_seeds().end()},
+                                      {message.weights().begin(), message.weights().end()},
+                                      message.rand_seed());
+  if (!sampler.ok()) {
+    return absl::Status(sampler.status().code(),
+                        absl::StrCat(field, ".", sampler.status().message()));
+  }
+  return sampler;
+}
+
+absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
+                                               const google::protobuf::Duration& message,
+                                               const Limits& limits) {
+  constexpr int32_t kNanosMax = 999'999'999;
+  if (message.nanos() < -kNanosMax || message.nanos() > kNanosMax ||
+      (message.seconds() > 0 && message.nanos() < 0) ||
+      (message.seconds() < 0 && message.nanos() > 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " has ", message.seconds(), " seconds and ", message.nanos(),
+                     " nanos, allowed: nanos of the same sign as seconds and at most ", kNanosMax));
+  }
+  const absl::Duration lease_duration =
+      absl::Seconds(message.seconds()) + absl::Nanoseconds(message.nanos());
+  absl::Status status = CheckLeaseDuration(field, lease_duration, limits);
+  if (!status.ok()) {
+    return status;
+  }
+  return lease_duration;
 }
 
 v1::Pool PoolMessageOf(const PoolSession& session) {
@@ -321,9 +368,13 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
   message.set_owner(session.owner());
-  const timespec created = absl::ToTimespec(session.create_time());
-  message.mutable_create_time()->set_seconds(created.tv_sec);
-  message.mutable_create_time()->set_nanos(static_cast<int32_t>(created.tv_nsec));
+  FillTimestamp(session.create_time(), message.mutable_create_time());
+  if (session.lease_duration() != absl::InfiniteDuration()) {
+    *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());
+  }
+  if (const absl::Time expires = session.expire_time(); expires != absl::InfiniteFuture()) {
+    FillTimestamp(expires, message.mutable_expire_time());
+  }
   return message;
 }
 

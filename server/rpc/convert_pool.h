@@ -1,9 +1,15 @@
 #ifndef SERVER_RPC_CONVERT_POOL_H_
 #define SERVER_RPC_CONVERT_POOL_H_
 
+#include <memory>
+
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "envcore/pool/pool.h"
+#include "google/protobuf/duration.pb.h"
 #include "procgen/v1/pools.pb.h"
+#include "server/session/limits.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -13,7 +19,20 @@ namespace procgen {
 // server does not offer yet (the message says what is offered).
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 
-// The pool as a resource, its spec with every default filled in.
+// How long a pool is to live without a stream; `field` is what to call it. Errors: INVALID_ARGUMENT
+// no duration, or a too short one; RESOURCE_EXHAUSTED longer than the limit.
+absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
+                                               const google::protobuf::Duration& message,
+                                               const Limits& limits);
+
+// `field` is what to call it. Errors: INVALID_ARGUMENT as LevelSampler::Create.
+absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_view field,
+                                                                   const v1::LevelSampler& message);
+
+google::protobuf::Duration DurationMessageOf(absl::Duration duration);
+
+// The pool as a resource, its spec with every default filled in, but without the level sampler,
+// whose lists may be long.
 v1::Pool PoolMessageOf(const PoolSession& session);
 
 // The contract's name for a mode.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/convert_pool.h"
 
 namespace procgen {
 namespace {
@@ -67,6 +68,18 @@ absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
   return ReadObservation(step.observation(), request);
 }
 
+absl::Status ReadSampler(const v1::LevelSampler& message, StreamRequest* request) {
+  absl::StatusOr<std::shared_ptr<const LevelSampler>> sampler =
+      LevelSamplerOf("level_sampler", message);
+  if (!sampler.ok()) {
+    return sampler.status();
+  }
+  request->request.kind = Request::Kind::kSample;
+  request->request.level_sampler = *std::move(sampler);
+  request->with_observations = false;
+  return absl::OkStatus();
+}
+
 // Memory for `count` numbers of an array.
 template <typename Number>
 absl::Span<Number> Sized(google::protobuf::RepeatedField<Number>* array, int32_t count) {
@@ -100,6 +113,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   request->resets.clear();
   request->request = Request();
   request->request.sequence_number = message.sequence_number();
+  request->request.acknowledged = message.acknowledged_sequence_number();
   request->with_final_observations = false;
   switch (message.request_case()) {
     case v1::StepPoolRequest::kStep:
@@ -117,7 +131,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       return absl::InvalidArgumentError(
           "attach was sent again, allowed: once, as the first request of a stream");
     case v1::StepPoolRequest::kLevelSampler:
-      return absl::UnimplementedError("level_sampler is not offered yet");
+      return ReadSampler(message.level_sampler(), request);
     case v1::StepPoolRequest::REQUEST_NOT_SET:
       break;
   }
@@ -142,9 +156,13 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamReq
 
 Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
                       v1::StepPoolResponse* response) {
+  response->set_sequence_number(request.request.sequence_number);
+  if (request.request.kind == Request::Kind::kSample) {
+    response->mutable_done();
+    return {};
+  }
   const int64_t picture_bytes = part.count * observation_bytes;
   const int32_t slice_end = request.request.first + request.request.count;
-  response->set_sequence_number(request.request.sequence_number);
   v1::Batch* message = response->mutable_batch();
   message->set_first_environment(part.first);
   message->set_environment_count(part.count);
@@ -168,6 +186,9 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
 }
 
 void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response) {
+  if (!response->has_batch()) {
+    return;
+  }
   const auto picture_bytes = static_cast<size_t>(observation_bytes);
   v1::Batch* batch = response->mutable_batch();
   std::string* pictures = batch->mutable_final_observations();

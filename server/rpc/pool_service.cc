@@ -1,6 +1,7 @@
 #include "server/rpc/pool_service.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,6 +46,25 @@ absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
   return absl::OkStatus();
 }
 
+absl::Status Renew(const Sessions& sessions, absl::string_view owner,
+                   const v1::RenewPoolRequest& request, v1::Pool* response) {
+  std::optional<absl::Duration> lease_duration;
+  if (request.has_lease_duration()) {
+    const absl::StatusOr<absl::Duration> given =
+        LeaseDurationOf("lease_duration", request.lease_duration(), sessions.limits());
+    if (!given.ok()) {
+      return given.status();
+    }
+    lease_duration = *given;
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions.Find(owner, request.name());
+  absl::Status status = pool.ok() ? (*pool)->Renew(lease_duration) : pool.status();
+  if (status.ok()) {
+    *response = PoolMessageOf(**pool);
+  }
+  return status;
+}
+
 // A pool whose observations fit no response would be of no use.
 absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
   return ResponseRowsMax("response_bytes_max", StreamRequest(),
@@ -60,16 +80,23 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
-    absl::StatusOr<PoolOptions> options = PoolOptionsOf(call->request().spec());
+    const v1::PoolSpec& spec = call->request().spec();
+    absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     absl::Status status = options.status();
     if (status.ok()) {
       status = CheckAnswersFit(*options, sessions_->limits());
+    }
+    absl::StatusOr<absl::Duration> lease_duration = absl::InfiniteDuration();
+    if (status.ok() && spec.has_lease_duration()) {
+      lease_duration =
+          LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions_->limits());
+      status = lease_duration.status();
     }
     if (!status.ok()) {
       call->Finish(std::move(status));
       return;
     }
-    sessions_->Create(call->owner(), call->request().pool_id(), *options,
+    sessions_->Create(call->owner(), call->request().pool_id(), *options, *lease_duration,
                       [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());
@@ -128,11 +155,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext
                                                      grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
-    const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->owner(), call->request().name());
-    call->Finish(pool.ok() ? absl::UnimplementedError(
-                                 "leases are not offered yet: a pool lives until it is deleted")
-                           : pool.status());
+    call->Finish(Renew(*sessions_, call->owner(), call->request(), call->response()));
   });
 }
 

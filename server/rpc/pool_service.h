@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// PoolService: makes, finds and ends pools. Leases are not offered yet.
+// PoolService: makes, finds and ends pools.
 class PoolServiceImpl final : public v1::PoolService::WithRawCallbackMethod_CreatePool<
                                   v1::PoolService::WithRawCallbackMethod_GetPool<
                                       v1::PoolService::WithRawCallbackMethod_ListPools<

@@ -18,20 +18,41 @@
 namespace procgen {
 namespace {
 
-// How often a stopping server looks whether its streams have ended.
+// How often a stopping server looks whether it has nothing left to do.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
+// How long clients without a call have to close their connections. gRPC for C++ looks after an idle
+// one every five seconds.
+constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
 
 // Calls that may be under way on one connection besides one stream for each pool.
 constexpr int kConnectionCallsMax = 1024;
 // How long a connection may take until it speaks gRPC (TLS included), and stay without a call.
 constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
 constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
+// How often a client may ask whether the server is there.
+constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
 std::string BoundAddress(const std::string& address, uint16_t port) {
   if (absl::StartsWith(address, "unix:")) {
     return address;
   }
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
+}
+
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(absl::ToInt64Milliseconds(duration));
+}
+
+void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                              Milliseconds(options.keepalive_timeout));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // As many as need be: a learner that thinks for long sends nothing else.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  // Clients may ask as well; by default gRPC ends the connection of one that does so often.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                              Milliseconds(kPingIntervalMin));
 }
 
 class GrpcServer final : public Server {
@@ -62,6 +83,7 @@ class GrpcServer final : public Server {
             grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
             tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials());
     SetLimits(options.limits, &builder);
+    SetKeepalive(options, &builder);
     services_.RegisterWith(&builder);
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
@@ -98,11 +120,11 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = absl::Now() + deadline;
     BeginDrain();
-    while (sessions_.load().stream_count > 0 && absl::Now() < end) {
+    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && absl::Now() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
     listener_.reset();
-    server_->Shutdown(absl::ToChronoTime(end));
+    server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
   }
 
@@ -119,9 +141,8 @@ class GrpcServer final : public Server {
     builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
                                 kConnectionCallsMax + limits.pool_count_max);
     builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
-                                static_cast<int>(absl::ToInt64Milliseconds(kHandshakeTimeout)));
-    builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
-                                static_cast<int>(absl::ToInt64Milliseconds(kIdleTimeout)));
+                                Milliseconds(kHandshakeTimeout));
+    builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, Milliseconds(kIdleTimeout));
   }
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection

@@ -24,6 +24,10 @@ struct ServerOptions {
   std::shared_ptr<TlsFiles> tls;         // null: plain text
   std::shared_ptr<TokenFile> tokens;     // null: nobody is asked for one
   CloneSources clone_sources;            // whom CloneStates may be asked to connect to
+  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
+  // ended if there is none within `keepalive_timeout`.
+  absl::Duration keepalive_time = absl::Seconds(30);
+  absl::Duration keepalive_timeout = absl::Seconds(10);
 };
 
 // The whole server in one object: services on a port, pools behind them.
@@ -41,8 +45,9 @@ class Server {
   // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
   // request that each is carrying out. Returns at once.
   virtual void BeginDrain() = 0;
-  // BeginDrain; then waits until all streams have ended, `deadline` at most, and stops; what is
-  // left is cancelled. Blocks.
+  // BeginDrain; then waits, `deadline` at most, until no call is under way and the pools whose
+  // streams it ended are deleted (their learners may want to save states), and stops; what is left
+  // is cancelled. Blocks.
   virtual void Stop(absl::Duration deadline) = 0;
 };
 

@@ -1,47 +1,32 @@
 #include "server/rpc/step_pool_reactor.h"
 
-#include <algorithm>
+#include <optional>
 #include <utility>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "server/rpc/convert_pool.h"
+#include "grpcpp/server_context.h"
 #include "server/rpc/grpc_status.h"
-#include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
 
-// One is stepped while the other is on its way.
-constexpr int kResponseCount = 2;
-
-absl::Status CheckAttach(const v1::Attach& attach, const Limits& limits) {
-  if (attach.resumable() || attach.take_over()) {
-    return absl::UnimplementedError(absl::StrCat(
-        attach.resumable() ? "attach.resumable" : "attach.take_over", " is not offered yet"));
-  }
-  const int32_t in_flight = attach.requests_in_flight_max();
-  if (in_flight > limits.requests_in_flight_max) {
-    return absl::ResourceExhaustedError(absl::StrCat("attach.requests_in_flight_max is ", in_flight,
-                                                     ", limit requests_in_flight_max is ",
-                                                     limits.requests_in_flight_max));
-  }
-  if (in_flight < 0) {
-    return absl::InvalidArgumentError(absl::StrCat("attach.requests_in_flight_max is ", in_flight,
-                                                   ", allowed: 0 to ",
-                                                   limits.requests_in_flight_max));
-  }
-  return absl::OkStatus();
-}
+// Tells a client that this server will not serve it, so that it does not try the same again. Other
+// UNAVAILABLEs are broken connections.
+constexpr char kDrainsKey[] = "procgen-drains";
+constexpr char kDrainsValue[] = "1";
 
 }  // namespace
 
-StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, Caller caller) {
+StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, grpc::CallbackServerContext* context,
+                                        Caller caller) {
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.
-  std::shared_ptr<StepPoolReactor> reactor(new StepPoolReactor(sessions, std::move(caller)));
+  std::shared_ptr<StepPoolReactor> reactor(
+      new StepPoolReactor(sessions, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the alarm is the stream's and keeps what it calls.
   reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
@@ -55,16 +40,9 @@ StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, Caller caller) {
   return reactor.get();
 }
 
-StepPoolReactor::StepPoolReactor(Sessions* sessions, Caller caller)
-    : sessions_(sessions), caller_(std::move(caller)) {
-  absl::MutexLock lock(&mutex_);
-  slots_.push_back(std::make_unique<StreamRequest>());
-  free_slots_.push_back(slots_.back().get());
-  for (int i = 0; i < kResponseCount; ++i) {
-    responses_.push_back(std::make_unique<Response>());
-    free_responses_.push_back(responses_.back().get());
-  }
-}
+StepPoolReactor::StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context,
+                                 Caller caller)
+    : sessions_(sessions), context_(context), caller_(std::move(caller)) {}
 
 void StepPoolReactor::Drive() {
   const std::shared_ptr<StepPoolReactor> self = shared_from_this();
@@ -93,30 +71,31 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
     part_waits_ = false;
     return Action::kAbandon;
   }
-  if (part_waits_ && (cancelled_ || !free_responses_.empty())) {
+  // Who is cancelled or taken over does not wait for the wire, which may be dead.
+  if (part_waits_ && (cancelled_ || taken_over_ || responses_.has_free())) {
     part_waits_ = false;
-    part_response_ = nullptr;
-    if (!cancelled_) {
-      part_response_ = free_responses_.back();
-      free_responses_.pop_back();
-    }
     return Action::kRunPart;
   }
-  if (running_ == nullptr && !inbox_.empty()) {
-    running_ = inbox_.front();
-    inbox_.pop_front();
-    return Action::kTurn;
+  if (turn_of_ == nullptr) {
+    turn_of_ = requests_.Next();
+    if (turn_of_ != nullptr) {
+      return Action::kTurn;
+    }
   }
-  if (reading_ == nullptr && !taking_in_ && !reading_ended_ && !free_slots_.empty()) {
-    reading_ = free_slots_.back();
-    free_slots_.pop_back();
+  if (requests_.CanRead()) {
+    requests_.BeginRead();
     return Action::kRead;
   }
-  if (!written_.empty() && !writing_) {
-    writing_ = true;
+  const bool takes_no_turn = requests_.IsOver() && turn_of_ == nullptr;
+  if (attached_ && !letting_go_ && takes_no_turn) {
+    letting_go_ = true;
+    return Action::kLetGo;
+  }
+  if (responses_.CanWrite()) {
+    responses_.BeginWrite();
     return Action::kWrite;
   }
-  if (reading_ended_ && !taking_in_ && inbox_.empty() && running_ == nullptr && written_.empty()) {
+  if (takes_no_turn && !attached_ && responses_.empty()) {
     finished_ = true;
     return Action::kFinish;
   }
@@ -140,6 +119,9 @@ void StepPoolReactor::Act(Action action) {
     case Action::kAbandon:
       EndTurn();
       return;
+    case Action::kLetGo:
+      LetGo();
+      return;
     case Action::kWrite:
       Write();
       return;
@@ -153,17 +135,32 @@ void StepPoolReactor::OnReadDone(bool ok) {
   StreamRequest* request = nullptr;
   {
     absl::MutexLock lock(&mutex_);
-    request = std::exchange(reading_, nullptr);
-    if (!ok || reading_ended_) {
-      reading_ended_ = true;
-      request = nullptr;
-    }
-    taking_in_ = request != nullptr;
+    request = requests_.EndRead(ok);
   }
-  if (request != nullptr) {
-    OnRequest(request);
+  if (request == nullptr) {
+    Drive();
+    return;
+  }
+  absl::Status status = ParseMessage(read_bytes_, &request->message);
+  read_bytes_.Clear();
+  if (!std::exchange(attaching_, true)) {
+    attach_alarm_.Cancel();
+    if (status.ok()) {
+      Attach(request->message);
+    } else {
+      OnAttached(std::move(status));
+    }
+    return;
+  }
+  if (status.ok()) {
+    status = Understand(request);
+  }
+  if (!status.ok()) {
+    EndAfterInbox(std::move(status));
+  }
+  {
     absl::MutexLock lock(&mutex_);
-    taking_in_ = false;
+    requests_.TakeIn(request);
   }
   Drive();
 }
@@ -181,114 +178,63 @@ void StepPoolReactor::OnAttachTimeout() {
   Drive();
 }
 
-void StepPoolReactor::OnRequest(StreamRequest* request) {
-  absl::Status status = ParseMessage(read_bytes_, &request->message);
-  read_bytes_.Clear();
-  if (pool_ == nullptr) {
-    if (status.ok() && !request->message.has_attach()) {
-      status = absl::InvalidArgumentError(
-          "the first request of a stream has no attach; name the pool there");
-    }
-    if (status.ok() && request->message.sequence_number() != 0) {
-      status = absl::InvalidArgumentError(absl::StrCat(
-          "sequence_number is ", request->message.sequence_number(), " with attach, allowed: 0"));
-    }
-    if (status.ok()) {
-      status = Attach(request->message.attach());
-    }
-    if (status.ok()) {
-      return;
-    }
-  } else if (status.ok()) {
-    status = Understand(request);
-  }
-  if (!status.ok()) {
-    EndAfterInbox(std::move(status));
-    return;
-  }
-  absl::MutexLock lock(&mutex_);
-  if (!reading_ended_) {
-    inbox_.push_back(request);
-  }
-}
-
 absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
   if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
     return status;
   }
   const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
-      "attach.response_bytes_max", *request, pool_->observation_bytes(), response_bytes_max_);
+      "attach.response_bytes_max", *request, pool_->observation_bytes(), terms_.response_bytes_max);
   request->rows_max = rows_max.value_or(0);
   return rows_max.status();
 }
 
-absl::Status StepPoolReactor::Attach(const v1::Attach& attach) {
-  const Limits& limits = sessions_->limits();
-  if (absl::Status status = CheckAttach(attach, limits); !status.ok()) {
-    return status;
-  }
-  const absl::StatusOr<int64_t> response_bytes_max =
-      ResponseBytesMax("attach.response_bytes_max", attach.response_bytes_max(), limits);
-  if (!response_bytes_max.ok()) {
-    return response_bytes_max.status();
-  }
-  absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions_->FindForStream(caller_.owner, attach.pool());
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  absl::Status status = (*pool)->Attach([self = shared_from_this()](const absl::Status& reason) {
-    self->EndNow(reason, /*pool_is_gone=*/absl::IsAborted(reason));
-  });
-  if (!status.ok()) {
-    return status;
-  }
-  if (sessions_->draining()) {  // it may have told all streams before this one attached
-    (*pool)->Detach();
-    return Sessions::Draining();
-  }
-  const int32_t slot_count = attach.requests_in_flight_max() == 0
-                                 ? std::min(kRequestsInFlightDefault, limits.requests_in_flight_max)
-                                 : attach.requests_in_flight_max();
-  response_bytes_max_ = *response_bytes_max;
-  pool_ = *std::move(pool);
-  attach_alarm_.Cancel();
-  caller_.share = Owners::Share();
-  LogEvent(LogLevel::kInfo, "stream_attached",
-           {{"pool", pool_->name()}, {"owner", pool_->owner()}});
+void StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
+  AttachStream(
+      sessions_, caller_.owner, request,
+      [self = shared_from_this()](StreamEnd why, const absl::Status& reason) {
+        self->EndNow(why, reason);
+      },
+      [self = shared_from_this()](absl::StatusOr<Attachment> attachment) {
+        self->OnAttached(std::move(attachment));
+      });
+}
 
-  absl::MutexLock lock(&mutex_);
-  attached_ = true;
-  while (slots_.size() < static_cast<size_t>(slot_count)) {
-    slots_.push_back(std::make_unique<StreamRequest>());
-    free_slots_.push_back(slots_.back().get());
+void StepPoolReactor::OnAttached(absl::StatusOr<Attachment> attachment) {
+  if (attachment.ok()) {
+    pool_ = std::move(attachment->pool);
+    pool_name_ = pool_->name();
+    terms_ = attachment->terms;
+    caller_.share = Owners::Share();
+  } else {
+    EndAfterInbox(attachment.status());
   }
-  Response* response = free_responses_.back();
-  free_responses_.pop_back();
-  response->answered = slots_.front().get();
-  response->message.set_sequence_number(0);
-  v1::Attached* attached = response->message.mutable_attached();
-  *attached->mutable_pool() = PoolMessageOf(*pool_);
-  attached->set_next_sequence_number(pool_->next_sequence_number());
-  attached->set_oldest_kept_sequence_number(pool_->next_sequence_number());
-  attached->set_response_bytes_max(response_bytes_max_);
-  attached->set_requests_in_flight_max(slot_count);
-  written_.push_back(response);
-  return absl::OkStatus();
+  {
+    absl::MutexLock lock(&mutex_);
+    requests_.EndTakingIn();
+    attached_ = attachment.ok();
+    if (attached_ && status_.ok()) {
+      requests_.Grow(static_cast<size_t>(terms_.options.requests_in_flight_max));
+      v1::StepPoolResponse* response = responses_.Take();
+      FillAttached(*pool_, terms_, response);
+      responses_.Push({response, {}, requests_.front()});
+    }
+  }
+  Drive();
 }
 
 void StepPoolReactor::EndAfterInbox(absl::Status status) {
   absl::MutexLock lock(&mutex_);
-  reading_ended_ = true;
+  requests_.StopReading();
   if (status_.ok()) {
     status_ = std::move(status);
   }
 }
 
-void StepPoolReactor::EndNow(const absl::Status& status, bool pool_is_gone) {
+void StepPoolReactor::EndNow(StreamEnd why, const absl::Status& status) {
   {
     absl::MutexLock lock(&mutex_);
-    pool_is_gone_ = pool_is_gone;
+    pool_is_gone_ = why == StreamEnd::kClosed;
+    taken_over_ = why == StreamEnd::kTakenOver;
     EndNowLocked(status);
   }
   Drive();
@@ -301,8 +247,7 @@ void StepPoolReactor::FailLocked(const absl::Status& status) {
 }
 
 void StepPoolReactor::EndNowLocked(const absl::Status& status) {
-  reading_ended_ = true;
-  inbox_.clear();
+  requests_.Stop();
   if (status_.ok()) {
     status_ = status;
   }
@@ -313,71 +258,83 @@ void StepPoolReactor::OnTurn(const absl::Status& turn) {
   bool unwanted = false;
   {
     absl::MutexLock lock(&mutex_);
-    request = running_;
+    request = turn_of_;
     unwanted = cancelled_;
   }
-  absl::Status status = turn;
-  if (turn.ok()) {
-    status = unwanted ? absl::CancelledError() : pool_->Accept(&request->request);
-    if (!status.ok()) {
+  absl::StatusOr<std::optional<Answer>> accepted = absl::CancelledError();
+  if (!turn.ok()) {
+    accepted = turn;
+  } else {
+    if (!unwanted) {
+      accepted = pool_->Accept(&request->request);
+    }
+    if (!accepted.ok() || accepted->has_value()) {
       pool_->EndTurn();
     }
   }
   {
     absl::MutexLock lock(&mutex_);
-    if (status.ok()) {
-      part_ = {request->request.first, std::min(request->rows_max, request->request.count)};
+    absl::Status status = accepted.status();
+    if (status.ok() && !accepted->has_value()) {
+      running_.Begin(request);
       part_waits_ = true;
+      unsent_ = false;
     } else {
-      running_ = nullptr;
+      turn_of_ = nullptr;
+      status = status.ok() ? AnswerAgain(request, **accepted) : status;
+    }
+    if (!status.ok()) {
       FailLocked(status);
     }
   }
   Drive();
 }
 
+absl::Status StepPoolReactor::AnswerAgain(StreamRequest* request, const Answer& answer) {
+  absl::Status status =
+      CheckKeptAnswer(request->request.sequence_number, answer, terms_.response_bytes_max);
+  if (status.ok() && !cancelled_) {
+    responses_.PushAnswer(answer, request);
+  }
+  return status;
+}
+
+v1::StepPoolResponse* StepPoolReactor::TakeResponse() {
+  // What cannot be sent is kept all the same if it may be asked for again.
+  unsent_ = unsent_ || cancelled_ || !responses_.has_free();
+  return unsent_ && !terms_.options.resumable ? nullptr : responses_.Take();
+}
+
 void StepPoolReactor::RunPart() {
-  StreamRequest* request = nullptr;
-  Response* response = nullptr;
-  Part part;
+  v1::StepPoolResponse* response = nullptr;
   {
     absl::MutexLock lock(&mutex_);
-    request = running_;
-    response = part_response_;
-    part = part_;
+    response = TakeResponse();
   }
-  const Batch batch =
-      response == nullptr
-          ? Batch()
-          : PrepareResponse(*request, part, pool_->observation_bytes(), &response->message);
-  pool_->RunPart(request->request, part, batch, [self = shared_from_this()](absl::Status status) {
-    self->OnPartDone(std::move(status));
+  running_.RunPart(pool_.get(), response, [self = shared_from_this()](const absl::Status& status) {
+    self->OnPartDone(status);
   });
 }
 
-void StepPoolReactor::OnPartDone(absl::Status status) {
-  bool is_last = false;
+void StepPoolReactor::OnPartDone(const absl::Status& status) {
+  Outgoing response = running_.EndPart(*pool_, status.ok(), terms_.options.resumable);
+  const bool is_last = running_.IsOver();
+  const int64_t number = running_.sequence_number();
+  Answer answer = is_last ? running_.TakeAnswer() : Answer();
   {
     absl::MutexLock lock(&mutex_);
-    Response* response = std::exchange(part_response_, nullptr);
-    const Request& request = running_->request;
-    const int32_t end = part_.first + part_.count;
-    const int32_t rest = request.first + request.count - end;
-    is_last = !status.ok() || rest == 0;
+    part_waits_ = !is_last;
     if (!status.ok()) {
       FailLocked(status);
     }
-    if (response != nullptr && status.ok() && !cancelled_) {
-      CompleteResponse(pool_->observation_bytes(), &response->message);
-      response->answered = is_last ? running_ : nullptr;
-      written_.push_back(response);
-    } else if (response != nullptr) {
-      free_responses_.push_back(response);
+    if (status.ok() && response.message != nullptr && !unsent_ && !cancelled_) {
+      responses_.Push(std::move(response));
+    } else if (response.message != nullptr) {
+      responses_.GiveBack(response.message);
     }
-    if (!is_last) {
-      part_ = {end, std::min(part_.count, rest)};
-      part_waits_ = true;
-    }
+  }
+  if (!answer.empty()) {
+    pool_->Keep(number, std::move(answer));
   }
   if (is_last) {
     EndTurn();
@@ -388,31 +345,34 @@ void StepPoolReactor::OnPartDone(absl::Status status) {
 void StepPoolReactor::EndTurn() {
   pool_->EndTurn();
   absl::MutexLock lock(&mutex_);
-  running_ = nullptr;
+  turn_of_ = nullptr;
+}
+
+void StepPoolReactor::LetGo() {
+  pool_->Detach();
+  // A learner that does not read keeps its stream, but not the pool, which may be deleted.
+  pool_ = nullptr;
+  absl::MutexLock lock(&mutex_);
+  attached_ = false;
 }
 
 void StepPoolReactor::Write() {
-  Response* response = nullptr;
+  Outgoing* response = nullptr;
   {
     absl::MutexLock lock(&mutex_);
-    response = written_.front();
+    response = responses_.writing();
   }
-  bool own_buffer = false;
-  response->bytes.Clear();
-  grpc::SerializationTraits<v1::StepPoolResponse>::Serialize(response->message, &response->bytes,
-                                                             &own_buffer);
+  if (!response->bytes.Valid()) {
+    response->bytes = Serialized(*response->message);
+  }
   StartWrite(&response->bytes);
 }
 
 void StepPoolReactor::OnWriteDone(bool ok) {
   {
     absl::MutexLock lock(&mutex_);
-    Response* response = written_.front();
-    written_.pop_front();
-    writing_ = false;
-    free_responses_.push_back(response);
-    if (response->answered != nullptr) {
-      free_slots_.push_back(response->answered);
+    if (StreamRequest* answered = responses_.EndWrite(); answered != nullptr) {
+      requests_.Free(answered);
     }
     if (!ok) {
       CancelLocked();
@@ -432,28 +392,26 @@ void StepPoolReactor::OnCancel() {
 void StepPoolReactor::CancelLocked() {
   cancelled_ = true;
   EndNowLocked(absl::CancelledError());
-  const size_t kept = writing_ ? 1 : 0;
-  while (written_.size() > kept) {
-    free_responses_.push_back(written_.back());
-    written_.pop_back();
-  }
+  responses_.DropUnwritten();
 }
 
 void StepPoolReactor::FinishStream() {
   absl::Status status;
-  bool attached = false;
+  bool was_attached = false;
   {
     absl::MutexLock lock(&mutex_);
     status = status_;
-    attached = attached_;
+    was_attached = letting_go_;
   }
-  if (attached) {
-    pool_->Detach();
+  if (was_attached) {
     LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "stream_ended",
-             {{"pool", pool_->name()},
-              {"owner", pool_->owner()},
+             {{"pool", pool_name_},
+              {"owner", caller_.owner},
               {"code", absl::StatusCodeToString(status.code())},
               {"message", std::string(status.message())}});
+  }
+  if (absl::IsUnavailable(status)) {
+    context_->AddTrailingMetadata(kDrainsKey, kDrainsValue);
   }
   Finish(ToGrpcStatus(status));
 }

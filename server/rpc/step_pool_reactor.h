@@ -1,10 +1,8 @@
 #ifndef SERVER_RPC_STEP_POOL_REACTOR_H_
 #define SERVER_RPC_STEP_POOL_REACTOR_H_
 
-#include <cstdint>
-#include <deque>
 #include <memory>
-#include <vector>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -13,8 +11,12 @@
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
 #include "procgen/v1/step.pb.h"
+#include "server/rpc/attach.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/convert_step.h"
+#include "server/rpc/request_window.h"
+#include "server/rpc/response_queue.h"
+#include "server/rpc/running_request.h"
 #include "server/session/pool_session.h"
 #include "server/session/sessions.h"
 
@@ -23,18 +25,18 @@ namespace procgen {
 // One stream of StepPool, between gRPC's reactions and a PoolSession's turns.
 //
 // The life of a stream:
-//  1. The first request is read and must attach, within Limits::attach_timeout. Until then the
+//  1. The first request is read and must attach, within Limits::attach_timeout; where another
 //  stream
-//     is one of its owner's calls under way, afterwards one of its streams.
-//  2. Requests are read, one at a time, as long as one of requests_in_flight_max slots is free;
-//     they wait in `inbox_`. A slot is free again when its last response is written: a learner that
-//     does not read its answers is not read either.
+//     is to be taken over, that one lets go of the pool first. Until then the stream is one of its
+//     owner's calls under way, afterwards one of its streams.
+//  2. Requests are read, one at a time, as long as the window has room (RequestWindow).
 //  3. The first of the inbox takes a turn at the pool, is accepted, and is carried out part by
 //     part: each part is stepped straight into one of two response messages, so one is stepped
-//     while the other is on its way.
-//  4. The stream ends when no more is read, the inbox is empty, no turn is held and all is written;
-//     or, after a cancellation, as soon as the turn has ended. A request that was accepted is
-//     always carried out to its end, if need be unseen: it is taken whole or not at all.
+//     while the other is on its way. The answers of a resumable stream are also kept by the pool.
+//     A request that was carried out before is answered by what was kept.
+//  4. The stream lets go of the pool as soon as it will take no further turn, and ends when all is
+//     written; or, after a cancellation, at once. A request that was accepted is always carried out
+//     to its end, if need be unsent: it is taken whole or not at all.
 //
 // All decisions are in NextAction, under the lock; each event notes what happened and calls Drive,
 // which acts outside of the lock until there is nothing to do.
@@ -45,26 +47,22 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
                               public std::enable_shared_from_this<StepPoolReactor> {
  public:
   // Begins to serve a stream; it ends itself. `sessions` must outlive it.
-  static StepPoolReactor* Start(Sessions* sessions, Caller caller);
+  static StepPoolReactor* Start(Sessions* sessions, grpc::CallbackServerContext* context,
+                                Caller caller);
 
  private:
-  struct Response {
-    v1::StepPoolResponse message;
-    grpc::ByteBuffer bytes;
-    StreamRequest* answered = nullptr;  // the request of which this is the last response
-  };
-
   enum class Action {
     kWait,     // for an event
-    kRead,     // the next request into reading_
-    kTurn,     // take a turn for running_
+    kRead,     // the next request
+    kTurn,     // take a turn for turn_of_
     kRunPart,  // carry out the next part of running_
-    kAbandon,  // end the turn of running_, whose pool is gone
-    kWrite,    // the first of written_
+    kAbandon,  // end the turn, for the pool is gone
+    kLetGo,    // detach from the pool
+    kWrite,    // the first of responses_
     kFinish,   // end the stream
   };
 
-  StepPoolReactor(Sessions* sessions, Caller caller);
+  StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context, Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -76,56 +74,61 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void Act(Action action);
 
   void OnAttachTimeout();
-  void OnRequest(StreamRequest* request);
-  // Fills in what follows from the message of a request after the first.
+  void Attach(const v1::StepPoolRequest& request);
+  void OnAttached(absl::StatusOr<Attachment> attachment);
+  // Takes in a request after the first: fills in what follows from its message.
   absl::Status Understand(StreamRequest* request) const;
-  absl::Status Attach(const v1::Attach& attach);
   // Reads no more; what was read before is still answered.
   void EndAfterInbox(absl::Status status);
   // Reads no more and forgets the inbox; what runs is carried out.
-  void EndNow(const absl::Status& status, bool pool_is_gone);
+  void EndNow(StreamEnd why, const absl::Status& status);
   void EndNowLocked(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // As EndNow, because the request that runs failed.
   void FailLocked(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void CancelLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   void OnTurn(const absl::Status& status);
+  // Answers a request that was carried out before. Errors: RESOURCE_EXHAUSTED a response is larger
+  // than this stream takes.
+  absl::Status AnswerAgain(StreamRequest* request, const Answer& answer)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // A message for the next part; null: it is carried out for nobody.
+  v1::StepPoolResponse* TakeResponse() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunPart();
-  void OnPartDone(absl::Status status);
+  void OnPartDone(const absl::Status& status);
   void EndTurn();
+  void LetGo();
   void Write();
   void FinishStream();
 
   Sessions* const sessions_;
+  grpc::CallbackServerContext* const context_;
   Caller caller_;                          // its share: until it is attached
-  grpc::Alarm attach_alarm_;               // until then, too
+  grpc::Alarm attach_alarm_;               // until the first request was read
   std::shared_ptr<StepPoolReactor> self_;  // until OnDone
-  std::shared_ptr<PoolSession> pool_;      // set before attached_
-  int64_t response_bytes_max_ = 0;
+  // Set by attach; the pool is let go when no turn is taken any more.
+  std::shared_ptr<PoolSession> pool_;
+  std::string pool_name_;
+  StreamTerms terms_;
+  bool attaching_ = false;       // the first request was read
+  grpc::ByteBuffer read_bytes_;  // of the read under way
+  RunningRequest running_;       // of the turn that this stream has
 
   absl::Mutex mutex_;
-  std::vector<std::unique_ptr<StreamRequest>> slots_ ABSL_GUARDED_BY(mutex_);
-  std::vector<StreamRequest*> free_slots_ ABSL_GUARDED_BY(mutex_);
-  std::deque<StreamRequest*> inbox_ ABSL_GUARDED_BY(mutex_);
-  StreamRequest* reading_ ABSL_GUARDED_BY(mutex_) = nullptr;  // what a read fills, or null
-  bool taking_in_ ABSL_GUARDED_BY(mutex_) = false;            // what was read
-  bool reading_ended_ ABSL_GUARDED_BY(mutex_) = false;
+  RequestWindow requests_ ABSL_GUARDED_BY(mutex_);
+  ResponseQueue responses_ ABSL_GUARDED_BY(mutex_);
 
-  StreamRequest* running_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of which the turn is, or null
-  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // to be carried out, for a response
-  bool pool_is_gone_ ABSL_GUARDED_BY(mutex_) = false;
-  Part part_ ABSL_GUARDED_BY(mutex_);                          // the next, or that which runs
-  Response* part_response_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of that which runs; null: unseen
-  std::vector<std::unique_ptr<Response>> responses_ ABSL_GUARDED_BY(mutex_);
-  std::vector<Response*> free_responses_ ABSL_GUARDED_BY(mutex_);
-  std::deque<Response*> written_ ABSL_GUARDED_BY(mutex_);  // to be written, in order
-  bool writing_ ABSL_GUARDED_BY(mutex_) = false;           // the first of written_
+  StreamRequest* turn_of_ ABSL_GUARDED_BY(mutex_) = nullptr;  // for which a turn is asked or had
+  bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
 
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
+  bool letting_go_ ABSL_GUARDED_BY(mutex_) = false;
+  bool pool_is_gone_ ABSL_GUARDED_BY(mutex_) = false;
+  bool taken_over_ ABSL_GUARDED_BY(mutex_) = false;  // somebody waits for the pool
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;  // the rest of the answer is not sent
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);  // with which the stream ends
-  grpc::ByteBuffer read_bytes_;                  // of the read under way
 };
 
 }  // namespace procgen

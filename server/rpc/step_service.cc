@@ -15,7 +15,7 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepServiceImpl::St
     using Stream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
     return new RefusedStream<Stream>(caller.status());
   }
-  return StepPoolReactor::Start(sessions_, *std::move(caller));
+  return StepPoolReactor::Start(sessions_, context, *std::move(caller));
 }
 
 }  // namespace procgen

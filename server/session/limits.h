@@ -27,6 +27,10 @@ struct Limits {
   int32_t connection_count_max = 4096;   // of all callers together
   // From the beginning of a stream until it has attached.
   absl::Duration attach_timeout = absl::Seconds(30);
+  // Answers that are kept for streams that may be resumed, of all pools together, in bytes.
+  int64_t kept_answer_bytes_max = int64_t{4} << 30;
+  // How long a pool may ask to live without a stream.
+  absl::Duration lease_duration_max = absl::Hours(24);
 };
 
 // What a stream gets that asks for nothing else: what gRPC clients take by default, in bytes, and
@@ -35,6 +39,8 @@ inline constexpr int64_t kResponseBytesDefault = 4 << 20;
 inline constexpr int32_t kRequestsInFlightDefault = 2;
 // The least that a limit of bytes, or a stream, may ask for, in bytes: a few observations.
 inline constexpr int64_t kMessageBytesMin = 64 << 10;
+// The shortest lease.
+inline constexpr absl::Duration kLeaseDurationMin = absl::Seconds(1);
 
 }  // namespace procgen
 

@@ -26,69 +26,211 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 }  // namespace
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
-                         absl::Time create_time, Owners* owners, SideCrew* side_crew,
-                         std::atomic<int64_t>* step_count)
+                         absl::Duration lease_duration, const PoolSurroundings& surroundings)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
-      create_time_(create_time),
-      owners_(owners),
-      side_crew_(side_crew),
-      step_count_(step_count) {}
+      surroundings_(surroundings),
+      create_time_(surroundings.lease_alarm->Now()),
+      lease_duration_(lease_duration) {
+  absl::MutexLock lock(&mutex_);
+  BeginLease();
+}
 
-PoolSession::~PoolSession() = default;
+PoolSession::~PoolSession() {
+  absl::MutexLock lock(&mutex_);
+  surroundings_.kept_answer_bytes->Change(reserved_bytes_, 0);
+}
 
 bool PoolSession::attached() const {
   absl::MutexLock lock(&mutex_);
   return attached_;
 }
 
-absl::Status PoolSession::Attach(EndStream end_stream) {
+absl::Duration PoolSession::lease_duration() const {
   absl::MutexLock lock(&mutex_);
+  return lease_duration_;
+}
+
+absl::Time PoolSession::expire_time() const {
+  absl::MutexLock lock(&mutex_);
+  return expire_time_;
+}
+
+int64_t PoolSession::oldest_kept_sequence_number() const {
+  absl::MutexLock lock(&mutex_);
+  return kept_.OldestOr(next_sequence_number_);
+}
+
+void PoolSession::Attach(const AttachOptions& options, EndStream end_stream, Done done) {
+  absl::Status status;
+  EndStream end_other;
+  std::optional<Successor> replaced;
+  {
+    absl::MutexLock lock(&mutex_);
+    status = CheckAttach(options);
+    if (status.ok() && !attached_) {
+      BeginStream(options, std::move(end_stream));
+    } else if (status.ok()) {
+      std::swap(replaced, successor_);
+      std::swap(end_other, end_stream_);
+      successor_ = Successor{options, std::move(end_stream), std::exchange(done, nullptr)};
+    }
+  }
+  const absl::Status taken_over =
+      absl::AbortedError(absl::StrCat("another stream took over pool ", name_));
+  if (done != nullptr) {
+    done(std::move(status));
+  }
+  if (replaced.has_value()) {
+    replaced->done(taken_over);
+  }
+  if (end_other != nullptr) {
+    end_other(StreamEnd::kTakenOver, taken_over);
+  }
+}
+
+absl::Status PoolSession::CheckAttach(const AttachOptions& options) {
   if (!closed_.ok()) {
     return closed_;
   }
-  if (attached_) {
-    return absl::FailedPreconditionError(absl::StrCat("another stream is attached to pool ", name_,
-                                                      ", allowed: one at a time; end that one"));
+  if (attached_ && !options.take_over) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("another stream is attached to pool ", name_,
+                     ", allowed: one at a time; end that one, or attach with take_over"));
   }
-  absl::StatusOr<Owners::Share> share = owners_->Take(owner_, {.stream_count = 1});
-  if (!share.ok()) {
-    return share.status();
+  Owners::Share share;
+  if (!attached_) {
+    absl::StatusOr<Owners::Share> taken = surroundings_.owners->Take(owner_, {.stream_count = 1});
+    if (!taken.ok()) {
+      return taken.status();
+    }
+    share = *std::move(taken);
   }
-  attached_ = true;
-  stream_share_ = *std::move(share);
-  end_stream_ = std::move(end_stream);
+  if (options.resumable) {
+    if (absl::Status status = ReserveAnswers(options.requests_in_flight_max); !status.ok()) {
+      return status;
+    }
+  }
+  if (!attached_) {
+    stream_share_ = std::move(share);
+  }
   return absl::OkStatus();
+}
+
+absl::Status PoolSession::ReserveAnswers(int32_t count) {
+  const int64_t bytes = count * AnswerBytesMax();
+  ByteBudget* budget = surroundings_.kept_answer_bytes;
+  if (bytes > reserved_bytes_ && !budget->Change(reserved_bytes_, bytes)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("attach.resumable keeps ", count, " answers of up to ", AnswerBytesMax(),
+                     " bytes, and other pools have ", budget->reserved_bytes() - reserved_bytes_,
+                     ", limit kept_answer_bytes_max is ", budget->bytes_max()));
+  }
+  reserved_bytes_ = std::max(reserved_bytes_, bytes);
+  return absl::OkStatus();
+}
+
+int64_t PoolSession::AnswerBytesMax() const {
+  // An observation and a final one, and what else a response of a single environment has.
+  constexpr int64_t kRowBytesMax = 512;
+  return env_count() * (2 * observation_bytes() + kRowBytesMax);
+}
+
+void PoolSession::BeginStream(const AttachOptions& options, EndStream end_stream) {
+  attached_ = true;
+  stream_options_ = options;
+  end_stream_ = std::move(end_stream);
+  expire_time_ = absl::InfiniteFuture();
+  if (!options.resumable) {
+    kept_ = {};
+    surroundings_.kept_answer_bytes->Change(reserved_bytes_, 0);
+    reserved_bytes_ = 0;
+  }
 }
 
 void PoolSession::Detach() {
   EndStream last;  // destroyed outside the lock, as it may hold the stream
-  absl::MutexLock lock(&mutex_);
-  attached_ = false;
-  stream_share_ = Owners::Share();
-  std::swap(last, end_stream_);
+  std::optional<Successor> next;
+  {
+    absl::MutexLock lock(&mutex_);
+    std::swap(last, end_stream_);
+    std::swap(next, successor_);
+    if (next.has_value()) {
+      BeginStream(next->options, std::move(next->end_stream));
+    } else {
+      attached_ = false;
+      stream_share_ = Owners::Share();
+      BeginLease();
+    }
+  }
+  if (next.has_value()) {
+    next->done(absl::OkStatus());
+  }
 }
 
-void PoolSession::End(const absl::Status& reason) {
+void PoolSession::BeginLease() {
+  expire_time_ = surroundings_.lease_alarm->Now() + lease_duration_;
+  surroundings_.lease_alarm->RingBy(expire_time_);
+}
+
+absl::Status PoolSession::Renew(std::optional<absl::Duration> lease_duration) {
+  absl::MutexLock lock(&mutex_);
+  if (!closed_.ok()) {
+    return closed_;
+  }
+  lease_duration_ = lease_duration.value_or(lease_duration_);
+  if (!attached_) {
+    BeginLease();
+  }
+  return absl::OkStatus();
+}
+
+void PoolSession::End(StreamEnd why, const absl::Status& reason) {
   EndStream end_stream;
   {
     absl::MutexLock lock(&mutex_);
     std::swap(end_stream, end_stream_);
   }
   if (end_stream != nullptr) {
-    end_stream(reason);
+    end_stream(why, reason);
   }
 }
 
 void PoolSession::Close(const absl::Status& reason) {
-  std::deque<Done> waiting;
   {
     absl::MutexLock lock(&mutex_);
     closed_ = reason;
-    waiting.swap(waiting_);
   }
-  End(reason);
+  TellClosed(reason);
+}
+
+bool PoolSession::CloseIfExpired(absl::Time now) {
+  const absl::Status reason =
+      absl::NotFoundError(absl::StrCat("there is no pool ", name_, " any more: its lease ran out"));
+  {
+    absl::MutexLock lock(&mutex_);
+    if (expire_time_ > now) {
+      return false;
+    }
+    closed_ = reason;
+  }
+  TellClosed(reason);
+  return true;
+}
+
+void PoolSession::TellClosed(const absl::Status& reason) {
+  std::deque<Done> waiting;
+  std::optional<Successor> successor;
+  {
+    absl::MutexLock lock(&mutex_);
+    waiting.swap(waiting_);
+    successor.swap(successor_);
+  }
+  End(StreamEnd::kClosed, reason);
+  if (successor.has_value()) {
+    successor->done(reason);
+  }
   for (Done& begin : waiting) {
     begin(reason);
   }
@@ -127,17 +269,20 @@ void PoolSession::EndTurn() {
   begin(absl::OkStatus());
 }
 
-absl::Status PoolSession::Accept(Request* request) {
+absl::StatusOr<std::optional<Answer>> PoolSession::Accept(Request* request) {
   const int64_t expected = next_sequence_number_;
-  if (request->sequence_number >= 1 && request->sequence_number < expected) {
-    return absl::UnimplementedError(
-        absl::StrCat("sequence_number is ", request->sequence_number, ", which pool ", name_,
-                     " has carried out before, and answers are not kept yet; allowed: ", expected));
+  const int64_t number = request->sequence_number;
+  if (number < 1 || number > expected) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "sequence_number is ", number, ", allowed: ", expected, ", the next of pool ", name_));
   }
-  if (request->sequence_number != expected) {
-    return absl::InvalidArgumentError(absl::StrCat("sequence_number is ", request->sequence_number,
-                                                   ", allowed: ", expected, ", the next of pool ",
-                                                   name_));
+  if (request->acknowledged < 0 || request->acknowledged >= number) {
+    return absl::InvalidArgumentError(absl::StrCat("acknowledged_sequence_number is ",
+                                                   request->acknowledged, " with request ", number,
+                                                   ", allowed: 0 to ", number - 1));
+  }
+  if (number < expected) {
+    return Recall(*request);
   }
   if (absl::Status status = CheckRequest(name_, env_count(), request); !status.ok()) {
     return status;
@@ -147,7 +292,29 @@ absl::Status PoolSession::Accept(Request* request) {
   }
   next_sequence_number_ = expected + 1;
   change_number_ += request->kind == Request::Kind::kObserve ? 0 : 1;
-  return absl::OkStatus();
+  absl::MutexLock lock(&mutex_);
+  kept_.ForgetUpTo(
+      std::max(request->acknowledged, number - stream_options_.requests_in_flight_max));
+  return std::nullopt;
+}
+
+absl::StatusOr<Answer> PoolSession::Recall(const Request& request) {
+  absl::MutexLock lock(&mutex_);
+  const Answer* answer = kept_.Find(request.sequence_number);
+  if (answer == nullptr) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("sequence_number is ", request.sequence_number, ", which pool ", name_,
+                     " has carried out before and whose answer is not kept; kept: ", kept_.Range(),
+                     ", the next: ", int64_t{next_sequence_number_}));
+  }
+  Answer recalled = *answer;
+  kept_.ForgetUpTo(request.acknowledged);
+  return recalled;
+}
+
+void PoolSession::Keep(int64_t sequence_number, Answer answer) {
+  absl::MutexLock lock(&mutex_);
+  kept_.Keep(sequence_number, std::move(answer));
 }
 
 absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
@@ -168,6 +335,13 @@ absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
 }
 
 void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+  if (request.kind == Request::Kind::kSample) {
+    surroundings_.side_crew->Run(
+        [this, sampler = request.level_sampler, done = std::move(done)]() mutable {
+          done(pool_->SetLevelSampler(std::move(sampler)));
+        });
+    return;
+  }
   SelectPart(request.next_levels, part, &part_next_levels_);
   SelectPart(request.resets, part, &part_resets_);
   StepInput input;
@@ -184,42 +358,44 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   pool_->StepAsync(input, batch,
                    [this, stepped = input.steps ? part.count : 0,
                     done = std::move(done)](absl::Status status) mutable {
-                     *step_count_ += status.ok() ? stepped : 0;
+                     *surroundings_.step_count += status.ok() ? stepped : 0;
                      done(std::move(status));
                    });
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  side_crew_->Run([this, environments, take = std::move(take), done = std::move(done)]() mutable {
-    absl::Status status;
-    for (const int32_t environment : environments) {
-      absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
-      status = snapshots.status();
-      if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
-        break;
-      }
-    }
-    done(std::move(status));
-  });
+  surroundings_.side_crew->Run(
+      [this, environments, take = std::move(take), done = std::move(done)]() mutable {
+        absl::Status status;
+        for (const int32_t environment : environments) {
+          absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
+          status = snapshots.status();
+          if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
+            break;
+          }
+        }
+        done(std::move(status));
+      });
 }
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
-  side_crew_->Run([this, states = std::move(states), done = std::move(done)]() mutable {
-    done(pool_->RestoreStates(states));
-  });
+  surroundings_.side_crew->Run(
+      [this, states = std::move(states), done = std::move(done)]() mutable {
+        done(pool_->RestoreStates(states));
+      });
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   ++change_number_;
-  side_crew_->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
+  surroundings_.side_crew->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
     done(pool_->CloneStates(pairs));
   });
 }
 
 void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
                          std::vector<absl::Span<uint8_t>> frames, Done done) {
-  side_crew_->Run(
+  surroundings_.side_crew->Run(
       [this, environments, side_px, frames = std::move(frames), done = std::move(done)]() mutable {
         absl::Status status;
         for (size_t i = 0; i < environments.size() && status.ok(); ++i) {

@@ -5,16 +5,22 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/session/byte_budget.h"
+#include "server/session/kept_answers.h"
+#include "server/session/lease_alarm.h"
+#include "server/session/limits.h"
 #include "server/session/owners.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
@@ -23,6 +29,29 @@ namespace procgen {
 
 // How many may wait for their turn at one pool.
 inline constexpr size_t kTurnsWaitingMax = 64;
+
+// What all pools of a server share. All of it must outlive them.
+struct PoolSurroundings {
+  Owners* owners = nullptr;
+  SideCrew* side_crew = nullptr;
+  LeaseAlarm* lease_alarm = nullptr;           // also tells the time
+  ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
+  std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
+};
+
+// How a stream wants a pool.
+struct AttachOptions {
+  int32_t requests_in_flight_max = kRequestsInFlightDefault;  // it has no more unanswered
+  bool resumable = false;  // the answers to that many are kept, also beyond its end
+  bool take_over = false;  // if another stream has the pool, it ends
+};
+
+// Why a stream must end.
+enum class StreamEnd : uint8_t {
+  kDrain,      // the server will stop
+  kTakenOver,  // another stream waits for the pool
+  kClosed,     // the pool is gone
+};
 
 // A pool on the server: its name, who has its stream, and whose turn it is.
 //
@@ -33,17 +62,17 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 // Threads: any method from any thread, but those under "In a turn" only by who has the turn.
 class PoolSession {
  public:
-  // Calls that tell a stream why it must end; called once at most, and not after Detach.
-  using EndStream = absl::AnyInvocable<void(absl::Status)>;
+  // Calls that tell a stream that it must end, and with what; called once at most, and not after
+  // Detach.
+  using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
   using Done = absl::AnyInvocable<void(absl::Status)>;
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
-  // `owners`, `side_crew` and `step_count` must outlive this; environment steps are added to
-  // `step_count`.
+  // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
+  // closed.
   PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
-              absl::Time create_time, Owners* owners, SideCrew* side_crew,
-              std::atomic<int64_t>* step_count);
+              absl::Duration lease_duration, const PoolSurroundings& surroundings);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;
@@ -58,18 +87,31 @@ class PoolSession {
   int64_t observation_bytes() const { return static_cast<int64_t>(pool_->observation_bytes()); }
   absl::Time create_time() const { return create_time_; }
   bool attached() const;
+  absl::Duration lease_duration() const;
+  // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
+  absl::Time expire_time() const;
   // The number that the next new request must bear.
   int64_t next_sequence_number() const { return next_sequence_number_; }
+  // The least number of which the answer is kept; the next one if none is.
+  int64_t oldest_kept_sequence_number() const;
 
-  // Takes the pool for a stream. Errors: FAILED_PRECONDITION another stream has it; NOT_FOUND it
-  // was closed; RESOURCE_EXHAUSTED its owner has too many streams.
-  absl::Status Attach(EndStream end_stream);
-  // Gives it back. A turn must have ended.
+  // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
+  // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
+  // resumable. Errors: FAILED_PRECONDITION another stream has it, and is not to be taken over;
+  // ABORTED a third one took over; RESOURCE_EXHAUSTED its owner has too many streams, or no memory
+  // for answers; what it was closed with.
+  void Attach(const AttachOptions& options, EndStream end_stream, Done done);
+  // Gives it back: to the stream that takes over, or its lease begins. A turn must have ended.
   void Detach();
   // Ends the stream, if one is attached, with `reason`; it detaches when its turn has ended.
-  void End(const absl::Status& reason);
+  void End(StreamEnd why, const absl::Status& reason);
   // Ends the stream, and lets none attach and no turn begin any more: those that ask are told.
   void Close(const absl::Status& reason);
+  // Closes, if the lease has run out by `now`; false: it has not. One that attaches or renews at
+  // the same time is either in time or told so.
+  bool CloseIfExpired(absl::Time now);
+  // Begins the lease anew, of another length if one is given. Errors: what it was closed with.
+  absl::Status Renew(std::optional<absl::Duration> lease_duration);
 
   // Calls `begin` with OK when it is the caller's turn (on this thread, or one that ends a turn),
   // who then must call EndTurn once; or with an error, and it has no turn: after Close, its reason;
@@ -80,14 +122,18 @@ class PoolSession {
   // In a turn:
 
   // Checks a request of the stream, fills in its count, and takes it: its number counts as used.
-  // Errors, which take nothing: INVALID_ARGUMENT; UNIMPLEMENTED a number that was used before;
-  // FAILED_PRECONDITION an environment that must be reset.
-  absl::Status Accept(Request* request);
-  // Carries out a part of an accepted request. Returns at once; `done` is called once, on a
-  // worker's thread or, with an error, on this one. `request` and the memory of `batch` must stay
-  // valid until then.
+  // One with a number that was used before is not to be carried out: its answer is returned.
+  // Errors, which take nothing: INVALID_ARGUMENT; FAILED_PRECONDITION an answer that is not kept,
+  // or an environment that must be reset.
+  absl::StatusOr<std::optional<Answer>> Accept(Request* request);
+  // Keeps the answer to an accepted request of a resumable stream.
+  void Keep(int64_t sequence_number, Answer answer);
+  // Carries out a part of an accepted request (kSample: all of it). Returns at once; `done` is
+  // called once, on another thread or, with an error, on this one. `request` and the memory of
+  // `batch` must stay valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
-  // A number that is another one whenever environments were stepped, reset or restored.
+  // A number that is another one whenever environments were stepped, reset or restored, or their
+  // choice of levels changed.
   int64_t change_number() const { return change_number_; }
   // Takes snapshots of `environments`, in their order, on another thread, and hands each to `take`
   // there until no more are wanted. The span must stay valid until then. Errors: those of
@@ -102,21 +148,43 @@ class PoolSession {
               std::vector<absl::Span<uint8_t>> frames, Done done);
 
  private:
+  // A stream that waits for the one attached to end.
+  struct Successor {
+    AttachOptions options;
+    EndStream end_stream;
+    Done done;
+  };
+
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
+  // The answer to a request that was carried out before.
+  absl::StatusOr<Answer> Recall(const Request& request);
+  absl::Status CheckAttach(const AttachOptions& options) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ReserveAnswers(int32_t count) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void BeginStream(const AttachOptions& options, EndStream end_stream)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void BeginLease() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Tells all that a close concerns. `closed_` must be set.
+  void TellClosed(const absl::Status& reason);
+  // An answer of the pool, kept, has no more bytes.
+  int64_t AnswerBytesMax() const;
 
   const std::string owner_;
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
+  const PoolSurroundings surroundings_;
   const absl::Time create_time_;
-  Owners* const owners_;
-  SideCrew* const side_crew_;
-  std::atomic<int64_t>* const step_count_;
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
 
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
-  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);  // while attached
-  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);        // null once called
+  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);    // while attached; who takes over has it
+  AttachOptions stream_options_ ABSL_GUARDED_BY(mutex_);  // of the last one attached
+  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);          // null once called
+  std::optional<Successor> successor_ ABSL_GUARDED_BY(mutex_);
+  absl::Duration lease_duration_ ABSL_GUARDED_BY(mutex_);
+  absl::Time expire_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  KeptAnswers kept_ ABSL_GUARDED_BY(mutex_);
+  int64_t reserved_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // for kept_
   bool turn_taken_ ABSL_GUARDED_BY(mutex_) = false;
   std::deque<Done> waiting_ ABSL_GUARDED_BY(mutex_);
   absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open

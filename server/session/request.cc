@@ -75,6 +75,9 @@ absl::Status CheckEnvironments(absl::string_view list_name, absl::Span<const Ele
 }  // namespace
 
 absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* request) {
+  if (request->kind == Request::Kind::kSample) {
+    return absl::OkStatus();
+  }
   if (absl::Status status = CheckSlice(pool, env_count, request); !status.ok()) {
     return status;
   }

@@ -2,6 +2,7 @@
 #define SERVER_SESSION_REQUEST_H_
 
 #include <cstdint>
+#include <memory>
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
@@ -16,9 +17,11 @@ struct Request {
     kStep,     // steps the slice
     kReset,    // begins new episodes in the environments of `resets`, then tells how the slice is
     kObserve,  // tells how the slice stands
+    kSample,   // has `level_sampler` choose levels from now on, in the whole pool
   };
 
   int64_t sequence_number = 0;
+  int64_t acknowledged = 0;  // answers up to this number have arrived; 0: says nothing
   Kind kind = Kind::kObserve;
   int32_t first = 0;                        // the slice: environments [first, first + count)
   int32_t count = 0;                        // 0: all from `first` on
@@ -26,6 +29,7 @@ struct Request {
   int32_t repeat = 1;                       // kStep: times that the actions are taken
   absl::Span<const NextLevel> next_levels;  // kStep
   absl::Span<const Reset> resets;           // kStep, kReset
+  std::shared_ptr<const LevelSampler> level_sampler;  // kSample
 };
 
 // A contiguous part of a request's slice: environments [first, first + count) of the pool.
@@ -35,7 +39,8 @@ struct Part {
 };
 
 // Checks `request` against a pool of `env_count` environments named `pool`, and fills in
-// `request->count`. Errors: INVALID_ARGUMENT (the message says what was given and what is allowed).
+// `request->count`; of kSample it stays 0. Errors: INVALID_ARGUMENT (the message says what was
+// given and what is allowed).
 absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* request);
 
 }  // namespace procgen

@@ -7,7 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "absl/time/clock.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -72,13 +72,32 @@ absl::Status CheckObservationBytes(int64_t bytes, int64_t bytes_of_others, const
 
 }  // namespace
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art)
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits) {
+  if (lease_duration < kLeaseDurationMin) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is ", absl::FormatDuration(lease_duration),
+                     ", allowed: ", absl::FormatDuration(kLeaseDurationMin), " to ",
+                     absl::FormatDuration(limits.lease_duration_max)));
+  }
+  if (lease_duration > limits.lease_duration_max) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        field, " is ", absl::FormatDuration(lease_duration), ", limit lease_duration_max is ",
+        absl::FormatDuration(limits.lease_duration_max)));
+  }
+  return absl::OkStatus();
+}
+
+Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                   Clock clock)
     : limits_(limits),
       worker_count_(worker_count),
       art_(std::move(art)),
       owners_(limits),
+      kept_answer_bytes_(limits.kept_answer_bytes_max),
       crew_(std::make_shared<Crew>(worker_count)),
-      side_crew_(kSideThreadCount) {}
+      side_crew_(kSideThreadCount),
+      lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
   std::vector<std::shared_ptr<PoolSession>> pools;
@@ -94,7 +113,7 @@ Sessions::~Sessions() {
 }
 
 void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-                      CreateDone done) {
+                      absl::Duration lease_duration, CreateDone done) {
   absl::StatusOr<Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
@@ -102,10 +121,10 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
   }
   PoolOptions drawn = options;
   drawn.art = art_;
-  side_crew_.Run(
-      [this, key = *std::move(key), drawn = std::move(drawn), done = std::move(done)]() mutable {
-        Finish(key, Pool::Create(drawn, crew_), std::move(done));
-      });
+  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), lease_duration,
+                  done = std::move(done)]() mutable {
+    Finish(key, Pool::Create(drawn, crew_), lease_duration, std::move(done));
+  });
 }
 
 absl::StatusOr<Sessions::Key> Sessions::Reserve(absl::string_view owner, absl::string_view id,
@@ -141,7 +160,7 @@ absl::StatusOr<Sessions::Key> Sessions::Reserve(absl::string_view owner, absl::s
   const int64_t number = next_number_;
   std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
   Key key(owner, std::move(name));
-  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), nullptr};
+  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), false, nullptr};
   if (!entries_.try_emplace(key, std::move(entry)).second) {
     return absl::AlreadyExistsError(
         absl::StrCat("pool ", key.second, " exists; choose another pool_id"));
@@ -159,7 +178,8 @@ void Sessions::EraseLocked(const Key& key) {
   entries_.erase(entry);
 }
 
-void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, CreateDone done) {
+void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+                      absl::Duration lease_duration, CreateDone done) {
   if (!pool.ok()) {
     {
       absl::MutexLock lock(&mutex_);
@@ -171,8 +191,8 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(key.first, key.second, *std::move(pool), absl::Now(), &owners_, &side_crew_,
-                      &step_count_),
+      new PoolSession(key.first, key.second, *std::move(pool), lease_duration,
+                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_}),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;
@@ -251,6 +271,31 @@ absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
   return absl::OkStatus();
 }
 
+absl::Time Sessions::FreeExpired(absl::Time now) {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  {
+    absl::MutexLock lock(&mutex_);
+    pools = All();
+  }
+  absl::Time next = absl::InfiniteFuture();
+  for (const std::shared_ptr<PoolSession>& pool : pools) {
+    if (!pool->CloseIfExpired(now)) {
+      next = std::min(next, pool->expire_time());
+      continue;
+    }
+    absl::MutexLock lock(&mutex_);
+    // It may have been deleted in the meantime, and its name have gone to another.
+    const Key key(pool->owner(), pool->name());
+    const auto entry = entries_.find(key);
+    if (entry != entries_.end() && entry->second.pool == pool) {
+      EraseLocked(key);
+      LogEvent(LogLevel::kInfo, "lease_ran_out",
+               {{"pool", pool->name()}, {"owner", pool->owner()}});
+    }
+  }
+  return next;
+}
+
 absl::Status Sessions::Draining() {
   return absl::UnavailableError("the server drains and will stop; go on elsewhere");
 }
@@ -266,10 +311,19 @@ void Sessions::Drain() {
     absl::MutexLock lock(&mutex_);
     draining_ = true;
     pools = All();
+    for (auto& [key, entry] : entries_) {
+      entry.leaving = entry.leaving || (entry.pool != nullptr && entry.pool->attached());
+    }
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
-    pool->End(Draining());
+    pool->End(StreamEnd::kDrain, Draining());
   }
+}
+
+int32_t Sessions::LeavingCount() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<int32_t>(std::count_if(entries_.begin(), entries_.end(),
+                                            [](const auto& kept) { return kept.second.leaving; }));
 }
 
 std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {

@@ -16,12 +16,19 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
+#include "server/session/byte_budget.h"
+#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
 #include "server/session/side_crew.h"
 
 namespace procgen {
+
+// Checks how long a pool is to live without a stream. `field` is what to call it. Errors:
+// INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
+absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
+                                const Limits& limits);
 
 // How busy a server is.
 struct Load {
@@ -43,8 +50,9 @@ class Sessions {
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  // Leases run by `clock`.
   Sessions(const Limits& limits, int32_t worker_count,
-           std::shared_ptr<const SharedArt> art = nullptr);
+           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
@@ -57,11 +65,13 @@ class Sessions {
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
 
-  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen) and calls `done` once,
-  // on another thread or, with an error, on this one. Errors: INVALID_ARGUMENT a malformed id;
-  // ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
+  // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), which lives for
+  // `lease_duration` without a stream, and calls `done` once, on another thread or, with an error,
+  // on this one. REQUIRES: CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed
+  // id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
+  // Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-              CreateDone done);
+              absl::Duration lease_duration, CreateDone done);
 
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
@@ -82,10 +92,17 @@ class Sessions {
   // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view owner, absl::string_view name);
 
+  // Frees all pools whose leases have run out by `now`, and returns when the next one does; the
+  // alarm calls it in time.
+  absl::Time FreeExpired(absl::Time now);
+
   // Lets no pool be made and no stream attach any more, and ends all streams with UNAVAILABLE once
   // the requests that they are carrying out are answered.
   void Drain();
   bool draining() const;
+  // Pools that are still there and whose streams were told so: their learners may want to save
+  // states, and delete them when they have.
+  int32_t LeavingCount() const;
   // What is answered while draining: UNAVAILABLE.
   static absl::Status Draining();
 
@@ -97,13 +114,15 @@ class Sessions {
     int32_t env_count = 0;
     int64_t observation_bytes = 0;      // one observation of each environment
     Owners::Share share;                // of the owner's quotas
+    bool leaving = false;               // its stream was told that the server drains
     std::shared_ptr<PoolSession> pool;  // null while it is made
   };
   using Key = std::pair<std::string, std::string>;  // owner, name
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, CreateDone done);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+              absl::Duration lease_duration, CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const
@@ -115,6 +134,7 @@ class Sessions {
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
   Owners owners_;  // before entries_, which hold shares of it
+  ByteBudget kept_answer_bytes_;
 
   mutable absl::Mutex mutex_;
   std::map<Key, Entry> entries_ ABSL_GUARDED_BY(mutex_);
@@ -127,6 +147,7 @@ class Sessions {
   // Last, so that their threads end before what they use.
   const std::shared_ptr<Crew> crew_;
   SideCrew side_crew_;
+  LeaseAlarm lease_alarm_;
 };
 
 }  // namespace procgen

@@ -1,6 +1,5 @@
 // The program procgen-conformance must be able to fail: it is run on recordings that were changed.
 
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -12,6 +11,7 @@
 #include "gtest/gtest.h"
 #include "tests/envcore/pool/painted_art.h"
 #include "tests/program_run.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -79,10 +79,10 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
 // Pictures that were drawn with art are compared where there is art, and only there.
 TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
   const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.released-art.trace");
-  const std::string folder = absl::StrCat(testing::TempDir(), "/procgen_conformance_painted");
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("painted");
   PaintArtFolder(folder);
   const ProgramRun painted = Replay(absl::StrCat("--art ", folder, " ", recording));
-  std::filesystem::remove_all(folder);
   EXPECT_EQ(painted.exit_status, 1);
   EXPECT_THAT(painted.output, HasSubstr(": step 0, environment 0, observation_fnv1a: expected "));
   EXPECT_EQ(Replay(recording).exit_status, 0);

@@ -59,7 +59,7 @@ void FuzzedServer::ResetPools() {
     options.environment.rand_seed = 7;
     options.episode_end = episode_end;
     absl::Notification done;
-    sessions_.Create("", id, options,
+    sessions_.Create("", id, options, absl::InfiniteDuration(),
                      [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
                        Require(made.ok(), "there is room for pools", made.status());
                        done.Notify();

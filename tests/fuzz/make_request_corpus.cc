@@ -101,6 +101,8 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
   Write(folder / "elsewhere", {Call(kCloneStates, clone), Call(kWatchPool, watch)});
 }
 
+const Piece kMark = {true, ""};
+
 Piece Message(const v1::StepPoolRequest& message) { return {false, message.SerializeAsString()}; }
 
 v1::StepPoolRequest Attach(const std::string& pool, int32_t in_flight) {
@@ -148,9 +150,21 @@ void WriteStreams(const std::filesystem::path& folder) {
   resume.mutable_attach()->set_resumable(true);
   resume.mutable_attach()->set_take_over(true);
   resume.mutable_attach()->set_response_bytes_max(65536);
-  Write(folder / "resume", {Message(resume), Message(Step(1, {1, 2})), Message(Step(1, {1, 2}))});
+  v1::StepPoolRequest acknowledging = Step(2, {3, 4});
+  acknowledging.set_acknowledged_sequence_number(1);
+  Write(folder / "resume", {Message(resume), Message(Step(1, {1, 2})), Message(Step(1, {1, 2})),
+                            Message(Step(2, {3, 4})), Message(Step(1, {1, 2}))});
+  Write(folder / "broken", {Message(resume), Message(Step(1, {1, 2})), kMark, kMark,
+                            Message(resume), Message(Step(1, {1, 2})), Message(Step(2, {3, 4}))});
+  Write(folder / "taken_over", {Message(resume), Message(Step(1, {1, 2})), kMark, Message(resume),
+                                kMark, Message(resume), Message(Step(1, {1, 2}))});
+  Write(folder / "acknowledged", {Message(resume), Message(Step(1, {1, 2})), Message(acknowledging),
+                                  Message(Step(1, {1, 2}))});
+  Write(folder / "forgotten",
+        {Message(resume), Message(Step(1, {1, 2})), kMark, kMark, Message(Attach("pools/a", 1)),
+         Message(Step(2, {3, 4})), Message(Step(1, {1, 2}))});
   Write(folder / "cancelled",
-        {Message(Attach("pools/a", 2)), Message(Step(1, {1, 2})), {true, ""}});
+        {Message(Attach("pools/a", 2)), Message(Step(1, {1, 2})), kMark, kMark});
   Write(folder / "garbage", {Message(Attach("pools/a", 2)), {false, "\x0a\xff\xff"}});
   Write(folder / "again", {Message(Attach("pools/a", 2)), Message(Attach("pools/a", 2))});
 }

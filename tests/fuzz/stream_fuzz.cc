@@ -1,15 +1,19 @@
-// Fuzz target: the messages of a stream of StepPool. An input is pieces (fuzzed_server.h): each is
-// a message that is sent, or a mark, which cancels the stream; at the end it is half-closed and all
-// answers are read. Aborts where
+// Fuzz target: the messages of streams of StepPool. An input is pieces (fuzzed_server.h): each is a
+// message that is sent, or a mark. A mark begins another stream, to which the messages after it go;
+// the one before stays open, to be taken over, say. A second mark in a row cancels the one before.
+// At the end all are half-closed and read. Aborts where
 //   an error is one that is not promised;
-//   a response is no message, or answers before `attached`, or answers go back in number;
+//   a response is no message, or answers before `attached`, or not the request whose turn it is;
 //   a stream that has ended keeps its pool, or the pool takes no other stream.
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "grpcpp/generic/generic_stub.h"
 #include "procgen/v1/step.pb.h"
 #include "tests/fuzz/fuzzed_server.h"
@@ -20,6 +24,7 @@ namespace {
 
 constexpr char kStepPool[] = "/procgen.v1.StepService/StepPool";
 constexpr size_t kPiecesMax = 24;
+constexpr size_t kStreamsMax = 4;
 
 // A stream that reads all the while, so that the server is never kept from answering; other
 // operations are waited for.
@@ -32,13 +37,22 @@ class RawStream {
     call_->Read(&response_, tag(kRead));
   }
 
-  bool Write(const std::string& bytes) {
+  void Write(const std::string& bytes) {
+    if (v1::StepPoolRequest request; request.ParseFromString(bytes)) {
+      asked_.push_back(request.sequence_number());
+    }
     const grpc::Slice slice(bytes);
     call_->Write(grpc::ByteBuffer(&slice, 1), tag(kOther));
-    return WaitForOther();
+    is_open_ = WaitForOther();
   }
 
-  void Cancel() { context_.TryCancel(); }
+  // Whether more can be sent.
+  bool is_open() const { return is_open_; }
+
+  void Cancel() {
+    context_.TryCancel();
+    is_open_ = false;
+  }
 
   absl::Status Finish() {
     call_->WritesDone(tag(kOther));
@@ -94,8 +108,11 @@ class RawStream {
     Require(response.ParseFromString(bytes), "a response is a message");
     Require(is_attached_ != response.has_attached(), "the first response is attached, no other is");
     is_attached_ = true;
-    Require(response.sequence_number() >= number_, "answers come in order");
-    number_ = response.sequence_number();
+    Require(!asked_.empty() && response.sequence_number() == asked_.front(),
+            "answers come in the order of the requests");
+    if (response.has_attached() || response.batch().last()) {
+      asked_.pop_front();
+    }
   }
 
   grpc::GenericStub stub_;
@@ -106,29 +123,43 @@ class RawStream {
   bool other_ended_ = false;
   bool other_ok_ = false;
   bool all_read_ = false;
+  bool is_open_ = true;
   bool is_attached_ = false;
-  int64_t number_ = 0;
+  std::deque<int64_t> asked_;  // numbers of the requests that are not answered
 };
 
 void Play(const std::vector<Piece>& pieces) {
   FuzzedServer& server = TheFuzzedServer();
   server.ResetPools();
-  RawStream stream(server.channel());
-  bool open = true;
-  for (size_t i = 0; i < pieces.size() && i < kPiecesMax && open; ++i) {
-    if (pieces[i].is_mark) {
-      stream.Cancel();
-      open = false;
-    } else {
-      open = stream.Write(pieces[i].bytes);
+  std::vector<std::unique_ptr<RawStream>> streams;
+  streams.push_back(std::make_unique<RawStream>(server.channel()));
+  for (size_t i = 0; i < pieces.size() && i < kPiecesMax; ++i) {
+    if (!pieces[i].is_mark) {
+      if (streams.back()->is_open()) {
+        streams.back()->Write(pieces[i].bytes);
+      }
+    } else if (i > 0 && pieces[i - 1].is_mark && streams.size() > 1) {
+      streams[streams.size() - 2]->Cancel();
+    } else if (streams.size() < kStreamsMax) {
+      streams.push_back(std::make_unique<RawStream>(server.channel()));
     }
   }
-  RequirePromised(stream.Finish());
+  for (const std::unique_ptr<RawStream>& stream : streams) {
+    RequirePromised(stream->Finish());
+  }
   server.RequireNoStreams();
   for (const char* pool : {"pools/a", "pools/b"}) {
     v1::StepPoolRequest attach;
     attach.mutable_attach()->set_pool(pool);
-    const RawResult again = CallRaw(server.channel(), kStepPool, {attach.SerializeAsString()});
+    attach.mutable_attach()->set_take_over(true);
+    RawResult again;
+    // The server may come only now to streams that were cancelled, and each may take over once.
+    for (size_t tries = 0; tries <= kStreamsMax; ++tries) {
+      again = CallRaw(server.channel(), kStepPool, {attach.SerializeAsString()});
+      if (!absl::IsAborted(again.status)) {
+        break;
+      }
+    }
     Require(again.status.ok() && again.responses.size() == 1, "a pool takes another stream",
             again.status);
     server.RequireNoStreams();

@@ -8,6 +8,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/program_run.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -41,7 +42,8 @@ std::string SizeOf(const std::string& path) {
 }
 
 TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
-  const std::string folder = absl::StrCat(testing::TempDir(), "/procgen gallery");
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("procgen gallery");
   const ProgramRun run = Gallery(absl::StrCat("'", folder, "' --games bigfish"));
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output, HasSubstr("[ 1/1] bigfish"));
@@ -85,7 +87,8 @@ TEST(ProcgenLegibilityTest, APairBelowTheMinimumIsAFailure) {
 }
 
 TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
-  const std::string folder = absl::StrCat(testing::TempDir(), "/procgen_crops");
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("crops");
   EXPECT_EQ(Legibility(absl::StrCat("--games maze --crops ", folder)).exit_status, 0);
   EXPECT_EQ(SizeOf(folder + "/maze_mouse_cheese.png"), "490x240");
   EXPECT_EQ(SizeOf(folder + "/maze_wall_the-ground.png"), "490x240");

@@ -8,6 +8,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/program_run.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -36,7 +37,8 @@ TEST(ProcgenSearchTest, ALevelThatIsGivenUpIsNamedAndAFailure) {
 }
 
 std::string WaysWithWorkers(int worker_count) {
-  const std::string path = absl::StrCat(testing::TempDir(), "/procgen_search_", worker_count);
+  const TemporaryFolder temporary;
+  const std::string path = temporary.At("ways");
   Search(absl::StrCat("--games leaper --levels 6 --workers ", worker_count, " --ways ", path));
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};

@@ -99,6 +99,31 @@ TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
                        "--observation_bytes_max is 0, allowed: 65536 to 1099511627776"));
 }
 
+TEST(ConfigTest, LeasesKeptAnswersAndKeepaliveHaveRanges) {
+  Config config;
+  config.server.limits.kept_answer_bytes_max = -1;
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--kept_answer_bytes_max is -1, allowed: 0 to 1099511627776"));
+  config.server.limits.kept_answer_bytes_max = 0;
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.server.limits.lease_duration_max = absl::Milliseconds(999);
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--lease_duration_max in seconds is 0, allowed: 1 to 31622400"));
+  config.server.limits = {};
+  config.server.keepalive_time = absl::Milliseconds(99);
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--keepalive_time in milliseconds is 99, allowed: 100 to 86400000"));
+  config.server.keepalive_time = absl::Seconds(1);
+  config.server.keepalive_timeout = absl::Hours(25);
+  EXPECT_THAT(
+      CheckConfig(config),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               "--keepalive_timeout in milliseconds is 90000000, allowed: 100 to 86400000"));
+}
+
 TEST(ConfigTest, PoolLargerThanServerIsRefused) {
   Config config;
   config.server.limits.pool_environment_count_max = 11;

@@ -97,6 +97,12 @@ std::vector<std::pair<std::string, Deed>> Deeds(const std::string& own_pool) {
        [](Client* client, const std::string& pool) { return client->GetPool(pool).status(); }},
       {"Attach",
        [](Client* client, const std::string& pool) { return client->Attach(pool).status(); }},
+      {"TakeOver",
+       [](Client* client, const std::string& pool) {
+         return client->Attach(pool, {.take_over = true}).status();
+       }},
+      {"Renew",
+       [](Client* client, const std::string& pool) { return client->RenewPool(pool).status(); }},
       {"Save",
        [](Client* client, const std::string& pool) { return client->SaveStates(pool).status(); }},
       {"Restore",
@@ -136,12 +142,6 @@ TEST_F(TokensTest, AnothersPoolIsToldFromNoneByNothing) {
     EXPECT_EQ(other.code(), absl::StatusCode::kNotFound) << name << other;
     EXPECT_EQ(absl::StrReplaceAll(other.message(), {{"secret", "nobody"}}), none.message()) << name;
   }
-  v1::RenewPoolRequest renew;
-  renew.set_name("pools/secret");
-  EXPECT_THAT(CallRaw(Channel(), "/procgen.v1.PoolService/RenewPool", {renew.SerializeAsString()},
-                      kBobToken)
-                  .status,
-              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/secret"));
   EXPECT_THAT(alice->GetPool("pools/secret"), IsOk()) << "and it is there still";
   EXPECT_EQ(bob->ListPools()->size(), 1U);
 }

@@ -3,7 +3,9 @@
 #include <csignal>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
@@ -12,6 +14,7 @@
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -20,8 +23,18 @@ using testing::HasSubstr;
 
 class SignalTest : public testing::TestWithParam<int> {};
 
+// Steps until the server says that it drains.
+void StepUntilItDrains(procgen_client::StepStream* stream) {
+  procgen_client::Batch batch;
+  absl::Status status;
+  while (status.ok()) {
+    status = stream->Step({4, 4, 4, 4}, &batch);
+  }
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+}
+
 TEST_P(SignalTest, DrainsAndExitsWithZero) {
-  ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--drain_deadline=30s"});
+  ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--drain_deadline=1h"});
   const std::string address = process.Address();
   ASSERT_NE(address, "");
   const auto client = procgen_client::Client::Connect(address);
@@ -33,17 +46,74 @@ TEST_P(SignalTest, DrainsAndExitsWithZero) {
   procgen_client::Batch batch;
   ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
   process.Signal(GetParam());
-  absl::Status status;
-  while (status.ok()) {
-    status = (*stream)->Step({4, 4, 4, 4}, &batch);
-  }
-  EXPECT_THAT(status, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  StepUntilItDrains(stream->get());
+  EXPECT_THAT((*client)->DeletePool(pool->name()), IsOk());
   EXPECT_EQ(process.Wait(), 0);
   EXPECT_THAT(process.rest(), HasSubstr("event=draining"));
   EXPECT_THAT(process.rest(), HasSubstr("event=stopped"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, SignalTest, testing::Values(SIGTERM, SIGINT));
+
+TEST(DrainingTest, LearnerGoesOnElsewhereWhereItWas) {
+  ServerProcess leaving({"--address=127.0.0.1:0", "--drain_deadline=1h"});
+  ServerProcess staying({"--address=127.0.0.1:0"});
+  const auto before = procgen_client::Client::Connect(leaving.Address());
+  const auto after = procgen_client::Client::Connect(staying.Address());
+  ASSERT_THAT(before, IsOk());
+  ASSERT_THAT(after, IsOk());
+  const auto left = (*before)->CreatePool(MazeSpec(4));
+  const auto gone_on = (*after)->CreatePool(MazeSpec(4));
+  const auto undisturbed = (*after)->CreatePool(MazeSpec(4));
+  const auto left_stream = (*before)->Attach(left->name());
+  ASSERT_THAT(left_stream, IsOk());
+  leaving.Signal(SIGTERM);
+  StepUntilItDrains(left_stream->get());
+  const int64_t next = (*before)->GetPool(left->name())->next_sequence_number();
+  const auto states = (*before)->SaveStates(left->name());
+  ASSERT_THAT(states, IsOk());
+  ASSERT_THAT((*before)->DeletePool(left->name()), IsOk());
+  EXPECT_EQ(leaving.Wait(), 0);
+
+  ASSERT_THAT((*after)->RestoreStates(gone_on->name(), *states), IsOk());
+  const auto stream = (*after)->Attach(gone_on->name());
+  const auto undisturbed_stream = (*after)->Attach(undisturbed->name());
+  procgen_client::Batch batch;
+  procgen_client::Batch undisturbed_batch;
+  for (int64_t number = 1; number < next; ++number) {
+    ASSERT_THAT((*undisturbed_stream)->Step({4, 4, 4, 4}, &undisturbed_batch), IsOk());
+  }
+  for (const int32_t action : {7, 1, -1, 7}) {
+    const std::vector<int32_t> actions(4, action);
+    ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
+    ASSERT_THAT((*undisturbed_stream)->Step(actions, &undisturbed_batch), IsOk());
+    EXPECT_THAT(batch.rewards(), testing::ElementsAreArray(undisturbed_batch.rewards()));
+    EXPECT_THAT(batch.fingerprints(), testing::ElementsAreArray(undisturbed_batch.fingerprints()));
+    EXPECT_THAT(batch.observations() == undisturbed_batch.observations(), testing::IsTrue());
+  }
+}
+
+TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheDeadline) {
+  ServerProcess process({"--address=127.0.0.1:0", "--drain_deadline=1s"});
+  const auto client = procgen_client::Client::Connect(process.Address());
+  ASSERT_THAT(client, IsOk());
+  const auto stream = (*client)->Attach((*client)->CreatePool(MazeSpec(4))->name());
+  ASSERT_THAT(stream, IsOk());
+  const absl::Time begin = absl::Now();
+  process.Signal(SIGTERM);
+  StepUntilItDrains(stream->get());
+  EXPECT_EQ(process.Wait(), 0);
+  EXPECT_GE(absl::Now() - begin, absl::Seconds(1));
+}
+
+TEST(DrainingTest, PoolsThatNobodyStepsAndIdleConnectionsHoldUpNothing) {
+  ServerProcess process({"--address=127.0.0.1:0", "--drain_deadline=1h"});
+  const auto client = procgen_client::Client::Connect(process.Address());
+  ASSERT_THAT(client, IsOk());
+  ASSERT_THAT((*client)->CreatePool(MazeSpec(4)), IsOk());
+  process.Signal(SIGTERM);
+  EXPECT_EQ(process.Wait(), 0);
+}
 
 // What a maze looks like on the server at `address`, whose catalog must tell of `art`.
 std::string FirstPictureOf(const std::string& address, const std::string& art) {
@@ -64,10 +134,11 @@ std::string FirstPictureOf(const std::string& address, const std::string& art) {
 TEST(BinaryTest, HelpListsTheFlags) {
   ServerProcess process({"--help"});
   process.Wait();
-  for (const char* flag :
-       {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level", "--tls_certificate",
-        "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max"}) {
+  for (const char* flag : {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
+                           "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level",
+                           "--tls_certificate", "--tokens", "--allow_insecure", "--clone_sources",
+                           "--owner_pool_count_max", "--kept_answer_bytes_max",
+                           "--lease_duration_max", "--keepalive_time", "--keepalive_timeout"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }
 }
@@ -79,7 +150,8 @@ TEST(BinaryTest, WrongFlagsAreExplained) {
 }
 
 TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
-  const std::string folder = testing::TempDir() + "/procgen-binary-test-art";
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("art");
   PaintArtFolder(folder);
   ServerProcess plain({"--address=127.0.0.1:0"});
   ServerProcess painted({"--address=127.0.0.1:0", "--art=" + folder});
@@ -92,7 +164,8 @@ TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
 }
 
 TEST(BinaryTest, FolderWithoutArtIsExplained) {
-  const std::string folder = testing::TempDir() + "/procgen-binary-test-no-art";
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.At("none");
   ServerProcess process({"--address=127.0.0.1:0", "--art=" + folder});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(),
@@ -140,7 +213,8 @@ TEST(BinaryTest, StatesGoFromServerToServer) {
 }
 
 TEST(BinaryTest, UnixSocketIsServed) {
-  const std::string address = "unix:" + testing::TempDir() + "/procgen-binary-test.sock";
+  const TemporaryFolder temporary;
+  const std::string address = "unix:" + temporary.At("socket");
   ServerProcess process({"--address=" + address});
   ASSERT_EQ(process.Address(), address);
   const auto client = procgen_client::Client::Connect(address);

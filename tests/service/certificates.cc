@@ -17,12 +17,6 @@ constexpr char kNewKey[] = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes";
 
 }  // namespace
 
-Certificates::Certificates() : folder_(testing::TempDir() + "/procgen-certificates-XXXXXX") {
-  EXPECT_NE(mkdtemp(folder_.data()), nullptr);
-}
-
-Certificates::~Certificates() { std::filesystem::remove_all(folder_); }
-
 void Certificates::MakeAuthority(const std::string& name) const {
   Run(absl::StrCat("openssl req -x509 ", kNewKey, " -days 2 -subj /CN=", name, " -keyout ", name,
                    ".key -out ", name, ".pem"));
@@ -59,7 +53,8 @@ void Certificates::Replace(const std::string& file, const std::string& text) con
 }
 
 void Certificates::Run(const std::string& command) const {
-  EXPECT_EQ(std::system(absl::StrCat("cd ", folder_, " && ", command, " 2>/dev/null").c_str()), 0)
+  EXPECT_EQ(
+      std::system(absl::StrCat("cd ", folder_.path(), " && ", command, " 2>/dev/null").c_str()), 0)
       << command;
 }
 

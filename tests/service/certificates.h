@@ -3,17 +3,14 @@
 
 #include <string>
 
+#include "tests/temporary_folder.h"
+
 namespace procgen {
 
 // A folder of a test's own, with certificates that the program openssl makes there and whatever
 // else the test writes. Gone with this.
 class Certificates {
  public:
-  Certificates();
-  ~Certificates();
-  Certificates(const Certificates&) = delete;
-  Certificates& operator=(const Certificates&) = delete;
-
   // Makes NAME.pem and NAME.key that vouch for others.
   void MakeAuthority(const std::string& name) const;
   // Makes NAME.pem and NAME.key: `authority` vouches for "/CN=..." with these alternative names,
@@ -23,7 +20,7 @@ class Certificates {
   // As a server on this machine has it: for localhost and 127.0.0.1.
   void MakeServer(const std::string& authority, const std::string& name) const;
 
-  std::string Path(const std::string& file) const { return folder_ + "/" + file; }
+  std::string Path(const std::string& file) const { return folder_.At(file); }
   std::string Read(const std::string& file) const;
   // Writes a file that only its owner can read; in place.
   void Write(const std::string& file, const std::string& text) const;
@@ -33,7 +30,7 @@ class Certificates {
  private:
   void Run(const std::string& command) const;
 
-  std::string folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace procgen

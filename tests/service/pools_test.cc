@@ -120,15 +120,42 @@ TEST_F(PoolsTest, MalformedNameIsRefused) {
                        "0-9 and '-'"));
 }
 
-TEST_F(PoolsTest, LeasesAreNotOfferedYet) {
-  const auto stub = v1::PoolService::NewStub(channel_);
-  v1::RenewPoolRequest request;
-  request.set_name(CreatePool(MazeSpec(1)));
-  v1::Pool pool;
-  grpc::ClientContext context;
-  const grpc::Status status = stub->RenewPool(&context, request, &pool);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_THAT(status.error_message(), HasSubstr("leases are not offered yet"));
+TEST_F(PoolsTest, LeaseIsToldAndRenewed) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_lease_duration()->set_seconds(600);
+  const absl::StatusOr<v1::Pool> pool = client_->CreatePool(spec);
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_EQ(pool->spec().lease_duration().seconds(), 600);
+  EXPECT_GE(pool->expire_time().seconds(), pool->create_time().seconds() + 600);
+  const absl::StatusOr<v1::Pool> renewed = client_->RenewPool(pool->name(), absl::Hours(2));
+  ASSERT_THAT(renewed, IsOk());
+  EXPECT_EQ(renewed->spec().lease_duration().seconds(), 7200);
+  EXPECT_GE(renewed->expire_time().seconds(), pool->create_time().seconds() + 7200);
+  EXPECT_THAT(client_->RenewPool(pool->name()), IsOk());
+  const auto stream = client_->Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  EXPECT_FALSE((*stream)->pool().has_expire_time());
+}
+
+TEST_F(PoolsTest, PoolWithoutALeaseDoesNotExpireUntilItGetsOne) {
+  const std::string name = CreatePool(MazeSpec(1));
+  const absl::StatusOr<v1::Pool> renewed = client_->RenewPool(name);
+  ASSERT_THAT(renewed, IsOk());
+  EXPECT_FALSE(renewed->has_expire_time());
+  EXPECT_FALSE(renewed->spec().has_lease_duration());
+  EXPECT_TRUE(client_->RenewPool(name, absl::Hours(1))->has_expire_time());
+}
+
+TEST_F(PoolsTest, LeaseOutOfRangeIsRefused) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_lease_duration();
+  EXPECT_THAT(client_->CreatePool(spec), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                  "spec.lease_duration is 0, allowed: 1s to 24h"));
+  EXPECT_THAT(client_->RenewPool(CreatePool(MazeSpec(1)), absl::Hours(25)),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "lease_duration is 25h, limit lease_duration_max is 24h"));
+  EXPECT_THAT(client_->RenewPool("pools/nobody"),
+              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nobody"));
 }
 
 TEST_F(PoolsTest, LoadCountsWhatThereIs) {

@@ -117,10 +117,11 @@ TEST_F(StreamErrorsTest, SecondAttachOnAStream) {
                 "attach was sent again, allowed: once, as the first request of a stream");
 }
 
-TEST_F(StreamErrorsTest, LevelSamplerIsNotOfferedYet) {
+TEST_F(StreamErrorsTest, LevelSamplerWithoutLevels) {
   v1::StepPoolRequest request;
   request.mutable_level_sampler();
-  ExpectRefused(request, absl::StatusCode::kUnimplemented, "level_sampler is not offered yet");
+  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
+                "level_sampler.level_seeds has 0 entries, must have 1 to 1000000");
 }
 
 TEST_F(StreamErrorsTest, NoAttach) {
@@ -142,21 +143,10 @@ TEST_F(StreamErrorsTest, SecondStreamOnAPool) {
   ASSERT_THAT(first, IsOk());
   EXPECT_THAT(client_->Attach(name), StatusIs(absl::StatusCode::kFailedPrecondition,
                                               "another stream is attached to pool " + name +
-                                                  ", allowed: one at a time; end that one"));
+                                                  ", allowed: one at a time; end that one, or "
+                                                  "attach with take_over"));
   procgen_client::Batch batch;
   EXPECT_THAT((*first)->Step({4}, &batch), IsOk());
-}
-
-TEST_F(StreamErrorsTest, ResumeAndTakeOverAreNotOfferedYet) {
-  v1::StepPoolRequest request;
-  request.mutable_attach()->set_pool(CreatePool(MazeSpec(1)));
-  request.mutable_attach()->set_resumable(true);
-  EXPECT_THAT(RunRequests({request}),
-              StatusIs(absl::StatusCode::kUnimplemented, "attach.resumable is not offered yet"));
-  request.mutable_attach()->set_resumable(false);
-  request.mutable_attach()->set_take_over(true);
-  EXPECT_THAT(RunRequests({request}),
-              StatusIs(absl::StatusCode::kUnimplemented, "attach.take_over is not offered yet"));
 }
 
 TEST_F(StreamErrorsTest, SequenceNumbersThatDoNotFollow) {
@@ -168,7 +158,7 @@ TEST_F(StreamErrorsTest, SequenceNumbersThatDoNotFollow) {
                                                     HasSubstr("sequence_number is 2, allowed: 1")));
   step.set_sequence_number(1);
   EXPECT_THAT(RunRequests({attach, step, step}),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("answers are not kept yet")));
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: none")));
   attach.set_sequence_number(1);
   EXPECT_THAT(RunRequests({attach}), StatusIs(absl::StatusCode::kInvalidArgument,
                                               "sequence_number is 1 with attach, allowed: 0"));

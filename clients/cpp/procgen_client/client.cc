@@ -18,6 +18,14 @@ constexpr int64_t kRequestBytesAlways = 65536;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 constexpr int64_t kStateOverheadBytes = 8;
 
+// How soon after a failure gRPC connects again.
+constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
+constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
+
+int Milliseconds(absl::Duration duration) {
+  return static_cast<int>(absl::ToInt64Milliseconds(duration));
+}
+
 // Calls a unary method, with `token` if there is one, and returns its response.
 template <typename Stub, typename Request, typename Response>
 absl::StatusOr<Response> CallUnary(const std::string& token, Stub* stub,
@@ -48,6 +56,12 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   }
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout));
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMax));
   const std::shared_ptr<grpc::Channel> channel =
       grpc::CreateCustomChannel(address, *channel_credentials, arguments);
   if (!channel->WaitForConnected(absl::ToChronoTime(absl::Now() + options.timeout))) {
@@ -109,10 +123,22 @@ absl::Status Client::DeletePool(const std::string& name) {
   return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
 }
 
+absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
+                                           std::optional<absl::Duration> lease_duration) {
+  v1::RenewPoolRequest request;
+  request.set_name(name);
+  if (lease_duration.has_value()) {
+    const timespec duration = absl::ToTimespec(*lease_duration);
+    request.mutable_lease_duration()->set_seconds(duration.tv_sec);
+    request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
+  }
+  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+}
+
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(new StepStream());
-  if (absl::Status status = stream->Attach(step_.get(), token_, pool, options); !status.ok()) {
+  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), token_, pool, options));
+  if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
   return stream;

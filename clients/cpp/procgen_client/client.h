@@ -30,6 +30,10 @@ struct ConnectOptions {
   int32_t response_bytes_max = 4 << 20;
   // None: Credentials::FromEnvironment().
   std::optional<Credentials> credentials = std::nullopt;
+  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and is
+  // broken if there is none within `keepalive_timeout`.
+  absl::Duration keepalive_time = absl::Seconds(20);
+  absl::Duration keepalive_timeout = absl::Seconds(10);
 };
 
 // Where CloneStates reads.
@@ -53,12 +57,15 @@ class Client {
   absl::StatusOr<procgen::v1::Load> GetLoad();
 
   // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
-  // it is deleted.
+  // it is deleted or its lease (PoolSpec.lease_duration) runs out.
   absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
                                                const std::string& pool_id = "");
   absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
   absl::StatusOr<std::vector<procgen::v1::Pool>> ListPools();
   absl::Status DeletePool(const std::string& name);
+  // Begins the pool's lease anew, of another length if one is given.
+  absl::StatusOr<procgen::v1::Pool> RenewPool(
+      const std::string& name, std::optional<absl::Duration> lease_duration = std::nullopt);
 
   // Takes a pool to step it.
   absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,

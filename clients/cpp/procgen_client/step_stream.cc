@@ -1,37 +1,164 @@
 #include "procgen_client/step_stream.h"
 
+#include <algorithm>
+#include <random>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "grpcpp/alarm.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
 namespace procgen_client {
+namespace {
+
+// Between tries to go on after a connection broke: doubled from try to try, and each a half to one
+// and a half of it, so that many learners do not come at once.
+constexpr absl::Duration kBackoffMin = absl::Milliseconds(20);
+constexpr absl::Duration kBackoffMax = absl::Seconds(2);
+
+class Backoff {
+ public:
+  absl::Duration Next() {
+    const absl::Duration delay = delay_ * std::uniform_real_distribution<>(0.5, 1.5)(random_);
+    delay_ = std::min(2 * delay_, kBackoffMax);
+    return delay;
+  }
+
+ private:
+  absl::Duration delay_ = kBackoffMin;
+  std::minstd_rand random_{std::random_device()()};
+};
+
+}  // namespace
+
+StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
+                       const std::string& pool, const StreamOptions& options)
+    : stub_(stub), token_(std::move(token)), reconnect_timeout_(options.reconnect_timeout) {
+  procgen::v1::Attach* attach = attach_.mutable_attach();
+  attach->set_pool(pool);
+  attach->set_requests_in_flight_max(options.requests_in_flight_max);
+  attach->set_response_bytes_max(options.response_bytes_max);
+  attach->set_resumable(resumes());
+  attach->set_take_over(options.take_over);
+}
 
 StepStream::~StepStream() { Close().IgnoreError(); }
 
-absl::Status StepStream::Attach(procgen::v1::StepService::Stub* stub, const std::string& token,
-                                const std::string& pool, const StreamOptions& options) {
-  ShowToken(token, &context_);
-  stream_ = stub->StepPool(&context_);
-  procgen::v1::StepPoolRequest request;
-  request.mutable_attach()->set_pool(pool);
-  request.mutable_attach()->set_requests_in_flight_max(options.requests_in_flight_max);
-  request.mutable_attach()->set_response_bytes_max(options.response_bytes_max);
-  if (!stream_->Write(request)) {
-    return Finish();
+absl::Status StepStream::Attach() {
+  absl::MutexLock sending(&send_mutex_);
+  bool is_broken = false;
+  if (absl::Status status = Open(absl::InfiniteFuture(), &attached_, &is_broken); !status.ok()) {
+    return FinishWith(std::move(status));
   }
-  procgen::v1::StepPoolResponse response;
-  if (absl::Status status = Read(&response); !status.ok()) {
-    return status;
-  }
-  if (!response.has_attached()) {
-    return absl::InternalError("the server's first response does not answer attach");
-  }
-  attached_.Swap(response.mutable_attached());
   next_sequence_number_ = attached_.next_sequence_number();
   answered_sequence_number_ = next_sequence_number_ - 1;
+  // Whoever has it when the connection breaks was this stream, as far as the server knows.
+  attach_.mutable_attach()->set_take_over(true);
   return absl::OkStatus();
+}
+
+absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attached,
+                              bool* is_broken) {
+  *is_broken = false;
+  auto connection = std::make_shared<Connection>();
+  grpc::Alarm alarm;
+  if (deadline != absl::InfiniteFuture()) {
+    // Not the call's deadline, which would be that of the whole stream.
+    connection->context.set_wait_for_ready(true);
+    alarm.Set(absl::ToChronoTime(deadline), [connection](bool is_due) {
+      if (is_due) {
+        connection->context.TryCancel();
+      }
+    });
+  }
+  ShowToken(token_, &connection->context);
+  connection->stream = stub_->StepPool(&connection->context);
+  procgen::v1::StepPoolResponse response;
+  if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
+    absl::Status status = EndOf(connection.get(), is_broken);
+    *is_broken = *is_broken || absl::Now() >= deadline;
+    return status;
+  }
+  alarm.Cancel();
+  {
+    absl::MutexLock lock(&mutex_);
+    connection_ = connection;
+  }
+  if (!response.has_attached()) {
+    connection->context.TryCancel();
+    connection->stream->Finish();
+    return absl::InternalError("the server's first response does not answer attach");
+  }
+  attached->Swap(response.mutable_attached());
+  return absl::OkStatus();
+}
+
+absl::Status StepStream::Reconnect() {
+  // Nobody writes to the broken stream any more.
+  absl::MutexLock sending(&send_mutex_);
+  bool is_broken = false;
+  absl::Status status = EndOf(connection().get(), &is_broken);
+  const absl::Time deadline = absl::Now() + reconnect_timeout_;
+  Backoff backoff;
+  while (is_broken) {
+    const absl::Duration delay = backoff.Next();
+    if (absl::Now() + delay >= deadline) {
+      return FinishWith(absl::UnavailableError(
+          absl::StrCat("the connection broke and could not be made again within ",
+                       absl::FormatDuration(reconnect_timeout_), ": ", status.message())));
+    }
+    absl::SleepFor(delay);
+    status = Resume(deadline, &is_broken);
+    if (status.ok()) {
+      return status;
+    }
+  }
+  return FinishWith(std::move(status));
+}
+
+absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
+  procgen::v1::Attached attached;
+  if (absl::Status status = Open(deadline, &attached, is_broken); !status.ok()) {
+    return status;
+  }
+  const std::shared_ptr<Connection> connection = this->connection();
+  const int64_t stands_at = attached.next_sequence_number();
+  if (stands_at <= answered_sequence_number_ || stands_at > next_sequence_number_) {
+    connection->context.TryCancel();
+    connection->stream->Finish();
+    return absl::AbortedError(absl::StrCat(
+        "pool ", attached.pool().name(), " is at request ", stands_at, ", and this stream left it ",
+        "between ", answered_sequence_number_ + 1, " and ", int64_t{next_sequence_number_},
+        ": somebody else has stepped it, or it is another pool of the same name"));
+  }
+  std::deque<procgen::v1::StepPoolRequest> unanswered;
+  {
+    absl::MutexLock lock(&mutex_);
+    unanswered = unanswered_;
+  }
+  for (const procgen::v1::StepPoolRequest& request : unanswered) {
+    if (!connection->stream->Write(request)) {
+      return EndOf(connection.get(), is_broken);
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status StepStream::EndOf(Connection* connection, bool* is_broken) {
+  // gRPC tells the end to who has read all.
+  procgen::v1::StepPoolResponse dropped;
+  while (connection->stream->Read(&dropped)) {
+  }
+  const grpc::Status end = connection->stream->Finish();
+  *is_broken = IsBrokenConnection(end, connection->context);
+  return end.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(end);
+}
+
+std::shared_ptr<StepStream::Connection> StepStream::connection() {
+  absl::MutexLock lock(&mutex_);
+  return connection_;
 }
 
 absl::Status StepStream::Step(absl::Span<const int32_t> actions, Batch* batch) {
@@ -44,6 +171,13 @@ absl::Status StepStream::Observe(Batch* batch) {
   procgen::v1::StepPoolRequest request;
   request.mutable_observe();
   return Call(std::move(request), batch);
+}
+
+absl::Status StepStream::SetLevelSampler(procgen::v1::LevelSampler level_sampler) {
+  procgen::v1::StepPoolRequest request;
+  request.mutable_level_sampler()->Swap(&level_sampler);
+  Batch none;
+  return Call(std::move(request), &none);
 }
 
 absl::Status StepStream::Call(procgen::v1::StepPoolRequest request, Batch* batch) {
@@ -63,15 +197,22 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     return absl::FailedPreconditionError(
         absl::StrCat(unanswered, " requests are unanswered, allowed: ", requests_in_flight_max()));
   }
+  absl::MutexLock sending(&send_mutex_);
   if (absl::Status status = Over(); !status.ok()) {
     return status;
   }
   // Counted before it is sent: its answer may arrive before Write returns.
   const int64_t number = next_sequence_number_++;
   request.set_sequence_number(number);
-  if (!stream_->Write(request)) {
-    return Finish();
+  std::shared_ptr<Connection> connection;
+  {
+    absl::MutexLock lock(&mutex_);
+    connection = connection_;
+    if (resumes()) {
+      unanswered_.push_back(request);
+    }
   }
+  connection->stream->Write(request);
   return number;
 }
 
@@ -82,27 +223,35 @@ absl::Status StepStream::Receive(Batch* batch) {
   if (next_sequence_number_ - 1 == answered_sequence_number_) {
     return absl::FailedPreconditionError("no request is unanswered; send one first");
   }
-  if (absl::Status status = Read(&batch->response_); !status.ok()) {
-    return status;
+  while (!ReadAnswer(batch)) {
+    absl::Status status = resumes() ? Reconnect() : Finish();
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  absl::MutexLock lock(&mutex_);
+  answered_sequence_number_ = batch->sequence_number();
+  if (resumes()) {
+    unanswered_.pop_front();
+  }
+  return absl::OkStatus();
+}
+
+bool StepStream::ReadAnswer(Batch* batch) {
+  const std::shared_ptr<Connection> connection = this->connection();
+  if (!connection->stream->Read(&batch->response_)) {
+    return false;
   }
   batch->Begin();
-  bool last = batch->response_.batch().last();
+  bool last = batch->response_.batch().last() || batch->response_.has_done();
   while (!last) {
-    if (absl::Status status = Read(&part_); !status.ok()) {
-      return status;
+    if (!connection->stream->Read(&part_)) {
+      return false;
     }
     batch->Append(part_.batch());
     last = part_.batch().last();
   }
-  answered_sequence_number_ = batch->sequence_number();
-  return absl::OkStatus();
-}
-
-absl::Status StepStream::Read(procgen::v1::StepPoolResponse* response) {
-  if (!stream_->Read(response)) {
-    return Finish();
-  }
-  return absl::OkStatus();
+  return true;
 }
 
 absl::Status StepStream::Over() {
@@ -111,14 +260,14 @@ absl::Status StepStream::Over() {
 }
 
 absl::Status StepStream::Finish() {
+  bool is_broken = false;
+  return FinishWith(EndOf(connection().get(), &is_broken));
+}
+
+absl::Status StepStream::FinishWith(absl::Status status) {
   absl::MutexLock lock(&mutex_);
-  if (!finished_) {
-    finished_ = true;
-    status_ = ToAbslStatus(stream_->Finish());
-    if (status_.ok()) {
-      status_ = absl::FailedPreconditionError("the stream is closed");
-    }
-  }
+  finished_ = true;
+  status_ = std::move(status);
   return status_;
 }
 
@@ -131,10 +280,11 @@ absl::Status StepStream::Close() {
     finished_ = true;
     status_ = absl::FailedPreconditionError("the stream is closed");
   }
-  stream_->WritesDone();
-  while (stream_->Read(&part_)) {
+  const std::shared_ptr<Connection> connection = this->connection();
+  connection->stream->WritesDone();
+  while (connection->stream->Read(&part_)) {
   }
-  return ToAbslStatus(stream_->Finish());
+  return ToAbslStatus(connection->stream->Finish());
 }
 
 }  // namespace procgen_client

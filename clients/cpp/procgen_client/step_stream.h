@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 
@@ -10,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/sync_stream.h"
@@ -24,12 +26,21 @@ struct StreamOptions {
   // joins. More than 4 MiB: the client must have been connected with as much. A pool whose
   // observations are larger than that answers RESOURCE_EXHAUSTED and how much it needs.
   int64_t response_bytes_max = 0;
+  // How long a stream whose connection broke tries to go on, each time. The server keeps its
+  // answers meanwhile, so that no step is lost or taken twice. 0: a broken connection ends the
+  // stream, and the server keeps nothing.
+  absl::Duration reconnect_timeout = absl::Minutes(1);
+  // Another stream that has the pool ends.
+  bool take_over = false;
 };
 
 // One learner's hold of one pool. Made by Client::Attach, which it must not outlive.
 //
 // Either call Step, which sends and receives; or Send up to requests_in_flight_max() requests ahead
 // and Receive their answers, in order.
+//
+// Where the connection breaks, the stream attaches again by itself and sends again what is
+// unanswered: its user sees nothing but a pause, unless that takes longer than reconnect_timeout.
 //
 // After an error of the server the stream is over: every further call returns that same error. The
 // pool stays, and can be attached again.
@@ -55,10 +66,16 @@ class StepStream {
   // Tells how the whole pool stands; how a learner gets its first observations.
   absl::Status Observe(Batch* batch);
 
-  // Sends a request and returns its sequence number. Blocks only while the connection is full.
+  // Replaces what chooses the pool's levels; takes effect at each environment's next choice.
+  // REQUIRES: nothing is unanswered.
+  absl::Status SetLevelSampler(procgen::v1::LevelSampler level_sampler);
+
+  // Sends a request and returns its sequence number. Blocks only while the connection is full, or
+  // Receive makes it anew; that it is broken, only Receive finds.
   // Errors: FAILED_PRECONDITION requests_in_flight_max() are unanswered (nothing was sent).
   absl::StatusOr<int64_t> Send(procgen::v1::StepPoolRequest request);
-  // Waits for the answer to the oldest unanswered request. Errors: FAILED_PRECONDITION there is
+  // Waits for the answer to the oldest unanswered request; that to a level_sampler is a batch of no
+  // environments. Errors: FAILED_PRECONDITION there is
   // none; those of the server.
   absl::Status Receive(Batch* batch);
 
@@ -71,22 +88,50 @@ class StepStream {
   using ReaderWriter =
       grpc::ClientReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>;
 
-  StepStream() = default;
-  absl::Status Attach(procgen::v1::StepService::Stub* stub, const std::string& token,
-                      const std::string& pool, const StreamOptions& options);
+  // One stream of the server; a StepStream has one after the other.
+  struct Connection {
+    grpc::ClientContext context;
+    std::unique_ptr<ReaderWriter> stream;
+  };
+
+  StepStream(procgen::v1::StepService::Stub* stub, std::string token, const std::string& pool,
+             const StreamOptions& options);
+  bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
+  absl::Status Attach();
+  // Attaches with a new connection, by `deadline`. `is_broken`: whether an error may be another
+  // one the next time.
+  absl::Status Open(absl::Time deadline, procgen::v1::Attached* attached, bool* is_broken)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
+  // Goes on with a new connection after one broke, or ends the stream.
+  absl::Status Reconnect();
+  // Attaches again and sends again what is unanswered.
+  absl::Status Resume(absl::Time deadline, bool* is_broken)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
+  // Reads the answer to one request; false: the stream has ended.
+  bool ReadAnswer(Batch* batch);
+  // Why a connection ended, and whether because it broke.
+  static absl::Status EndOf(Connection* connection, bool* is_broken);
   // OK while the stream goes on; afterwards what every call returns.
   absl::Status Over();
   // What the server says of the stream; it is over.
   absl::Status Finish();
-  absl::Status Read(procgen::v1::StepPoolResponse* response);
+  absl::Status FinishWith(absl::Status status);
+  std::shared_ptr<Connection> connection();
 
-  grpc::ClientContext context_;
-  std::unique_ptr<ReaderWriter> stream_;
-  procgen::v1::Attached attached_;
+  procgen::v1::StepService::Stub* const stub_;
+  const std::string token_;  // empty: none
+  const absl::Duration reconnect_timeout_;
+  procgen::v1::StepPoolRequest attach_;
+  procgen::v1::Attached attached_;      // at first
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first
   std::atomic<int64_t> next_sequence_number_ = 1;
   std::atomic<int64_t> answered_sequence_number_ = 0;
+
+  // Lock order: send_mutex_, mutex_.
+  absl::Mutex send_mutex_;  // of who writes, or makes the connection anew
   absl::Mutex mutex_;
+  std::shared_ptr<Connection> connection_ ABSL_GUARDED_BY(mutex_);
+  std::deque<procgen::v1::StepPoolRequest> unanswered_ ABSL_GUARDED_BY(mutex_);  // if it resumes
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
 };

@@ -21,6 +21,7 @@ from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
 from procgen_client.credentials import Credentials
 from procgen_client.errors import ProcgenError
+from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
 from procgen_client.server_process import ServerProcess
 from procgen_client.vector_env import ProcgenVectorEnv
@@ -34,6 +35,7 @@ __all__ = [
     "Batch",
     "Client",
     "Credentials",
+    "LevelSampler",
     "Pool",
     "ProcgenError",
     "ProcgenVectorEnv",

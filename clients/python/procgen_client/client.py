@@ -48,6 +48,7 @@ class Client:
 
     Attributes:
         address: What it is connected to.
+        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Client:
         *,
         timeout: float = 10.0,
         call_timeout: float = 60.0,
+        reconnect_timeout: float = 60.0,
         credentials: Credentials | None = None,
         channel_options: Sequence[tuple[str, Any]] = (),
     ) -> None:
@@ -67,6 +69,9 @@ class Client:
             timeout: How long to wait for the server, in seconds; one that is just starting is
                 waited for.
             call_timeout: How long each call besides stepping may take, in seconds.
+            reconnect_timeout: How long a pool's stream whose connection broke tries to go on, each
+                time, in seconds; the server keeps its answers meanwhile. 0: a broken connection
+                ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS or asks who calls. None: what the environment
                 says (Credentials.from_environment); nothing there: plain text without a token.
             channel_options: More of gRPC's channel arguments.
@@ -78,6 +83,7 @@ class Client:
             UnimplementedError: What answers there is no Procgen Server.
         """
         self.address = address
+        self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         self._closed = False
         arguments = [*_channel_arguments(address), *channel_options]
@@ -151,6 +157,8 @@ class Client:
         grayscale_obs: bool = False,
         layout: str = "hwc",
         frame_stack: int = 1,
+        lease_duration: float | None = None,
+        level_sampler: _options.LevelSampler | None = None,
         **options: Unpack[_options.EnvironmentOptions],
     ) -> Pool:
         """Makes a pool; every environment stands at the first step of its first level.
@@ -162,20 +170,20 @@ class Client:
                 the next episode's first at once. "next_step": it is the last one; the next step
                 ignores its action and begins the next episode. "disabled": it is the last one; the
                 environment must be reset.
-            first_environment: For a part of a larger pool: the index of its first environment in
-                the whole.
-            total_environments: For the same: number of environments of the whole. 0: up to this
-                pool's last.
+            first_environment, total_environments: For a part of a larger pool: the index of its
+                first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
-            screen_size: Side of the observations' square pictures in pixels, in [16, 512]; they are
-                drawn at that size.
-            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, in place of
-                three.
+            screen_size: Side that observations are drawn at, in pixels, in [16, 512].
+            grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
             layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
             frame_stack: Number of pictures of successive steps in one observation, oldest first, in
                 [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
                 stands in all places. Pool.observation_shape tells the shape.
+            lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
+                it is deleted.
+            level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
+                start_level do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -199,6 +207,8 @@ class Client:
                 layout=layout,
                 frame_stack=frame_stack,
             ),
+            lease_duration=lease_duration,
+            level_sampler=level_sampler,
         )
         return self.create_pool_from_spec(
             spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
@@ -256,6 +266,9 @@ class Client:
             NotFoundError: There is no such pool.
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+
+    def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
+        return self._unary(self._pool_stub.RenewPool, request)
 
     def _save_states(self, request: states_pb2.SaveStatesRequest) -> states_pb2.SaveStatesResponse:
         return self._unary(self._state_stub.SaveStates, request)
@@ -327,6 +340,10 @@ def _channel_arguments(address: str) -> list[tuple[str, Any]]:
         ("grpc.max_send_message_length", -1),
         # A connection of its own for each client, so that several in one process do not share one.
         ("grpc.use_local_subchannel_pool", 1),
+        # A connection that is silent is asked for a sign of life, so that a dead one is found.
+        ("grpc.keepalive_time_ms", 20000),
+        ("grpc.keepalive_timeout_ms", 10000),
+        ("grpc.http2.max_pings_without_data", 0),
         # A server that is just starting is found soon.
         ("grpc.initial_reconnect_backoff_ms", 100),
         ("grpc.min_reconnect_backoff_ms", 100),

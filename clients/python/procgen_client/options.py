@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypedDict
+from datetime import timedelta
+from typing import Any, NamedTuple, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+from google.protobuf.duration_pb2 import Duration
 
 from procgen_client._proto import pools_pb2
 from procgen_client._requests import in_range, message_of
@@ -113,6 +118,44 @@ def observation_format(
     )
 
 
+class LevelSampler(NamedTuple):
+    """A choice of levels that the server makes, in place of num_levels and start_level.
+
+    Each time an environment needs a level that it was not told, one of the list is drawn. Equal
+    samplers choose alike, on every server.
+    """
+
+    level_seeds: npt.ArrayLike  # int [n], n in [1, 1000000]; any of int32, also the same twice
+    weights: npt.ArrayLike | None = None  # float [n], relative, at least 0. None: all are equal.
+    rand_seed: int = 0  # Seeds the draws, modulo 2^32.
+
+
+def level_sampler_message(level_sampler: LevelSampler) -> pools_pb2.LevelSampler:
+    """Gives a sampler as a message.
+
+    Raises:
+        InvalidArgumentError: A value is none of its type. Everything else the server checks.
+    """
+    level_seeds, weights, rand_seed = level_sampler
+    seeds = np.asarray(level_seeds)
+    if seeds.ndim != 1 or (seeds.size and seeds.dtype.kind not in "iu"):
+        raise InvalidArgumentError(
+            f"level_seeds has shape {list(seeds.shape)} and type {seeds.dtype}; it is a list of "
+            "integers"
+        )
+    shares = np.asarray([] if weights is None else weights, dtype=np.float32)
+    if shares.ndim != 1:
+        raise InvalidArgumentError(
+            f"weights has shape {list(shares.shape)}; it is one number for each of level_seeds"
+        )
+    return message_of(
+        pools_pb2.LevelSampler,
+        level_seeds=seeds.tolist(),
+        weights=shares.tolist(),
+        rand_seed=rand_seed,
+    )
+
+
 def pool_spec(
     games: str | Sequence[str],
     env_count: int,
@@ -122,6 +165,8 @@ def pool_spec(
     first_environment: int = 0,
     total_environments: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
+    lease_duration: float | None = None,
+    level_sampler: LevelSampler | None = None,
 ) -> pools_pb2.PoolSpec:
     """Gives the spec of a pool as a message.
 
@@ -134,6 +179,9 @@ def pool_spec(
             whole.
         total_environments: For the same: number of environments of the whole.
         observation_format: From observation_format. None: as released.
+        lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
+            deleted.
+        level_sampler: Chooses the levels. None: the options do.
 
     Raises:
         InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
@@ -149,9 +197,21 @@ def pool_spec(
             first_environment=first_environment,
             total_environments=total_environments,
             observation_format=observation_format,
+            lease_duration=None if lease_duration is None else duration(lease_duration),
+            level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
         )
     except (TypeError, ValueError) as error:
         raise InvalidArgumentError(f"the pool's spec has a wrong value: {error}") from error
+
+
+def duration(seconds: float) -> Duration:
+    """Gives seconds as a message."""
+    message = Duration()
+    try:
+        message.FromTimedelta(timedelta(seconds=seconds))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidArgumentError(f"a duration of {seconds} seconds is none: {error}") from error
+    return message
 
 
 def _enum_value(name: str, given: str, allowed: Sequence[str], enum: Any) -> Any:  # noqa: ANN401

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import queue
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import grpc
 import numpy as np
 import numpy.typing as npt
 
@@ -20,17 +17,16 @@ from procgen_client._requests import (
     observation,
     reset_messages,
 )
+from procgen_client._stream import Stream
 from procgen_client._wire import Part
 from procgen_client.batch import Batch, assemble
 from procgen_client.errors import (
     FailedPreconditionError,
-    InternalError,
     InvalidArgumentError,
     NotFoundError,
-    ProcgenError,
     UnavailableError,
-    from_rpc_error,
 )
+from procgen_client.options import LevelSampler, level_sampler_message
 from procgen_client.pool_resource import PoolResource
 
 if TYPE_CHECKING:
@@ -40,6 +36,7 @@ if TYPE_CHECKING:
 _RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
 _ROW_OVERHEAD_BYTES = 1024
+
 
 class Pool(PoolResource):
     """A number of environments that are stepped as one batch.
@@ -52,9 +49,11 @@ class Pool(PoolResource):
     may be unanswered. Answers come in the order of the requests.
 
     The first request attaches to the pool: no other client can step it until :meth:`detach` or
-    :meth:`close`. After an error of the server the stream is over, answers that were still owed are
-    lost, and the next request attaches anew; the environments stand as they did before the request
-    at fault.
+    :meth:`close`. Where the connection breaks, the pool attaches again by itself and sends again
+    what is unanswered: nothing is seen of it but a pause, unless that takes longer than the
+    client's ``reconnect_timeout``. After an error of the server the stream is over, answers that
+    were still owed are lost, and the next request attaches anew; the environments stand as they did
+    before the request at fault.
 
     An interruption (Ctrl-C) while an answer is waited for ends the stream, too, but what was sent
     is carried out.
@@ -78,19 +77,11 @@ class Pool(PoolResource):
         self.requests_in_flight_max = requests_in_flight_max
         self._deletes_on_close = deletes_on_close
         self._closed = False
-        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
-        self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
-        self._next_sequence_number = 0
-        self._in_flight: deque[int] = deque()
+        self._stream: Stream | None = None
 
     def __repr__(self) -> str:
         """Gives e.g. ``<Pool pools/7: 64 x coinrun>``."""
         return f"<Pool {self.name}: {self.env_count} x {','.join(self.spec.games)}>"
-
-    def __del__(self) -> None:
-        """Ends the thread that sends requests, where a pool was never closed."""
-        if hasattr(self, "_requests"):
-            self._requests.put(None)
 
     def __enter__(self) -> Pool:
         """Gives the pool itself."""
@@ -103,12 +94,12 @@ class Pool(PoolResource):
     @property
     def attached(self) -> bool:
         """Whether this object holds the pool's stream."""
-        return self._call is not None
+        return self._stream is not None
 
     @property
     def in_flight(self) -> int:
         """Number of requests whose answers were not received yet."""
-        return len(self._in_flight)
+        return 0 if self._stream is None else self._stream.in_flight
 
     # Stepping: the simple way. One request, one answer.
 
@@ -207,6 +198,15 @@ class Pool(PoolResource):
         )
         return self.receive()
 
+    def set_level_sampler(self, level_sampler: LevelSampler) -> None:
+        """Replaces what chooses the levels; takes effect at each environment's next episode.
+
+        Errors as :meth:`step`.
+        """
+        self._require_nothing_in_flight()
+        self._send(step_pb2.StepPoolRequest(level_sampler=level_sampler_message(level_sampler)))
+        self._receive_parts()
+
     # Stepping with requests sent ahead.
 
     def send_step(
@@ -285,25 +285,7 @@ class Pool(PoolResource):
             ProcgenError: The server refused that request, or is gone. The stream is over, and
                 answers to later requests are lost with it.
         """
-        if not self._in_flight:
-            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
-        sequence_number = self._in_flight[0]
-        parts: list[Part] = []
-        while True:
-            response = self._next_response()
-            if not isinstance(response, Part):
-                continue  # Of a kind that this client does not know: clients ignore those.
-            if response.sequence_number != sequence_number:
-                self._drop_stream()
-                raise InternalError(
-                    f"{self.name} answered request {response.sequence_number}, where "
-                    f"{sequence_number} is next"
-                )
-            parts.append(response)
-            if response.last:
-                break
-        self._in_flight.popleft()
-        return assemble(parts, self.observation_shape)
+        return assemble(self._receive_parts(), self.observation_shape)
 
     # The stream's beginning and end.
 
@@ -323,42 +305,25 @@ class Pool(PoolResource):
         """
         if self._closed:
             raise FailedPreconditionError(f"{self.name} was closed by this client")
-        if self._call is not None:
+        if self._stream is not None:
             return
-        self._requests = queue.SimpleQueue()
-        self._call = self._client._step_pool(iter(self._requests.get, None))
         attach = step_pb2.Attach(
             pool=self.name,
             requests_in_flight_max=self.requests_in_flight_max,
             take_over=take_over,
             response_bytes_max=response_bytes_max or self._response_bytes_max(),
         )
-        self._requests.put(step_pb2.StepPoolRequest(attach=attach))
-        response = self._next_response()
-        if isinstance(response, Part) or response.WhichOneof("response") != "attached":
-            self._drop_stream()
-            raise InternalError(f"{self.name} answered something else than that it is attached")
-        self._next_sequence_number = response.attached.next_sequence_number
-        self.requests_in_flight_max = response.attached.requests_in_flight_max
+        self._stream = Stream(self._client._step_pool, attach, self._client.reconnect_timeout)
+        self.requests_in_flight_max = self._stream.attached.requests_in_flight_max
 
     def detach(self) -> None:
         """Lets the pool go, so that another client can attach.
 
         Requests in flight are carried out; their answers are lost.
         """
-        if self._call is None:
-            return
-        call, self._call = self._call, None
-        self._requests.put(None)
-        self._in_flight.clear()
-        try:
-            for _ in call:  # Until the server says that the stream has ended.
-                pass
-        except grpc.RpcError:
-            pass  # It has ended, too.
-        except BaseException:
-            call.cancel()
-            raise
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close()
 
     def close(self) -> None:
         """Detaches, and deletes the pool if create_pool made it. Closing again does nothing."""
@@ -382,43 +347,28 @@ class Pool(PoolResource):
         return min(row, self._client.catalog().limits.response_bytes_max)
 
     def _send(self, request: step_pb2.StepPoolRequest) -> int:
-        if len(self._in_flight) >= self.requests_in_flight_max:
+        if self.in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
-                f"{len(self._in_flight)} requests to {self.name} are unanswered, of at most "
+                f"{self.in_flight} requests to {self.name} are unanswered, of at most "
                 f"{self.requests_in_flight_max}: receive first"
             )
         self.attach()
-        request.sequence_number = self._next_sequence_number
-        self._next_sequence_number += 1
-        self._in_flight.append(request.sequence_number)
-        self._requests.put(request)
-        return request.sequence_number
+        assert self._stream is not None
+        return self._stream.send(request)
 
-    def _next_response(self) -> Part | step_pb2.StepPoolResponse:
-        assert self._call is not None
+    def _receive_parts(self) -> list[Part]:
+        if self._stream is None or not self._stream.in_flight:
+            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
         try:
-            return next(self._call)
-        except StopIteration:
-            self._drop_stream()
-            raise UnavailableError(f"the server ended the stream of {self.name}") from None
-        except grpc.RpcError as error:
-            self._drop_stream()
-            raise from_rpc_error(error) from None
-        except BaseException:  # Ctrl-C, say: grpc cannot wait for another answer after that.
-            self._drop_stream()
+            return self._stream.receive()
+        except BaseException:
+            self._stream = None
             raise
 
-    def _drop_stream(self) -> None:
-        call, self._call = self._call, None
-        self._requests.put(None)
-        self._in_flight.clear()
-        if call is not None:
-            call.cancel()
-
     def _require_nothing_in_flight(self) -> None:
-        if self._in_flight:
+        if self.in_flight:
             raise FailedPreconditionError(
-                f"{len(self._in_flight)} requests to {self.name} are unanswered: receive them first"
+                f"{self.in_flight} requests to {self.name} are unanswered: receive them first"
             )
 
     def _slice(self, first_environment: int, environment_count: int | None) -> step_pb2.Slice:

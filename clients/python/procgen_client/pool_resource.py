@@ -10,6 +10,7 @@ import numpy as np
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
+from procgen_client.options import duration
 
 if TYPE_CHECKING:
     from procgen_client.client import Client
@@ -157,6 +158,25 @@ class PoolResource(abc.ABC):
                 source_server=source_server,
                 pairs=messages,
             )
+        )
+
+    # The lease.
+
+    def renew(self, lease_duration: float | None = None) -> None:
+        """Begins the pool's lease anew: its time to live while nobody steps it.
+
+        Args:
+            lease_duration: Its length from now on, in seconds; also of a pool that had none. None:
+                it stays as it is.
+
+        Raises:
+            InvalidArgumentError: It is shorter than a second.
+            ResourceExhaustedError: It is longer than the server allows.
+            NotFoundError: The pool is gone; its lease may have run out.
+        """
+        length = None if lease_duration is None else duration(lease_duration)
+        self._client._renew_pool(
+            pools_pb2.RenewPoolRequest(name=self.name, lease_duration=length)
         )
 
     # Looking.

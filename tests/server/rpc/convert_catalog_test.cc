@@ -57,9 +57,19 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.render());
   EXPECT_TRUE(features.fingerprints());
   EXPECT_FALSE(features.watch());
-  EXPECT_FALSE(features.leases());
-  EXPECT_FALSE(features.level_sampler());
-  EXPECT_FALSE(features.resume());
+  EXPECT_TRUE(features.leases());
+  EXPECT_TRUE(features.level_sampler());
+  EXPECT_TRUE(features.resume());
+}
+
+TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
+  Limits limits;
+  limits.kept_answer_bytes_max = 123456;
+  limits.lease_duration_max = absl::Milliseconds(90500);
+  const v1::Catalog catalog = CatalogMessageOf("", limits, false);
+  EXPECT_EQ(catalog.limits().kept_answer_bytes_max(), 123456);
+  EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
+  EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
 }
 
 TEST(ConvertCatalogTest, ObservationFormatsAreTold) {

@@ -151,14 +151,49 @@ TEST(ConvertPoolTest, WhatIsNotOfferedYetSaysWhatIs) {
   encoded.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
   EXPECT_THAT(PoolOptionsOf(encoded),
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: ENCODING_RAW")));
-  v1::PoolSpec sampled = MazeSpec();
-  sampled.mutable_level_sampler();
-  EXPECT_THAT(PoolOptionsOf(sampled),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("level_sampler")));
-  v1::PoolSpec leased = MazeSpec();
-  leased.mutable_lease_duration();
-  EXPECT_THAT(PoolOptionsOf(leased),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("lease_duration")));
+}
+
+TEST(ConvertPoolTest, LevelSamplersAreMadeAndTheirFieldsNamed) {
+  v1::PoolSpec spec = MazeSpec();
+  EXPECT_EQ(PoolOptionsOf(spec)->level_sampler, nullptr);
+  spec.mutable_level_sampler()->add_level_seeds(7);
+  spec.mutable_level_sampler()->add_level_seeds(-9);
+  spec.mutable_level_sampler()->add_weights(0);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.level_sampler.weights has 1 entries, must have 2, as level_seeds, or "
+                       "none"));
+  spec.mutable_level_sampler()->add_weights(0.5F);
+  const auto options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  RandomStream stream(1);
+  EXPECT_EQ(options->level_sampler->Draw(stream), -9);
+}
+
+TEST(ConvertPoolTest, LeaseIsADuration) {
+  google::protobuf::Duration message;
+  message.set_seconds(90);
+  message.set_nanos(500'000'000);
+  const auto lease = LeaseDurationOf("lease", message, Limits());
+  ASSERT_THAT(lease, IsOk());
+  EXPECT_EQ(*lease, absl::Milliseconds(90500));
+  EXPECT_EQ(DurationMessageOf(*lease).seconds(), 90);
+  EXPECT_EQ(DurationMessageOf(*lease).nanos(), 500'000'000);
+}
+
+TEST(ConvertPoolTest, WhatIsNoDurationIsNoLease) {
+  google::protobuf::Duration message;
+  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));
+  message.set_seconds(INT64_MAX);
+  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("lease_duration_max")));
+  message.set_seconds(5);
+  for (const int32_t nanos : {-1, 1'000'000'000}) {
+    message.set_nanos(nanos);
+    EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nanos, allowed")));
+  }
 }
 
 }  // namespace

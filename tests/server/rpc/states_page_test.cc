@@ -1,13 +1,12 @@
 #include "server/rpc/states_page.h"
 
-#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
 
-#include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -21,24 +20,22 @@ class StatesPageTest : public testing::Test {
  protected:
   StatesPageTest() { request_.set_response_bytes_max(kBytesMax); }
 
-  std::unique_ptr<PoolSession> Make(absl::Time create_time) {
+  std::unique_ptr<PoolSession> Make() {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = 4;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), create_time, &owners_,
-                                         &side_crew_, &step_count_);
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::InfiniteDuration(),
+                                         surroundings_.Get());
   }
 
   absl::StatusOr<std::unique_ptr<StatesPage>> Begin() {
     return StatesPage::Begin(request_, *session_, Limits());
   }
 
-  std::atomic<int64_t> step_count_ = 0;
-  Owners owners_{Limits()};
-  SideCrew side_crew_{1};
-  std::unique_ptr<PoolSession> session_ = Make(absl::UnixEpoch());
+  TestSurroundings surroundings_;
+  std::unique_ptr<PoolSession> session_ = Make();
   v1::SaveStatesRequest request_;
   v1::SaveStatesResponse response_;
 };
@@ -94,7 +91,8 @@ TEST_F(StatesPageTest, ATokenOfAnEarlierPoolOfTheSameNameIsRefused) {
   ASSERT_THAT((*page)->Close(&response_), IsOk());
   request_.set_page_token(response_.next_page_token());
   EXPECT_THAT(Begin(), IsOk());
-  session_ = Make(absl::UnixEpoch() + absl::Seconds(1));
+  surroundings_.clock.Advance(absl::Seconds(1));
+  session_ = Make();
   EXPECT_THAT(Begin(), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 

@@ -8,6 +8,7 @@
 
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -57,7 +58,6 @@ TEST(ParseTokensTest, AFileWithoutTokensIsRefused) {
 class TokenFileTest : public testing::Test {
  protected:
   void SetUp() override { Write(path_, std::string("alice ") + kAlice + "\n"); }
-  void TearDown() override { std::filesystem::remove(path_); }
 
   static void Write(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
@@ -67,7 +67,8 @@ class TokenFileTest : public testing::Test {
     std::filesystem::rename(path_ + ".next", path_);
   }
 
-  const std::string path_ = testing::TempDir() + "/procgen-token-file-test";
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.At("tokens");
 };
 
 TEST_F(TokenFileTest, TokensTellTheirOwner) {

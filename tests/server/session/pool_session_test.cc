@@ -1,14 +1,13 @@
 #include "server/session/pool_session.h"
 
-#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/synchronization/notification.h"
-#include "absl/time/clock.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -21,15 +20,26 @@ constexpr int32_t kEnvCount = 4;
 
 class PoolSessionTest : public testing::Test {
  protected:
-  std::unique_ptr<PoolSession> Make(EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+  std::unique_ptr<PoolSession> Make(EpisodeEnd episode_end = EpisodeEnd::kSameStep,
+                                    absl::Duration lease = absl::InfiniteDuration()) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
     options.episode_end = episode_end;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, crew_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::Now(), &owners_,
-                                         &side_crew_, &step_count_);
+    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
+                                         surroundings_.Get());
+  }
+
+  // Attaches, where nobody has to be waited for.
+  static absl::Status Attach(
+      PoolSession* session, const AttachOptions& options = {},
+      PoolSession::EndStream end_stream = [](StreamEnd, absl::Status) {}) {
+    absl::Status result = absl::UnknownError("it waits");
+    session->Attach(options, std::move(end_stream),
+                    [&](absl::Status status) { result = std::move(status); });
+    return result;
   }
 
   // Accepts a request and carries it out as one part.
@@ -37,7 +47,7 @@ class PoolSessionTest : public testing::Test {
     absl::Status result;
     absl::Notification done;
     session->TakeTurn([&](const absl::Status& turn) {
-      result = turn.ok() ? session->Accept(&request) : turn;
+      result = turn.ok() ? session->Accept(&request).status() : turn;
       if (!result.ok()) {
         done.Notify();
         return;
@@ -92,21 +102,19 @@ class PoolSessionTest : public testing::Test {
     return request;
   }
 
-  std::atomic<int64_t> step_count_ = 0;
   std::shared_ptr<Crew> crew_ = std::make_shared<Crew>(1);
-  Owners owners_{Limits()};
-  SideCrew side_crew_{1};
+  TestSurroundings surroundings_;
 };
 
 TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
   const std::unique_ptr<PoolSession> session = Make();
-  ASSERT_THAT(session->Attach([](const absl::Status&) {}), IsOk());
-  EXPECT_THAT(session->Attach([](const absl::Status&) {}),
+  ASSERT_THAT(Attach(session.get()), IsOk());
+  EXPECT_THAT(Attach(session.get()),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        "another stream is attached to pool pools/7, allowed: one at a time; end "
-                       "that one"));
+                       "that one, or attach with take_over"));
   session->Detach();
-  EXPECT_THAT(session->Attach([](const absl::Status&) {}), IsOk());
+  EXPECT_THAT(Attach(session.get()), IsOk());
 }
 
 TEST_F(PoolSessionTest, TurnsAreTakenInOrderOneAtATime) {
@@ -143,15 +151,19 @@ TEST_F(PoolSessionTest, ClosingTellsTheStreamAndThoseWhoWait) {
   const std::unique_ptr<PoolSession> session = Make();
   absl::Status ended;
   absl::Status waited;
-  ASSERT_THAT(session->Attach([&](const absl::Status& reason) { ended = reason; }), IsOk());
+  ASSERT_THAT(Attach(session.get(), {},
+                     [&](StreamEnd why, absl::Status reason) {
+                       EXPECT_EQ(why, StreamEnd::kClosed);
+                       ended = std::move(reason);
+                     }),
+              IsOk());
   session->TakeTurn([](const absl::Status&) {});
   session->TakeTurn([&](const absl::Status& status) { waited = status; });
   session->Close(absl::AbortedError("deleted"));
   EXPECT_THAT(ended, StatusIs(absl::StatusCode::kAborted, "deleted"));
   EXPECT_THAT(waited, StatusIs(absl::StatusCode::kAborted, "deleted"));
   session->Detach();
-  EXPECT_THAT(session->Attach([](const absl::Status&) {}),
-              StatusIs(absl::StatusCode::kAborted, "deleted"));
+  EXPECT_THAT(Attach(session.get()), StatusIs(absl::StatusCode::kAborted, "deleted"));
   session->EndTurn();
 }
 
@@ -164,7 +176,7 @@ TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
   EXPECT_EQ(session->next_sequence_number(), 1);
   EXPECT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
   EXPECT_EQ(session->next_sequence_number(), 2);
-  EXPECT_EQ(step_count_, kEnvCount);
+  EXPECT_EQ(surroundings_.step_count, kEnvCount);
 }
 
 TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
@@ -176,9 +188,6 @@ TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
                          "sequence_number is " + std::to_string(number) +
                              ", allowed: 1, the next of pool pools/7"));
   }
-  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
-  EXPECT_THAT(Run(session.get(), StepOf(1, actions)),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("answers are not kept yet")));
 }
 
 TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {

@@ -1,11 +1,13 @@
 #include "server/session/sessions.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -34,10 +36,11 @@ PoolOptions MazeOptions(int32_t env_count) {
 class SessionsTest : public testing::Test {
  protected:
   CreateResult Create(absl::string_view id, const PoolOptions& options,
-                      absl::string_view owner = "") {
+                      absl::string_view owner = "",
+                      absl::Duration lease_duration = absl::InfiniteDuration()) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(owner, id, options, [&](CreateResult created) {
+    sessions_.Create(owner, id, options, lease_duration, [&](CreateResult created) {
       result = std::move(created);
       done.Notify();
     });
@@ -45,7 +48,8 @@ class SessionsTest : public testing::Test {
     return result;
   }
 
-  Sessions sessions_{SmallLimits(), 1};
+  TestClock clock_;
+  Sessions sessions_{SmallLimits(), 1, nullptr, [this] { return clock_.Now(); }};
 };
 
 TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
@@ -92,10 +96,11 @@ TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
-    sessions.Create("alice", "", options, [&](const CreateResult& created) {
-      status = created.status();
-      done.Notify();
-    });
+    sessions.Create("alice", "", options, absl::InfiniteDuration(),
+                    [&](const CreateResult& created) {
+                      status = created.status();
+                      done.Notify();
+                    });
     done.WaitForNotification();
     return status;
   };
@@ -199,7 +204,9 @@ TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   const CreateResult pool = Create("a", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   absl::Status ended;
-  ASSERT_THAT((*pool)->Attach([&](const absl::Status& reason) { ended = reason; }), IsOk());
+  (*pool)->Attach(
+      {}, [&](StreamEnd /*why*/, absl::Status reason) { ended = std::move(reason); },
+      [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
   sessions_.Drain();
   EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(Create("b", MazeOptions(1)),
@@ -207,6 +214,54 @@ TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   EXPECT_THAT(sessions_.FindForStream("", "pools/a"),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   (*pool)->Detach();
+}
+
+TEST_F(SessionsTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
+  ASSERT_THAT(Create("short", MazeOptions(4), "", absl::Seconds(10)), IsOk());
+  ASSERT_THAT(Create("long", MazeOptions(4), "", absl::Seconds(30)), IsOk());
+  const absl::Time begin = clock_.Now();
+  clock_.Advance(absl::Seconds(9));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(10));
+  EXPECT_THAT(sessions_.Find("", "pools/short"), IsOk());
+  clock_.Advance(absl::Seconds(1));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(30));
+  EXPECT_THAT(sessions_.Find("", "pools/short"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(sessions_.Find("", "pools/long"), IsOk());
+  EXPECT_EQ(sessions_.load().environment_count, 4);
+  EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
+}
+
+TEST_F(SessionsTest, PoolWithoutALeaseStays) {
+  ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
+  clock_.Advance(absl::Hours(1000));
+  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), absl::InfiniteFuture());
+  EXPECT_THAT(sessions_.Find("", "pools/a"), IsOk());
+}
+
+TEST_F(SessionsTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
+  const CreateResult pool = Create("a", MazeOptions(1), "", absl::Seconds(1));
+  ASSERT_THAT(pool, IsOk());
+  clock_.Advance(absl::Seconds(1));
+  sessions_.FreeExpired(clock_.Now());
+  absl::Status attached;
+  (*pool)->Attach(
+      {}, [](StreamEnd, const absl::Status&) {},
+      [&](absl::Status status) { attached = std::move(status); });
+  EXPECT_THAT(attached, StatusIs(absl::StatusCode::kNotFound,
+                                 "there is no pool pools/a any more: its lease ran out"));
+  EXPECT_THAT((*pool)->Renew(std::nullopt), StatusIs(absl::StatusCode::kNotFound, testing::_));
+}
+
+TEST_F(SessionsTest, LeasesAreWithinTheLimits) {
+  Limits limits;
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(1), limits), IsOk());
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Hours(24), limits), IsOk());
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Milliseconds(999), limits),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 999ms, allowed: 1s to 24h"));
+  limits.lease_duration_max = absl::Minutes(1);
+  EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(61), limits),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "lease is 1m1s, limit lease_duration_max is 1m"));
 }
 
 }  // namespace

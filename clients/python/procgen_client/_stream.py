@@ -1,0 +1,240 @@
+"""One learner's hold of one pool: the stream of StepPool, which outlives its connections."""
+
+from __future__ import annotations
+
+import queue
+import random
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import grpc
+
+from procgen_client._proto import step_pb2
+from procgen_client._wire import Part
+from procgen_client.errors import (
+    AbortedError,
+    InternalError,
+    ProcgenError,
+    UnavailableError,
+    from_rpc_error,
+)
+
+# Between tries to go on after a connection broke, in seconds: doubled from try to try, and each a
+# half to one and a half of it, so that many learners do not come at once.
+_BACKOFF_MIN = 0.02
+_BACKOFF_MAX = 2.0
+# A server that drains says so, and that it is not to be asked again.
+_DRAINS_KEY = "procgen-drains"
+
+
+class _BrokenConnectionError(Exception):
+    """The call ended because its connection broke, not by an answer of the server."""
+
+    def __init__(self, error: ProcgenError) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
+class Stream:
+    """Sends requests and receives their answers, in order.
+
+    Where the connection breaks it attaches again and sends again what is unanswered, for at most
+    ``reconnect_timeout`` seconds: the server keeps its answers meanwhile, so no step is lost or
+    taken twice. After any other error the stream is over.
+
+    Threads: one at a time.
+
+    Attributes:
+        attached: What the server answered to the first attach.
+    """
+
+    def __init__(
+        self, step_pool: Callable[..., Any], attach: step_pb2.Attach, reconnect_timeout: float
+    ) -> None:
+        """Attaches.
+
+        Args:
+            step_pool: Begins a call of StepPool, whose responses are read by _wire.
+            attach: What to attach with; resumable is set here.
+            reconnect_timeout: How long to try to go on after a broken connection, in seconds. 0:
+                not at all.
+
+        Raises:
+            ProcgenError: What the server says, or that it cannot be reached.
+        """
+        self._step_pool = step_pool
+        self._reconnect_timeout = reconnect_timeout
+        self._attach = step_pb2.Attach()
+        self._attach.CopyFrom(attach)
+        self._attach.resumable = reconnect_timeout > 0
+        self._unanswered: deque[step_pb2.StepPoolRequest] = deque()
+        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
+        self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
+        try:
+            self.attached = self._open()
+        except _BrokenConnectionError as broken:
+            raise broken.error from None
+        self._next_sequence_number = self.attached.next_sequence_number
+        # Whoever has it when the connection breaks was this stream, as far as the server knows.
+        self._attach.take_over = True
+
+    def __del__(self) -> None:
+        """Ends the thread that sends requests, where the stream was never closed."""
+        if hasattr(self, "_requests"):
+            self._requests.put(None)
+
+    @property
+    def in_flight(self) -> int:
+        """Number of requests whose answers were not received yet."""
+        return len(self._unanswered)
+
+    def send(self, request: step_pb2.StepPoolRequest) -> int:
+        """Numbers a request, sends it and gives its number."""
+        request.sequence_number = self._next_sequence_number
+        self._next_sequence_number += 1
+        self._unanswered.append(request)
+        self._requests.put(request)
+        return request.sequence_number
+
+    def receive(self) -> list[Part]:
+        """Waits for the answer to the oldest unanswered request, one part or more.
+
+        A request that has nothing to tell is answered by none.
+
+        Raises:
+            ProcgenError: The stream is over.
+        """
+        while True:
+            try:
+                parts = self._read_answer(self._unanswered[0].sequence_number)
+            except _BrokenConnectionError as broken:
+                self._resume(broken.error)
+            else:
+                self._unanswered.popleft()
+                return parts
+
+    def close(self) -> None:
+        """Ends the stream; requests in flight are carried out, and their answers lost."""
+        self._requests.put(None)
+        try:
+            for _ in self._call:  # Until the server says that the stream has ended.
+                pass
+        except grpc.RpcError:
+            pass  # It has ended, too.
+        except BaseException:
+            self._call.cancel()
+            raise
+
+    def drop(self) -> None:
+        """Ends the stream at once."""
+        self._requests.put(None)
+        if self._call is not None:
+            self._call.cancel()
+
+    def _read_answer(self, sequence_number: int) -> list[Part]:
+        parts: list[Part] = []
+        while not parts or not parts[-1].last:
+            response = self._next_response()
+            is_done = not isinstance(response, Part) and response.HasField("done")
+            if not isinstance(response, Part) and not is_done:
+                continue  # Of a kind that this client does not know: clients ignore those.
+            if response.sequence_number != sequence_number:
+                self.drop()
+                raise InternalError(
+                    f"{self._attach.pool} answered request {response.sequence_number}, where "
+                    f"{sequence_number} is next"
+                )
+            if not isinstance(response, Part):
+                break
+            parts.append(response)
+        return parts
+
+    def _next_response(self) -> Part | step_pb2.StepPoolResponse:
+        try:
+            return next(self._call)
+        except StopIteration:
+            # The server took the connection's end for that of the stream.
+            self.drop()
+            error = UnavailableError(f"the server ended the stream of {self._attach.pool}")
+            if self._reconnect_timeout > 0:
+                raise _BrokenConnectionError(error) from None
+            raise error from None
+        except grpc.RpcError as error:
+            is_broken = _is_broken_connection(error)
+            self.drop()
+            if is_broken and self._reconnect_timeout > 0:
+                raise _BrokenConnectionError(from_rpc_error(error)) from None
+            raise from_rpc_error(error) from None
+        except BaseException:  # Ctrl-C, say: grpc cannot wait for another answer after that.
+            self.drop()
+            raise
+
+    def _open(self, **arguments: Any) -> step_pb2.Attached:  # noqa: ANN401
+        self._requests = queue.SimpleQueue()
+        self._requests.put(step_pb2.StepPoolRequest(attach=self._attach))
+        self._call = self._step_pool(iter(self._requests.get, None), **arguments)
+        response = self._next_response()
+        if isinstance(response, Part) or response.WhichOneof("response") != "attached":
+            self.drop()
+            raise InternalError(
+                f"{self._attach.pool} answered something else than that it is attached"
+            )
+        return response.attached
+
+    def _resume(self, error: ProcgenError) -> None:
+        """Goes on with a new connection, or raises why that cannot be."""
+        deadline = time.monotonic() + self._reconnect_timeout
+        backoff = _BACKOFF_MIN
+        while True:
+            delay = backoff * random.uniform(0.5, 1.5)  # noqa: S311
+            backoff = min(2 * backoff, _BACKOFF_MAX)
+            if time.monotonic() + delay >= deadline:
+                raise UnavailableError(
+                    "the connection broke and could not be made again within "
+                    f"{self._reconnect_timeout:g} s: {error.message}"
+                )
+            time.sleep(delay)
+            try:
+                attached = self._open_by(deadline)
+            except _BrokenConnectionError as broken:
+                error = broken.error
+                continue
+            self._check_stands_where_left(attached)
+            for request in self._unanswered:
+                self._requests.put(request)
+            return
+
+    def _open_by(self, deadline: float) -> step_pb2.Attached:
+        # Not the call's own timeout, which would be that of the whole stream.
+        timer = threading.Timer(max(0.0, deadline - time.monotonic()), self.drop)
+        timer.daemon = True
+        timer.start()
+        try:
+            return self._open(wait_for_ready=True)
+        except ProcgenError as error:
+            if time.monotonic() >= deadline:
+                raise _BrokenConnectionError(error) from None
+            raise
+        finally:
+            timer.cancel()
+
+    def _check_stands_where_left(self, attached: step_pb2.Attached) -> None:
+        stands_at = attached.next_sequence_number
+        least = self._unanswered[0].sequence_number
+        if not least <= stands_at <= self._next_sequence_number:
+            self.drop()
+            raise AbortedError(
+                f"{self._attach.pool} is at request {stands_at}, and this stream left it between "
+                f"{least} and {self._next_sequence_number}: somebody else has stepped it, or it is "
+                "another pool of the same name"
+            )
+
+
+def _is_broken_connection(error: grpc.RpcError) -> bool:
+    if error.code() == grpc.StatusCode.UNAVAILABLE:
+        return all(key != _DRAINS_KEY for key, _ in error.trailing_metadata() or ())
+    # "Stream removed": gRPC's word where a socket was reset.
+    return error.code() == grpc.StatusCode.UNKNOWN

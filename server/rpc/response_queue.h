@@ -1,0 +1,65 @@
+#ifndef SERVER_RPC_RESPONSE_QUEUE_H_
+#define SERVER_RPC_RESPONSE_QUEUE_H_
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "procgen/v1/step.pb.h"
+#include "server/rpc/convert_step.h"
+#include "server/session/kept_answers.h"
+
+namespace procgen {
+
+// The bytes of a response on the wire.
+grpc::ByteBuffer Serialized(const v1::StepPoolResponse& response);
+
+// Whether an answer that was kept, to request `sequence_number`, can be sent on a stream that takes
+// responses of this size. Errors: RESOURCE_EXHAUSTED.
+absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
+                             int64_t response_bytes_max);
+
+// A response on its way.
+struct Outgoing {
+  v1::StepPoolResponse* message = nullptr;  // of the queue's; null: only its bytes are there
+  grpc::ByteBuffer bytes;                   // not valid: to be serialised from the message
+  StreamRequest* answered = nullptr;        // the request of which this is the last response
+};
+
+// The responses of a stream: messages that are stepped into, and those to be written, in order.
+// Their memory is kept, so there are two: one is stepped into while the other is on its way.
+// Threads: compatible; what BeginWrite returned may be used by who called it until EndWrite.
+class ResponseQueue {
+ public:
+  ResponseQueue();
+
+  bool has_free() const { return !free_.empty(); }
+  // A free message; if there is none, another one is made.
+  v1::StepPoolResponse* Take();
+  void GiveBack(v1::StepPoolResponse* message) { free_.push_back(message); }
+
+  void Push(Outgoing response) { queue_.push_back(std::move(response)); }
+  // Pushes an answer that was kept, to `request`.
+  void PushAnswer(const Answer& answer, StreamRequest* request);
+  bool empty() const { return queue_.empty(); }
+  bool CanWrite() const { return !queue_.empty() && !writing_; }
+  void BeginWrite() { writing_ = true; }
+  Outgoing* writing() { return &queue_.front(); }
+  // Returns the request that is answered by what was written; null: there is more to it.
+  StreamRequest* EndWrite();
+  // Drops all but what is being written.
+  void DropUnwritten();
+
+ private:
+  std::vector<std::unique_ptr<v1::StepPoolResponse>> messages_;
+  std::vector<v1::StepPoolResponse*> free_;
+  std::deque<Outgoing> queue_;
+  bool writing_ = false;  // the first of queue_
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_RESPONSE_QUEUE_H_

@@ -1,0 +1,46 @@
+#include "server/rpc/running_request.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/rpc/shared_bytes.h"
+
+namespace procgen {
+
+void RunningRequest::Begin(StreamRequest* request) {
+  request_ = request;
+  sequence_number_ = request->request.sequence_number;
+  rest_ = request->request.count;
+  part_ = {request->request.first, std::min(request->rows_max, rest_)};
+  answer_.clear();
+}
+
+void RunningRequest::RunPart(PoolSession* pool, v1::StepPoolResponse* response,
+                             PoolSession::Done done) {
+  response_ = response;
+  const Batch batch = response == nullptr
+                          ? Batch()
+                          : PrepareResponse(*request_, part_, pool->observation_bytes(), response);
+  pool->RunPart(request_->request, part_, batch, std::move(done));
+}
+
+Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
+  Outgoing outgoing = {std::exchange(response_, nullptr), {}, nullptr};
+  rest_ = ok ? rest_ - part_.count : 0;
+  part_ = {part_.first + part_.count, std::min(part_.count, rest_)};
+  if (!ok) {
+    answer_.clear();
+  } else if (outgoing.message != nullptr) {
+    CompleteResponse(pool.observation_bytes(), outgoing.message);
+    outgoing.answered = IsOver() ? request_ : nullptr;
+    if (keeps) {
+      outgoing.bytes = Serialized(*outgoing.message);
+      answer_.push_back(CordOf(outgoing.bytes));
+    }
+  }
+  return outgoing;
+}
+
+Answer RunningRequest::TakeAnswer() { return std::exchange(answer_, {}); }
+
+}  // namespace procgen

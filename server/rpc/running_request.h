@@ -1,0 +1,44 @@
+#ifndef SERVER_RPC_RUNNING_REQUEST_H_
+#define SERVER_RPC_RUNNING_REQUEST_H_
+
+#include <cstdint>
+
+#include "procgen/v1/step.pb.h"
+#include "server/rpc/convert_step.h"
+#include "server/rpc/response_queue.h"
+#include "server/session/pool_session.h"
+
+namespace procgen {
+
+// A request that a stream carries out, part by part: each part is stepped straight into a response
+// message. Where answers are kept, they are gathered here.
+// Threads: compatible; whoever has the stream's turn uses it.
+class RunningRequest {
+ public:
+  // The next one to carry out. REQUIRES: it was accepted.
+  void Begin(StreamRequest* request);
+
+  // Steps the next part into `response` (null: for nobody), then calls `done`.
+  void RunPart(PoolSession* pool, v1::StepPoolResponse* response, PoolSession::Done done);
+  // Ends the part, which was stepped or, if not `ok`, was not; returns its response to be sent or,
+  // if not `ok`, to be given back. `keeps`: the response also becomes a part of the answer.
+  Outgoing EndPart(const PoolSession& pool, bool ok, bool keeps);
+  // Whether there is no further part.
+  bool IsOver() const { return rest_ == 0; }
+
+  int64_t sequence_number() const { return sequence_number_; }
+  // What is to be kept; empty: nothing.
+  Answer TakeAnswer();
+
+ private:
+  StreamRequest* request_ = nullptr;  // until its last response is sent
+  int64_t sequence_number_ = 0;
+  Part part_;         // the next, or that which runs
+  int32_t rest_ = 0;  // environments from part_ on
+  v1::StepPoolResponse* response_ = nullptr;
+  Answer answer_;  // as far as it goes
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_RUNNING_REQUEST_H_

@@ -1,0 +1,53 @@
+#ifndef SERVER_SESSION_LEASE_ALARM_H_
+#define SERVER_SESSION_LEASE_ALARM_H_
+
+#include <functional>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+
+namespace procgen {
+
+// Tells the time. Called from any thread.
+using Clock = std::function<absl::Time()>;
+
+// The time of day when the program began, plus what has passed since: when somebody sets the
+// machine's clock, no lease ends early or late.
+absl::Time SteadyNow();
+
+// One thread that rings when the next lease of all pools runs out.
+// Threads: any method from any thread.
+class LeaseAlarm {
+ public:
+  // Calls, on the alarm's thread, that are told the time and return when they want the next one;
+  // InfiniteFuture: only once somebody asks for it.
+  using Ring = absl::AnyInvocable<absl::Time(absl::Time now)>;
+
+  LeaseAlarm(Clock clock, Ring ring);
+  // Waits for a ring under way.
+  ~LeaseAlarm();
+  LeaseAlarm(const LeaseAlarm&) = delete;
+  LeaseAlarm& operator=(const LeaseAlarm&) = delete;
+
+  absl::Time Now() const { return clock_(); }
+  // Rings at `time`, or before.
+  void RingBy(absl::Time time);
+
+ private:
+  void RingUntilStopped();
+
+  const Clock clock_;
+  Ring ring_;  // of the thread
+  absl::Mutex mutex_;
+  absl::CondVar changed_;
+  absl::Time next_ring_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_LEASE_ALARM_H_

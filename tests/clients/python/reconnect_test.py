@@ -1,0 +1,201 @@
+"""Streams that outlive their connections, and pools that outlive their learners for a while."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from procgen_client import Batch, Client, Pool, ServerProcess, errors
+
+_PROXY_VARIABLE = "PROCGEN_FAULT_PROXY"
+_ENV_COUNT = 12
+_HALF = _ENV_COUNT // 2
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
+
+
+class _Proxy:
+    """The program fault-proxy: a bad network (tests/service/fault_proxy.h)."""
+
+    def __init__(self, target: str, seed: int, bytes_between_faults: int) -> None:
+        program = os.environ.get(_PROXY_VARIABLE)
+        if program is None:
+            pytest.skip(f"set {_PROXY_VARIABLE}")
+        self._process = subprocess.Popen(
+            [program, target, str(seed), str(bytes_between_faults)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        self.address = self._process.stdout.readline().removeprefix("listening on ").strip()
+
+    def stop(self) -> int:
+        """Ends it and gives how many connections it broke."""
+        output, _ = self._process.communicate()
+        return int(output.removesuffix(" broken\n"))
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Client]:
+    """A client, also where its first tries are cut."""
+    while True:
+        try:
+            client = Client(address)
+            break
+        except errors.ProcgenError:
+            pass
+    with client:
+        yield client
+
+
+def _attach(pool: Pool) -> None:
+    """Attaching is not tried again by itself: whose stream it is that is there, nobody knows."""
+    while not pool.attached:
+        try:
+            pool.attach(take_over=True, response_bytes_max=65536)
+        except errors.ProcgenError:
+            pass
+
+
+def _fingerprint(batch: Batch) -> int:
+    crc = 0
+    for array in (
+        batch.observations,
+        batch.rewards,
+        batch.first,
+        batch.terminated,
+        batch.truncated,
+        batch.level_seeds,
+        batch.prev_level_seeds,
+        batch.prev_level_complete,
+        batch.episode_returns,
+        batch.episode_lengths,
+        batch.fingerprints,
+    ):
+        crc = zlib.crc32(np.ascontiguousarray(array).tobytes(), crc)
+    return crc
+
+
+def _trace(pool: Pool, count: int) -> list[int]:
+    """Steps one half of the pool and the other in turn, with requests sent ahead."""
+    rng = np.random.default_rng(3)
+    actions = rng.integers(-1, 15, (count, _HALF))
+    _attach(pool)
+    trace: list[int] = []
+    sent = 0
+    while len(trace) < count:
+        while sent < count and pool.in_flight < pool.requests_in_flight_max:
+            pool.send_step(actions[sent], first_environment=sent % 2 * _HALF)
+            sent += 1
+        trace.append(_fingerprint(pool.receive()))
+    return trace
+
+
+def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, client: Client) -> None:
+    count = 150
+    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
+        undisturbed = _trace(pool, count)
+    proxy = _Proxy(server.address, 11, 120_000)
+    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
+        with _connected(proxy.address) as learner:
+            disturbed = _trace(
+                learner.get_pool(pool.name, requests_in_flight_max=3), count
+            )
+        assert client.get_pool(pool.name) is not None
+    assert proxy.stop() >= 30
+    assert disturbed == undisturbed
+
+
+def test_a_server_that_is_gone_is_given_up_in_time() -> None:
+    with ServerProcess(flags=["--workers=1"]) as server:
+        with Client(server.address, reconnect_timeout=0.5) as client:
+            pool = client.create_pool("maze", 2)
+            pool.step([4, 4])
+            os.kill(server.process_id, signal.SIGKILL)
+            begin = time.monotonic()
+            with pytest.raises(errors.UnavailableError, match="made again within 0.5 s"):
+                while True:
+                    pool.step([4, 4])
+            assert time.monotonic() - begin < 10
+            assert not pool.attached
+
+
+def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
+    with ServerProcess(flags=["--workers=1"]) as server:
+        with Client(server.address, reconnect_timeout=0) as client:
+            pool = client.create_pool("maze", 2)
+            pool.step([4, 4])
+            os.kill(server.process_id, signal.SIGKILL)
+            with pytest.raises(errors.UnavailableError) as caught:
+                while True:
+                    pool.step([4, 4])
+            assert "made again" not in caught.value.message
+
+
+def test_a_server_that_drains_is_not_asked_again() -> None:
+    with ServerProcess(flags=["--workers=1", "--drain_deadline=1s"]) as server:
+        with Client(server.address, reconnect_timeout=600) as client:
+            pool = client.create_pool("maze", 2)
+            pool.step([4, 4])
+            os.kill(server.process_id, signal.SIGTERM)
+            with pytest.raises(errors.UnavailableError, match="drains"):
+                while True:
+                    pool.step([4, 4])
+
+
+def test_who_stepped_the_pool_meanwhile_is_not_overlooked(client: Client) -> None:
+    with client.create_pool("maze", 2) as pool:
+        pool.step([4, 4])
+        with client.get_pool(pool.name) as other:
+            other.attach(take_over=True)
+            other.step([4, 4])
+        with pytest.raises(errors.AbortedError, match="took over"):
+            pool.step([4, 4])
+
+
+def test_a_lease_is_told_and_renewed(client: Client) -> None:
+    with client.create_pool("maze", 1, lease_duration=90.5) as pool:
+        assert pool.spec.lease_duration.ToTimedelta().total_seconds() == 90.5
+        pool.renew()
+        pool.renew(3600)
+        message = next(message for message in client.list_pools() if message.name == pool.name)
+        assert message.spec.lease_duration.seconds == 3600
+        with pytest.raises(errors.InvalidArgumentError, match="lease_duration is 500ms"):
+            pool.renew(0.5)
+        with pytest.raises(errors.ResourceExhaustedError, match="lease_duration_max is 24h"):
+            pool.renew(25 * 3600)
+
+
+def test_the_pool_of_a_killed_learner_is_freed_when_its_lease_runs_out(
+    server: ServerProcess, client: Client
+) -> None:
+    learner = f"""
+import procgen_client
+client = procgen_client.connect("{server.address}")
+pool = client.create_pool("maze", 1, pool_id="of-the-killed", lease_duration=1)
+pool.observe()
+print("attached", flush=True)
+while True:
+    pool.step([4])
+"""
+    process = subprocess.Popen(
+        [sys.executable, "-c", learner], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "attached\n"
+    assert client.get_pool("pools/of-the-killed") is not None
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    with pytest.raises(errors.NotFoundError):
+        while True:  # For the second that the lease has.
+            client.get_pool("pools/of-the-killed")

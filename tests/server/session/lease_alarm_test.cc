@@ -1,0 +1,66 @@
+#include "server/session/lease_alarm.h"
+
+#include "absl/synchronization/notification.h"
+#include "gtest/gtest.h"
+#include "tests/server/session/test_surroundings.h"
+
+namespace procgen {
+namespace {
+
+TEST(LeaseAlarmTest, RingsWhenItsTimeHasCome) {
+  TestClock clock;
+  absl::Notification rung;
+  absl::Time time;
+  LeaseAlarm alarm([&] { return clock.Now(); },
+                   [&](absl::Time now) {
+                     time = now;
+                     rung.Notify();
+                     return absl::InfiniteFuture();
+                   });
+  alarm.RingBy(clock.Now());
+  rung.WaitForNotification();
+  EXPECT_EQ(time, clock.Now());
+}
+
+TEST(LeaseAlarmTest, RingsAgainWhenTheRingAsksForIt) {
+  absl::Notification rung_twice;
+  int count = 0;
+  LeaseAlarm alarm(SteadyNow, [&](absl::Time now) {
+    if (++count == 2) {
+      rung_twice.Notify();
+    }
+    return count < 2 ? now : absl::InfiniteFuture();
+  });
+  alarm.RingBy(absl::InfinitePast());
+  rung_twice.WaitForNotification();
+}
+
+TEST(LeaseAlarmTest, AnEarlierTimeGoesBeforeALaterOne) {
+  TestClock clock;
+  absl::Notification rung;
+  LeaseAlarm alarm([&] { return clock.Now(); },
+                   [&](absl::Time) {
+                     rung.Notify();
+                     return absl::InfiniteFuture();
+                   });
+  alarm.RingBy(clock.Now() + absl::Hours(1));
+  alarm.RingBy(clock.Now());
+  alarm.RingBy(clock.Now() + absl::Hours(2));
+  rung.WaitForNotification();
+}
+
+TEST(LeaseAlarmTest, EndsWithoutRinging) {
+  LeaseAlarm alarm(SteadyNow, [](absl::Time) {
+    ADD_FAILURE() << "it rang";
+    return absl::InfiniteFuture();
+  });
+  alarm.RingBy(SteadyNow() + absl::Hours(1));
+}
+
+TEST(SteadyNowTest, GoesOnAndNotBack) {
+  const absl::Time before = SteadyNow();
+  EXPECT_GE(SteadyNow(), before);
+}
+
+}  // namespace
+}  // namespace procgen

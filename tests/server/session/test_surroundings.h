@@ -1,0 +1,50 @@
+#ifndef TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_
+#define TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_
+
+#include <atomic>
+#include <cstdint>
+
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "server/session/pool_session.h"
+
+namespace procgen {
+
+// A clock that stands still until it is set.
+class TestClock {
+ public:
+  absl::Time Now() const {
+    absl::MutexLock lock(&mutex_);
+    return now_;
+  }
+  void Advance(absl::Duration duration) {
+    absl::MutexLock lock(&mutex_);
+    now_ += duration;
+  }
+
+ private:
+  mutable absl::Mutex mutex_;
+  absl::Time now_ = absl::UnixEpoch() + absl::Hours(1);
+};
+
+// What a PoolSession needs around it, with a clock of the test's.
+struct TestSurroundings {
+  explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
+
+  PoolSurroundings Get() {
+    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count};
+  }
+
+  TestClock clock;
+  std::atomic<int64_t> step_count = 0;
+  Owners owners;
+  ByteBudget kept_answer_bytes{int64_t{1} << 30};
+  SideCrew side_crew{1};
+  // Rings for nobody: the test asks the pool itself.
+  LeaseAlarm lease_alarm{[this] { return clock.Now(); },
+                         [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_

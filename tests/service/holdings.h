@@ -1,0 +1,20 @@
+#ifndef TESTS_SERVICE_HOLDINGS_H_
+#define TESTS_SERVICE_HOLDINGS_H_
+
+#include <sys/types.h>
+
+#include <cstdint>
+
+namespace procgen {
+
+// What a process holds.
+struct Holdings {
+  int64_t memory_bytes = 0;  // resident
+  int64_t file_count = 0;    // open file descriptors
+
+  static Holdings Of(pid_t process);
+};
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVICE_HOLDINGS_H_

@@ -1,0 +1,106 @@
+// Which levels a learner's environments play: told one by one, or chosen by a sampler on the
+// server.
+
+#include <string>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+using testing::AnyOf;
+using testing::Each;
+using testing::ElementsAre;
+
+v1::LevelSampler SamplerOf(const std::vector<int32_t>& level_seeds, int64_t rand_seed = 0) {
+  v1::LevelSampler sampler;
+  sampler.mutable_level_seeds()->Add(level_seeds.begin(), level_seeds.end());
+  sampler.set_rand_seed(rand_seed);
+  return sampler;
+}
+
+v1::PoolSpec SampledSpec(int32_t env_count, const v1::LevelSampler& sampler) {
+  v1::PoolSpec spec = MazeSpec(env_count);
+  *spec.mutable_level_sampler() = sampler;
+  return spec;
+}
+
+class LevelsTest : public ServiceTest {
+ protected:
+  // Ends all episodes of a pool of three; the levels that begin.
+  static std::vector<int32_t> EndEpisodes(procgen_client::StepStream* stream) {
+    procgen_client::Batch batch;
+    EXPECT_THAT(stream->Step({-1, -1, -1}, &batch), IsOk());
+    return {batch.level_seeds().begin(), batch.level_seeds().end()};
+  }
+};
+
+TEST_F(LevelsTest, ASamplerChoosesFromThePoolsFirstLevelOn) {
+  const auto stream = CreateAndAttach(SampledSpec(3, SamplerOf({70, 71})));
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  EXPECT_THAT(batch.level_seeds(), Each(AnyOf(70, 71))) << "known before the first action";
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_THAT(EndEpisodes(stream.get()), Each(AnyOf(70, 71)));
+  }
+}
+
+TEST_F(LevelsTest, AReplacedSamplerTakesEffectAtTheNextEpisode) {
+  const auto stream = CreateAndAttach(MazeSpec(3));
+  procgen_client::Batch before;
+  ASSERT_THAT(stream->Observe(&before), IsOk());
+  ASSERT_THAT(stream->SetLevelSampler(SamplerOf({-5})), IsOk());
+  procgen_client::Batch after;
+  ASSERT_THAT(stream->Observe(&after), IsOk());
+  EXPECT_EQ(after.level_seeds(), before.level_seeds());
+  EXPECT_THAT(EndEpisodes(stream.get()), Each(-5));
+  ASSERT_THAT(stream->SetLevelSampler(SamplerOf({6})), IsOk());
+  EXPECT_THAT(EndEpisodes(stream.get()), Each(6));
+}
+
+TEST_F(LevelsTest, EqualSamplersChooseAlikeOnEveryPool) {
+  const v1::LevelSampler sampler = SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9}, 11);
+  const auto one = CreateAndAttach(SampledSpec(3, sampler));
+  const auto other = CreateAndAttach(SampledSpec(3, sampler));
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(EndEpisodes(one.get()), EndEpisodes(other.get()));
+  }
+}
+
+TEST_F(LevelsTest, ALevelThatIsToldComesBeforeTheSamplers) {
+  const auto stream = CreateAndAttach(SampledSpec(3, SamplerOf({70})));
+  v1::StepPoolRequest request = StepRequest({-1, -1, -1});
+  v1::NextLevel* next = request.mutable_step()->add_next_levels();
+  next->set_environment(1);
+  next->set_level_seed(-8);
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Call(request, &batch), IsOk());
+  EXPECT_THAT(batch.level_seeds(), ElementsAre(70, -8, 70));
+}
+
+TEST_F(LevelsTest, ASamplerSentAheadIsAnsweredInOrder) {
+  const auto stream = CreateAndAttach(MazeSpec(3));
+  v1::StepPoolRequest sampler;
+  *sampler.mutable_level_sampler() = SamplerOf({70});
+  ASSERT_THAT(stream->Send(sampler), IsOk());
+  ASSERT_THAT(stream->Send(StepRequest({-1, -1, -1})), IsOk());
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Receive(&batch), IsOk());
+  EXPECT_EQ(batch.sequence_number(), 1);
+  EXPECT_EQ(batch.environment_count(), 0);
+  ASSERT_THAT(stream->Receive(&batch), IsOk());
+  EXPECT_THAT(batch.level_seeds(), Each(70));
+}
+
+TEST_F(LevelsTest, PoolsTellNothingOfTheirSampler) {
+  const std::string name = CreatePool(SampledSpec(3, SamplerOf({70})));
+  const auto pool = client_->GetPool(name);
+  ASSERT_THAT(pool, IsOk());
+  EXPECT_FALSE(pool->spec().has_level_sampler());
+}
+
+}  // namespace
+}  // namespace procgen
