@@ -18,12 +18,14 @@ packages=(
   libspdlog-dev           # log lines
   libzstd-dev             # compresses observations
   liblz4-dev              # and quicker, if less
+  prometheus-cpp-dev      # metrics
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # replayed recordings are JSON
   zlib1g-dev              # and compressed
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
+  libcpp-httplib-dev      # their HTTP client
   libbenchmark-dev        # benchmarks
   openssl                 # makes the certificates of the tests
   python3                 # the Python client, the quickstart, some tests

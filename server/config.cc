@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/rpc/address.h"
 
@@ -59,10 +60,35 @@ absl::Status CheckAccess(const Config& config) {
   return absl::OkStatus();
 }
 
+absl::Status CheckMetricsAddress(const Config& config) {
+  const std::string& given = config.metrics_address;
+  if (given.empty()) {
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Address> address = ParseAddress(given);
+  // Debian builds the library of the page without IPv6.
+  if (!address.ok() || address->host.empty() || absl::StrContains(address->host, ':')) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--metrics_address is '", given,
+                     "', allowed: 'HOST:PORT' with a name or an IPv4 address and a port of 0 to "
+                     "65535, or nothing"));
+  }
+  if (!IsLocal(*address) && !config.allow_insecure) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--metrics_address is ", given,
+                     ", which other machines can reach, and whoever asks is told, in plain text: "
+                     "listen on loopback; or --allow_insecure"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
   if (absl::Status status = CheckAddress(config.server.address); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckMetricsAddress(config); !status.ok()) {
     return status;
   }
   const Limits& limits = config.server.limits;

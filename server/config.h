@@ -15,6 +15,7 @@ struct Config {
   ServerOptions server;
   absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
+  std::string metrics_address;  // where metrics are served over HTTP, "HOST:PORT"; empty: nowhere
 
   // Who may call. Paths of files; empty: none.
   TlsPaths tls;

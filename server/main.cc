@@ -20,6 +20,7 @@
 #include "absl/strings/str_cat.h"
 #include "envcore/pool/shared_art.h"
 #include "server/config.h"
+#include "server/metrics/metrics_page.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
 #include "server/session/event_log.h"
@@ -56,6 +57,10 @@ ABSL_FLAG(
 ABSL_FLAG(
     std::string, art, "",
     "folder of art in the released layout, which all pools draw with; empty: the built-in art");
+ABSL_FLAG(
+    std::string, metrics_address, "",
+    "where to serve metrics over HTTP, at /metrics for Prometheus: HOST:PORT (port 0: any that "
+    "is free; it is logged). Empty: nowhere");
 ABSL_FLAG(std::string, log_level, "info",
           "least level of log lines: debug, info, warning or error");
 
@@ -84,6 +89,7 @@ absl::StatusOr<Config> ReadConfig() {
   Config config;
   config.log_level = *log_level;
   config.drain_deadline = absl::GetFlag(FLAGS_drain_deadline);
+  config.metrics_address = absl::GetFlag(FLAGS_metrics_address);
   config.server.address = absl::GetFlag(FLAGS_address);
   config.server.worker_count = absl::GetFlag(FLAGS_workers);
   if (config.server.worker_count == 0) {
@@ -136,19 +142,36 @@ std::string AccessText(const Config& config) {
                       config.server.tokens == nullptr ? "" : ", tokens");
 }
 
+// Null: nobody asked for one.
+absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& config,
+                                                              const Server& server) {
+  if (config.metrics_address.empty()) {
+    return nullptr;
+  }
+  return MetricsPage::Start(config.metrics_address, server.metrics());
+}
+
+int FailToStart(const absl::Status& status) {
+  LogEvent(LogLevel::kError, "start_failed", {{"message", std::string(status.message())}});
+  return 1;
+}
+
 int Serve(const Config& config, const sigset_t& stop_signals) {
   SetLogLevel(config.log_level);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
-    LogEvent(LogLevel::kError, "start_failed",
-             {{"message", std::string(server.status().message())}});
-    return 1;
+    return FailToStart(server.status());
+  }
+  absl::StatusOr<std::unique_ptr<MetricsPage>> metrics_page = StartMetricsPage(config, **server);
+  if (!metrics_page.ok()) {
+    return FailToStart(metrics_page.status());
   }
   LogEvent(LogLevel::kInfo, "listening",
            {{"address", (*server)->address()},
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
             {"access", AccessText(config)},
+            {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
@@ -160,6 +183,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
             {"deadline", absl::FormatDuration(config.drain_deadline)}});
   (*server)->Stop(config.drain_deadline);
+  metrics_page->reset();  // it reads of the server's until here, so that a drain can be watched
   LogEvent(LogLevel::kInfo, "stopped", {});
   return 0;
 }

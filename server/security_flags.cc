@@ -16,8 +16,10 @@ ABSL_FLAG(std::string, tls_client_ca, "",
 ABSL_FLAG(std::string, tokens, "",
           "file of lines 'OWNER TOKEN'; every call must bear one; read again when it changes. "
           "Empty: none are asked for");
-ABSL_FLAG(bool, allow_insecure, false,
-          "listen where other machines can reach, though without TLS or without asking who calls");
+ABSL_FLAG(
+    bool, allow_insecure, false,
+    "listen where other machines can reach, though without TLS or without asking who calls; and "
+    "serve metrics there");
 ABSL_FLAG(std::string, clone_sources, "",
           "servers that CloneStates may be asked to read from, with commas: HOST, HOST:PORT, "
           "unix:PATH, 'local', or 'none'. Empty: local where this server listens on loopback or a "

@@ -82,6 +82,8 @@ void AttachStream(const Sessions* sessions, absl::string_view owner,
           done(std::move(status));
           return;
         }
+        sessions->metrics().AddStream(attachment.terms.options.resumable &&
+                                      attachment.pool->next_sequence_number() > 1);
         LogEvent(LogLevel::kInfo, "stream_attached",
                  {{"pool", attachment.pool->name()},
                   {"owner", attachment.pool->owner()},

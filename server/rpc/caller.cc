@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "grpc/grpc_security_constants.h"
 #include "grpcpp/security/auth_context.h"
+#include "server/rpc/grpc_status.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
@@ -56,8 +56,12 @@ absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
 
 }  // namespace
 
-Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners)
-    : tokens_(std::move(tokens)), certificates_tell_(certificates_tell), owners_(owners) {}
+Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners,
+                 Metrics* metrics)
+    : tokens_(std::move(tokens)),
+      certificates_tell_(certificates_tell),
+      owners_(owners),
+      metrics_(metrics) {}
 
 absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::string> owner = OwnerOf(context);
@@ -72,6 +76,13 @@ absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) co
     return share.status();
   }
   return Caller{*std::move(owner), *std::move(share), counted_};
+}
+
+grpc::Status Callers::Dismiss(absl::string_view method, const absl::Status& status) const {
+  if (!status.ok()) {
+    metrics_->AddError(method, status.code());
+  }
+  return ToGrpcStatus(status);
 }
 
 absl::StatusOr<std::string> Callers::OwnerOf(const grpc::ServerContextBase& context) const {

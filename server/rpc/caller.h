@@ -5,8 +5,12 @@
 #include <memory>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "grpcpp/server_context.h"
+#include "grpcpp/support/status.h"
+#include "server/metrics/metrics.h"
 #include "server/rpc/token_file.h"
 #include "server/session/owners.h"
 
@@ -19,9 +23,10 @@ struct Caller {
   std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
 };
 
-// The door: says who calls, and lets in who may. Every call of every service of ours comes by here
-// before its request is looked at. Health and reflection do not: they tell what anybody may know
-// (whether the server serves, and the contract), and those who watch servers have no tokens.
+// The door: says who calls, lets in who may, and counts who leaves with an error. Every call of
+// every service of ours comes by here before its request is looked at. Health and reflection do
+// not: they tell what anybody may know (whether the server serves, and the contract), and those who
+// watch servers have no tokens.
 //
 // Who calls is told by its token, where there are tokens; else by its certificate, where clients
 // must show one: the first URI of its alternative names, or if it has none its common name. Else
@@ -29,13 +34,18 @@ struct Caller {
 // Threads: any method from any thread.
 class Callers {
  public:
-  // `tokens`: null, there are none. `owners` must outlive this.
-  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners);
+  // `tokens`: null, there are none. `owners` and `metrics` must outlive this.
+  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners,
+          Metrics* metrics);
 
   // Lets a call in. Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate
   // has no name (the message says what is expected and repeats nothing that was given);
   // RESOURCE_EXHAUSTED the owner has too many calls under way.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
+
+  // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
+  // call and stream ends by here, let in or not; errors are counted.
+  grpc::Status Dismiss(absl::string_view method, const absl::Status& status) const;
 
   // Calls and streams that were let in and whose answers are not on their way yet.
   int64_t CallCount() const { return counted_.use_count() - 1; }
@@ -47,6 +57,7 @@ class Callers {
   const std::shared_ptr<TokenFile> tokens_;
   const bool certificates_tell_;
   Owners* const owners_;
+  Metrics* const metrics_;
   const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller
 };
 

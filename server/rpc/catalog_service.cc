@@ -26,7 +26,7 @@ grpc::ServerUnaryReactor* CatalogServiceImpl::GetLoad(grpc::CallbackServerContex
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
-    *call->response() = LoadMessageOf(sessions_->load());
+    *call->response() = LoadMessageOf(sessions_->load(), sessions_->metrics().stream_totals());
     call->Finish(absl::OkStatus());
   });
 }

@@ -121,6 +121,12 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
 }
 
+void FillLatency(const HistogramCounts& seconds, v1::Latency* message) {
+  message->mutable_bounds_seconds()->Assign(seconds.bounds.begin(), seconds.bounds.end());
+  message->mutable_counts()->Assign(seconds.counts.begin(), seconds.counts.end());
+  message->set_sum_seconds(seconds.sum);
+}
+
 }  // namespace
 
 v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
@@ -156,7 +162,7 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   return catalog;
 }
 
-v1::Load LoadMessageOf(const Load& load) {
+v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
   v1::Load message;
   message.set_pool_count(load.pool_count);
   message.set_environment_count(load.environment_count);
@@ -164,6 +170,11 @@ v1::Load LoadMessageOf(const Load& load) {
   message.set_worker_count(load.worker_count);
   message.set_step_count(load.step_count);
   message.set_draining(load.draining);
+  message.set_kept_answer_bytes(load.kept_answer_bytes);
+  message.set_stream_received_bytes(streams.received_bytes);
+  message.set_stream_sent_bytes(streams.sent_bytes);
+  FillLatency(streams.queue_seconds, message.mutable_queue_latency());
+  FillLatency(streams.run_seconds, message.mutable_run_latency());
   return message;
 }
 

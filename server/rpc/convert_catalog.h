@@ -13,7 +13,7 @@ namespace procgen {
 v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& limits,
                              bool has_own_art);
 
-v1::Load LoadMessageOf(const Load& load);
+v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams);
 
 }  // namespace procgen
 

@@ -368,6 +368,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
   message.set_owner(session.owner());
+  message.set_step_count(session.step_count());
   FillTimestamp(session.create_time(), message.mutable_create_time());
   if (session.lease_duration() != absl::InfiniteDuration()) {
     *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());

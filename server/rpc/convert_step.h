@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "envcore/pool/pool.h"
 #include "procgen/v1/step.pb.h"
 #include "server/session/request.h"
@@ -16,6 +17,7 @@ namespace procgen {
 // A request of a stream with the memory that it refers to. Kept and filled again.
 struct StreamRequest {
   v1::StepPoolRequest message;
+  absl::Time arrival_time;
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
   Request request;                       // refers to the above
@@ -24,8 +26,8 @@ struct StreamRequest {
   int32_t rows_max = 0;                  // environments that one response has room for
 };
 
-// Fills in all but `message` and `rows_max` from it; what depends on the pool is not checked.
-// Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
+// Fills in from `message` all but `arrival_time` and `rows_max`; what depends on the pool is not
+// checked. Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose

@@ -1,8 +1,7 @@
 #ifndef SERVER_RPC_REFUSED_STREAM_H_
 #define SERVER_RPC_REFUSED_STREAM_H_
 
-#include "absl/status/status.h"
-#include "server/rpc/grpc_status.h"
+#include "grpcpp/support/status.h"
 
 namespace procgen {
 
@@ -10,7 +9,7 @@ namespace procgen {
 template <typename Reactor>
 class RefusedStream final : public Reactor {
  public:
-  explicit RefusedStream(const absl::Status& status) { this->Finish(ToGrpcStatus(status)); }
+  explicit RefusedStream(const grpc::Status& status) { this->Finish(status); }
 
  private:
   void OnDone() override { delete this; }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/method_name.h"
 #include "server/rpc/refused_stream.h"
 #include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
@@ -126,7 +127,8 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderServiceImpl::WatchPool(
     status = absl::UnimplementedError(
         "watching is not offered yet; call RenderEnvironments from time to time");
   }
-  return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(status);
+  return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
+      callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), status));
 }
 
 }  // namespace procgen

@@ -9,6 +9,8 @@ namespace procgen {
 
 void RunningRequest::Begin(StreamRequest* request) {
   request_ = request;
+  begin_time_ = SteadyNow();
+  queued_ = begin_time_ - request->arrival_time;
   sequence_number_ = request->request.sequence_number;
   rest_ = request->request.count;
   part_ = {request->request.first, std::min(request->rows_max, rest_)};

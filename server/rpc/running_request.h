@@ -3,9 +3,11 @@
 
 #include <cstdint>
 
+#include "absl/time/time.h"
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/response_queue.h"
+#include "server/session/lease_alarm.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -26,6 +28,10 @@ class RunningRequest {
   // Whether there is no further part.
   bool IsOver() const { return rest_ == 0; }
 
+  // From its arrival until it began, and since then.
+  absl::Duration queued() const { return queued_; }
+  absl::Duration ran() const { return SteadyNow() - begin_time_; }
+
   int64_t sequence_number() const { return sequence_number_; }
   // What is to be kept; empty: nothing.
   Answer TakeAnswer();
@@ -33,6 +39,8 @@ class RunningRequest {
  private:
   StreamRequest* request_ = nullptr;  // until its last response is sent
   int64_t sequence_number_ = 0;
+  absl::Time begin_time_;
+  absl::Duration queued_;
   Part part_;         // the next, or that which runs
   int32_t rest_ = 0;  // environments from part_ on
   v1::StepPoolResponse* response_ = nullptr;

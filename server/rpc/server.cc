@@ -55,13 +55,25 @@ void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
                               Milliseconds(kPingIntervalMin));
 }
 
+ServerGauges GaugesOf(const Load& load) {
+  return {.pool_count = load.pool_count,
+          .environment_count = load.environment_count,
+          .stream_count = load.stream_count,
+          .worker_count = load.worker_count,
+          .kept_answer_bytes = load.kept_answer_bytes,
+          .draining = load.draining};
+}
+
 class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
       : tls_(options.tls),
-        sessions_(options.limits, options.worker_count, options.art),
-        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners()),
-        services_(&sessions_, &callers_, options.clone_sources) {}
+        sessions_(options.limits, options.worker_count, &metrics_, options.art),
+        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
+                 &metrics_),
+        services_(&sessions_, &callers_, options.clone_sources) {
+    metrics_.ReadGaugesFrom([this] { return GaugesOf(sessions_.load()); });
+  }
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
 
@@ -108,6 +120,7 @@ class GrpcServer final : public Server {
   }
 
   const std::string& address() const override { return address_; }
+  const Metrics& metrics() const override { return metrics_; }
 
   void BeginDrain() override {
     server_->GetHealthCheckService()->SetServingStatus(false);
@@ -147,6 +160,7 @@ class GrpcServer final : public Server {
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
   std::string address_;
+  Metrics metrics_{PROCGEN_SERVER_VERSION};
   Sessions sessions_;
   const Callers callers_;
   Services services_;

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
+#include "server/metrics/metrics.h"
 #include "server/rpc/clone_sources.h"
 #include "server/rpc/tls_files.h"
 #include "server/rpc/token_file.h"
@@ -41,6 +42,8 @@ class Server {
 
   // Where it listens, with the port that was bound, as clients connect to it.
   virtual const std::string& address() const = 0;
+  // What it has counted; to be read no longer than there is a server.
+  virtual const Metrics& metrics() const = 0;
 
   // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
   // request that each is carrying out. Returns at once.

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
-#include "server/rpc/grpc_status.h"
+#include "server/rpc/method_name.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
@@ -21,12 +21,12 @@ constexpr char kDrainsValue[] = "1";
 
 }  // namespace
 
-StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, grpc::CallbackServerContext* context,
-                                        Caller caller) {
+StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* callers,
+                                        grpc::CallbackServerContext* context, Caller caller) {
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.
   std::shared_ptr<StepPoolReactor> reactor(
-      new StepPoolReactor(sessions, context, std::move(caller)));
+      new StepPoolReactor(sessions, callers, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the alarm is the stream's and keeps what it calls.
   reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
@@ -40,9 +40,9 @@ StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, grpc::CallbackServer
   return reactor.get();
 }
 
-StepPoolReactor::StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context,
-                                 Caller caller)
-    : sessions_(sessions), context_(context), caller_(std::move(caller)) {}
+StepPoolReactor::StepPoolReactor(Sessions* sessions, const Callers* callers,
+                                 grpc::CallbackServerContext* context, Caller caller)
+    : sessions_(sessions), callers_(callers), context_(context), caller_(std::move(caller)) {}
 
 void StepPoolReactor::Drive() {
   const std::shared_ptr<StepPoolReactor> self = shared_from_this();
@@ -141,6 +141,8 @@ void StepPoolReactor::OnReadDone(bool ok) {
     Drive();
     return;
   }
+  request->arrival_time = SteadyNow();
+  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(read_bytes_.Length()));
   absl::Status status = ParseMessage(read_bytes_, &request->message);
   read_bytes_.Clear();
   if (!std::exchange(attaching_, true)) {
@@ -321,6 +323,9 @@ void StepPoolReactor::OnPartDone(const absl::Status& status) {
   const bool is_last = running_.IsOver();
   const int64_t number = running_.sequence_number();
   Answer answer = is_last ? running_.TakeAnswer() : Answer();
+  if (is_last && status.ok()) {
+    sessions_->metrics().AddRequest(running_.queued(), running_.ran());
+  }
   {
     absl::MutexLock lock(&mutex_);
     part_waits_ = !is_last;
@@ -365,6 +370,7 @@ void StepPoolReactor::Write() {
   if (!response->bytes.Valid()) {
     response->bytes = Serialized(*response->message);
   }
+  sessions_->metrics().AddSentBytes(static_cast<int64_t>(response->bytes.Length()));
   StartWrite(&response->bytes);
 }
 
@@ -413,7 +419,7 @@ void StepPoolReactor::FinishStream() {
   if (absl::IsUnavailable(status)) {
     context_->AddTrailingMetadata(kDrainsKey, kDrainsValue);
   }
-  Finish(ToGrpcStatus(status));
+  Finish(callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), status));
 }
 
 void StepPoolReactor::OnDone() { const std::shared_ptr<StepPoolReactor> last = std::move(self_); }

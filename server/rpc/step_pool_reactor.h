@@ -46,9 +46,9 @@ namespace procgen {
 class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                               public std::enable_shared_from_this<StepPoolReactor> {
  public:
-  // Begins to serve a stream; it ends itself. `sessions` must outlive it.
-  static StepPoolReactor* Start(Sessions* sessions, grpc::CallbackServerContext* context,
-                                Caller caller);
+  // Begins to serve a stream; it ends itself. `sessions` and `callers` must outlive it.
+  static StepPoolReactor* Start(Sessions* sessions, const Callers* callers,
+                                grpc::CallbackServerContext* context, Caller caller);
 
  private:
   enum class Action {
@@ -62,7 +62,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
     kFinish,   // end the stream
   };
 
-  StepPoolReactor(Sessions* sessions, grpc::CallbackServerContext* context, Caller caller);
+  StepPoolReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context,
+                  Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -87,7 +88,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void FailLocked(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void CancelLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  void OnTurn(const absl::Status& status);
+  void OnTurn(const absl::Status& turn);
   // Answers a request that was carried out before. Errors: RESOURCE_EXHAUSTED a response is larger
   // than this stream takes.
   absl::Status AnswerAgain(StreamRequest* request, const Answer& answer)
@@ -102,6 +103,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void FinishStream();
 
   Sessions* const sessions_;
+  const Callers* const callers_;
   grpc::CallbackServerContext* const context_;
   Caller caller_;                          // its share: until it is attached
   grpc::Alarm attach_alarm_;               // until the first request was read

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "server/rpc/method_name.h"
 #include "server/rpc/refused_stream.h"
 #include "server/rpc/step_pool_reactor.h"
 
@@ -13,9 +14,10 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepServiceImpl::St
   absl::StatusOr<Caller> caller = callers_->Admit(*context);
   if (!caller.ok()) {
     using Stream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
-    return new RefusedStream<Stream>(caller.status());
+    return new RefusedStream<Stream>(
+        callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
-  return StepPoolReactor::Start(sessions_, context, *std::move(caller));
+  return StepPoolReactor::Start(sessions_, callers_, context, *std::move(caller));
 }
 
 }  // namespace procgen

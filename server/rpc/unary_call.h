@@ -11,7 +11,7 @@
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
 #include "server/rpc/caller.h"
-#include "server/rpc/grpc_status.h"
+#include "server/rpc/method_name.h"
 
 namespace procgen {
 
@@ -50,16 +50,16 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
       grpc::ServerUnaryReactor::Finish(serialized);
       return;
     }
-    grpc::ServerUnaryReactor::Finish(ToGrpcStatus(status));
+    grpc::ServerUnaryReactor::Finish(callers_.Dismiss(MethodNameOf<Request>(), status));
   }
 
-  // Makes a call and, if `callers` let it in, has `serve(call)` serve it.
+  // Makes a call and, if `callers` (which must outlive it) let it in, has `serve(call)` serve it.
   template <typename Serve>
   static grpc::ServerUnaryReactor* Start(const Callers& callers,
                                          const grpc::CallbackServerContext& context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response, Serve serve) {
-    auto* call = new UnaryCall(response);
+    auto* call = new UnaryCall(callers, response);
     absl::StatusOr<Caller> caller = callers.Admit(context);
     absl::Status status = caller.status();
     if (status.ok()) {
@@ -75,11 +75,12 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   }
 
  private:
-  explicit UnaryCall(grpc::ByteBuffer* bytes) : bytes_(bytes) {}
+  UnaryCall(const Callers& callers, grpc::ByteBuffer* bytes) : callers_(callers), bytes_(bytes) {}
   ~UnaryCall() override = default;
 
   void OnDone() override { delete this; }
 
+  const Callers& callers_;
   grpc::ByteBuffer* const bytes_;
   Caller caller_;
   Request request_;

@@ -32,6 +32,7 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
       pool_(std::move(pool)),
       surroundings_(surroundings),
       create_time_(surroundings.lease_alarm->Now()),
+      counts_(pool_->options(), surroundings.metrics),
       lease_duration_(lease_duration) {
   absl::MutexLock lock(&mutex_);
   BeginLease();
@@ -355,10 +356,16 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
-  pool_->StepAsync(input, batch,
-                   [this, stepped = input.steps ? part.count : 0,
-                    done = std::move(done)](absl::Status status) mutable {
-                     *surroundings_.step_count += status.ok() ? stepped : 0;
+  if (!input.steps) {
+    pool_->StepAsync(input, batch, std::move(done));
+    return;
+  }
+  const Batch counted = counts_.WithMemory(batch, part.count);
+  pool_->StepAsync(input, counted,
+                   [this, part, counted, done = std::move(done)](absl::Status status) mutable {
+                     if (status.ok()) {
+                       *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
+                     }
                      done(std::move(status));
                    });
 }

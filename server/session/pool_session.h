@@ -17,11 +17,13 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
 #include "server/session/kept_answers.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
+#include "server/session/pool_counts.h"
 #include "server/session/request.h"
 #include "server/session/side_crew.h"
 
@@ -37,6 +39,7 @@ struct PoolSurroundings {
   LeaseAlarm* lease_alarm = nullptr;           // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
+  Metrics* metrics = nullptr;                  // and all else that is counted to these
 };
 
 // How a stream wants a pool.
@@ -86,6 +89,8 @@ class PoolSession {
   // Bytes of one environment's observation.
   int64_t observation_bytes() const { return static_cast<int64_t>(pool_->observation_bytes()); }
   absl::Time create_time() const { return create_time_; }
+  // Environment steps since it was made.
+  int64_t step_count() const { return counts_.step_count(); }
   bool attached() const;
   absl::Duration lease_duration() const;
   // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
@@ -173,6 +178,7 @@ class PoolSession {
   const std::unique_ptr<Pool> pool_;
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;
+  PoolCounts counts_;                              // changed in a turn
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
 
   mutable absl::Mutex mutex_;

@@ -88,10 +88,11 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
   return absl::OkStatus();
 }
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count, std::shared_ptr<const SharedArt> art,
-                   Clock clock)
+Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
+                   std::shared_ptr<const SharedArt> art, Clock clock)
     : limits_(limits),
       worker_count_(worker_count),
+      metrics_(metrics),
       art_(std::move(art)),
       owners_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
@@ -191,8 +192,9 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
   // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
   // last to let go may be a worker, which the pool's crew cannot do without.
   std::shared_ptr<PoolSession> session(
-      new PoolSession(key.first, key.second, *std::move(pool), lease_duration,
-                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_}),
+      new PoolSession(
+          key.first, key.second, *std::move(pool), lease_duration,
+          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_, metrics_}),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;
@@ -289,6 +291,7 @@ absl::Time Sessions::FreeExpired(absl::Time now) {
     const auto entry = entries_.find(key);
     if (entry != entries_.end() && entry->second.pool == pool) {
       EraseLocked(key);
+      metrics_->AddExpiredPool();
       LogEvent(LogLevel::kInfo, "lease_ran_out",
                {{"pool", pool->name()}, {"owner", pool->owner()}});
     }
@@ -341,6 +344,7 @@ Load Sessions::load() const {
   Load load;
   load.worker_count = worker_count_;
   load.step_count = step_count_;
+  load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
   absl::MutexLock lock(&mutex_);
   load.draining = draining_;
   load.environment_count = environment_count_;

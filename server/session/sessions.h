@@ -16,6 +16,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
+#include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
@@ -36,7 +37,8 @@ struct Load {
   int32_t environment_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
-  int64_t step_count = 0;  // environment steps since the start
+  int64_t step_count = 0;         // environment steps since the start
+  int64_t kept_answer_bytes = 0;  // reserved for answers of streams that may be resumed
   bool draining = false;
 };
 
@@ -50,8 +52,8 @@ class Sessions {
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
-  // Leases run by `clock`.
-  Sessions(const Limits& limits, int32_t worker_count,
+  // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
+  Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
            std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
@@ -64,6 +66,8 @@ class Sessions {
 
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
+  // Where all that the server does is counted.
+  Metrics& metrics() const { return *metrics_; }
 
   // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), which lives for
   // `lease_duration` without a stream, and calls `done` once, on another thread or, with an error,
@@ -131,6 +135,7 @@ class Sessions {
 
   const Limits limits_;
   const int32_t worker_count_;
+  Metrics* const metrics_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
   Owners owners_;  // before entries_, which hold shares of it

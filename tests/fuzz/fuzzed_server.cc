@@ -35,8 +35,8 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
 }
 
 FuzzedServer::FuzzedServer()
-    : sessions_(SmallLimits(), kWorkerCount),
-      callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners()),
+    : sessions_(SmallLimits(), kWorkerCount, &metrics_),
+      callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners(), &metrics_),
       services_(&sessions_, &callers_, CloneSources()) {
   grpc::ServerBuilder builder;
   services_.RegisterWith(&builder);

@@ -35,6 +35,7 @@ class FuzzedServer {
   void RequireNoStreams();
 
  private:
+  Metrics metrics_{"fuzzed"};
   Sessions sessions_;
   const Callers callers_;
   Services services_;

@@ -57,6 +57,33 @@ TEST(ConfigTest, OtherMachinesAreLetInOnlyWithTlsAndAWayToTellWhoCalls) {
   EXPECT_THAT(CheckConfig(config), IsOk());
 }
 
+TEST(ConfigTest, MetricsAreServedOnHostsOfThisMachineUnlessSaid) {
+  Config config;
+  for (const char* address : {"127.0.0.1:9090", "localhost:0"}) {
+    config.metrics_address = address;
+    EXPECT_THAT(CheckConfig(config), IsOk());
+  }
+  config.metrics_address = "0.0.0.0:9090";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--metrics_address is 0.0.0.0:9090, which other machines can reach, and "
+                       "whoever asks is told, in plain text: listen on loopback; or "
+                       "--allow_insecure"));
+  config.allow_insecure = true;
+  EXPECT_THAT(CheckConfig(config), IsOk());
+}
+
+TEST(ConfigTest, MetricsAddressThatIsNoneIsRefused) {
+  for (const char* address : {"9090", "localhost", "127.0.0.1:80s", "unix:/tmp/metrics.sock",
+                              "127.0.0.1:1,0.0.0.0:2", "[::1]:9090"}) {
+    Config config;
+    config.metrics_address = address;
+    EXPECT_THAT(CheckConfig(config),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         HasSubstr("', allowed: 'HOST:PORT' with a name or an IPv4 address")));
+  }
+}
+
 TEST(ConfigTest, HalfACertificateIsRefused) {
   Config config;
   config.tls.certificate = "certificate.pem";

@@ -134,11 +134,12 @@ std::string FirstPictureOf(const std::string& address, const std::string& art) {
 TEST(BinaryTest, HelpListsTheFlags) {
   ServerProcess process({"--help"});
   process.Wait();
-  for (const char* flag : {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-                           "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level",
-                           "--tls_certificate", "--tokens", "--allow_insecure", "--clone_sources",
-                           "--owner_pool_count_max", "--kept_answer_bytes_max",
-                           "--lease_duration_max", "--keepalive_time", "--keepalive_timeout"}) {
+  for (const char* flag :
+       {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
+        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level", "--tls_certificate",
+        "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max",
+        "--kept_answer_bytes_max", "--lease_duration_max", "--keepalive_time",
+        "--keepalive_timeout", "--metrics_address"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }
 }

@@ -46,6 +46,7 @@ std::string ServerProcess::Address() {
     if (absl::StartsWith(line, "listening on ")) {
       return std::string(absl::StripPrefix(line, "listening on "));
     }
+    beginning_ += line + "\n";
   }
   return "";
 }

@@ -27,6 +27,8 @@ class ServerProcess {
   // Waits for its end; returns the exit status, or -1 if a signal ended it.
   int Wait();
 
+  // What it printed before the address.
+  const std::string& beginning() const { return beginning_; }
   // What it printed after the address.
   const std::string& rest() const { return rest_; }
 
@@ -35,6 +37,7 @@ class ServerProcess {
 
   pid_t process_ = -1;
   FILE* output_ = nullptr;
+  std::string beginning_;
   std::string rest_;
 };
 

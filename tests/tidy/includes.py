@@ -9,7 +9,8 @@ from source_tree import Violation
 # holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games,
 # render} <- environment <- pool, over any number of steps; render and games do not know each other;
 # the server knows the engine by envcore/pool alone; a client knows the contract alone, except
-# libenv, which is the engine in the host's process or, through the C++ client, a server.
+# libenv, which is the engine in the host's process or, through the C++ client, a server; and top,
+# which is a program over that client.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
 _BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
                       "envcore/art")
@@ -27,15 +28,17 @@ ARROWS = {
     "proto": (),
     "server/cluster": (),
     "server/encoding": (),
-    "server/session": ("envcore/pool",),
+    "server/metrics": (),
+    "server/session": ("envcore/pool", "server/metrics"),
     "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
-    "server/rpc": ("envcore/pool", "server/encoding", "server/session", "proto"),
+    "server/rpc": ("envcore/pool", "server/encoding", "server/session", "server/metrics", "proto"),
     "server/web": ("envcore/pool", "server/session"),
     # The program itself: flags, wiring, signals, shutdown.
-    "server": ("envcore/pool", "server/session", "server/rpc", "server/fleet", "server/cluster",
-               "server/web"),
+    "server": ("envcore/pool", "server/session", "server/rpc", "server/metrics", "server/fleet",
+               "server/cluster", "server/web"),
     "clients/cpp": ("proto",),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
+    "clients/top": ("proto", "clients/cpp"),
     "clients": ("proto",),
 }
 # Folders whose files may include anything.
@@ -49,6 +52,8 @@ _GUARDED_HEADERS = (
      "messages of the wire stop at server/rpc; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),
+    (r"prometheus/", ("server/metrics", "tests"),
+     "only server/metrics knows Prometheus; count what you do with class Metrics"),
 )
 # What the engine never includes, and where threads are allowed in it.
 _CLOCKS_AND_SOCKETS = re.compile(

@@ -49,7 +49,8 @@ class SessionsTest : public testing::Test {
   }
 
   TestClock clock_;
-  Sessions sessions_{SmallLimits(), 1, nullptr, [this] { return clock_.Now(); }};
+  Metrics metrics_{"test"};
+  Sessions sessions_{SmallLimits(), 1, &metrics_, nullptr, [this] { return clock_.Now(); }};
 };
 
 TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
@@ -92,7 +93,7 @@ TEST_F(SessionsTest, OwnersMayHavePoolsOfOneName) {
 TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   Limits limits = SmallLimits();
   limits.owner_pool_count_max = 1;
-  Sessions sessions(limits, 1);
+  Sessions sessions(limits, 1, &metrics_);
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
@@ -229,6 +230,7 @@ TEST_F(SessionsTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
   EXPECT_THAT(sessions_.Find("", "pools/long"), IsOk());
   EXPECT_EQ(sessions_.load().environment_count, 4);
   EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
+  EXPECT_THAT(metrics_.Text(), HasSubstr("procgen_pools_expired_total 1\n"));
 }
 
 TEST_F(SessionsTest, PoolWithoutALeaseStays) {

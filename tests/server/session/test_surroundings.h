@@ -32,10 +32,11 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count};
+    return {&owners, &side_crew, &lease_alarm, &kept_answer_bytes, &step_count, &metrics};
   }
 
   TestClock clock;
+  Metrics metrics{"test"};
   std::atomic<int64_t> step_count = 0;
   Owners owners;
   ByteBudget kept_answer_bytes{int64_t{1} << 30};

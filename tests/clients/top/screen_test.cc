@@ -1,0 +1,119 @@
+#include "clients/top/screen.h"
+
+#include <string>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen_top {
+namespace {
+
+namespace v1 = procgen::v1;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+v1::Pool PoolOf(const std::string& name, const std::string& owner,
+                const std::vector<std::string>& games, int64_t step_count) {
+  v1::Pool pool;
+  pool.set_name(name);
+  pool.set_owner(owner);
+  pool.mutable_spec()->mutable_games()->Assign(games.begin(), games.end());
+  pool.mutable_spec()->set_env_count(64);
+  pool.set_step_count(step_count);
+  return pool;
+}
+
+void FillLatency(const std::vector<int64_t>& counts, double sum, v1::Latency* latency) {
+  for (const double bound : {1e-5, 1e-3, 1.0}) {
+    latency->add_bounds_seconds(bound);
+  }
+  latency->mutable_counts()->Assign(counts.begin(), counts.end());
+  latency->set_sum_seconds(sum);
+}
+
+Sample Before() {
+  Sample sample;
+  sample.time = absl::FromUnixSeconds(1000);
+  sample.load.set_step_count(10000);
+  sample.load.set_stream_received_bytes(100);
+  sample.load.set_stream_sent_bytes(5000);
+  FillLatency({100, 0, 0, 0}, 1e-4, sample.load.mutable_queue_latency());
+  FillLatency({0, 100, 0, 0}, 0.05, sample.load.mutable_run_latency());
+  sample.pools = {PoolOf("pools/1", "", {"maze"}, 4000), PoolOf("pools/2", "", {"maze"}, 6000)};
+  return sample;
+}
+
+// Two seconds later: pool 2 took 1280 steps in 20 requests, pool 3 is new.
+Sample Now() {
+  Sample sample = Before();
+  sample.time += absl::Seconds(2);
+  sample.load.set_pool_count(3);
+  sample.load.set_environment_count(192);
+  sample.load.set_stream_count(1);
+  sample.load.set_worker_count(2);
+  sample.load.set_kept_answer_bytes(12'300'000);
+  sample.load.set_step_count(11280);
+  sample.load.set_stream_received_bytes(2100);
+  sample.load.set_stream_sent_bytes(3'005'000);
+  sample.load.clear_queue_latency();
+  FillLatency({119, 0, 1, 0}, 0.4001, sample.load.mutable_queue_latency());
+  sample.load.clear_run_latency();
+  FillLatency({0, 120, 0, 0}, 0.06, sample.load.mutable_run_latency());
+  sample.pools[0].mutable_expire_time()->set_seconds(1032);
+  sample.pools[1].set_step_count(7280);
+  sample.pools[1].set_attached(true);
+  sample.pools.push_back(PoolOf("pools/3", "alice", {"a", "b", "c", "d", "e"}, 0));
+  return sample;
+}
+
+TEST(ScreenTest, RatesAndLatenciesAreThoseBetweenTheSamples) {
+  EXPECT_THAT(
+      ScreenOf("the title", Before(), Now()),
+      ElementsAre(
+          "the title",
+          "holds     pools 3   environments 192   streams 1   workers 2   kept answers 12.3 MB",
+          "does      steps/s 640   requests/s 10.0   in 1.0 kB/s   out 1.5 MB/s",
+          "queue     mean 20 ms   p50 <= 10 us   p99 <= 1 s",
+          "run       mean 500 us   p50 <= 1 ms   p99 <= 1 ms", "",
+          "POOL     OWNER  GAMES       ENVS  STREAM     STEPS/S         STEPS  LEASE",
+          "pools/2  -      maze          64  yes            640          7280  -",
+          "pools/1  -      maze          64  no               0          4000  30 s",
+          "pools/3  alice  a,b,c,+2      64  no               0             0  -"));
+}
+
+TEST(ScreenTest, NothingWasCarriedOut) {
+  const std::vector<std::string> lines = ScreenOf("title", Now(), Now());
+  EXPECT_THAT(lines[2], HasSubstr("steps/s 0   requests/s 0.0   in 0.0 B/s"));
+  EXPECT_EQ(lines[3], "queue     mean -   p50 -   p99 -");
+}
+
+TEST(ScreenTest, AServerThatBeganAnewCountsFromZero) {
+  const std::vector<std::string> lines = ScreenOf("title", Now(), Before());
+  EXPECT_THAT(lines[2], HasSubstr("steps/s 0 "));
+}
+
+TEST(ScreenTest, LatenciesBeyondAllBoundsAreToldSo) {
+  Sample now = Before();
+  now.load.mutable_queue_latency()->set_counts(3, 7);
+  now.load.mutable_queue_latency()->set_sum_seconds(700);
+  EXPECT_THAT(ScreenOf("title", Before(), now)[3], HasSubstr("mean 100 s   p50 beyond"));
+}
+
+TEST(ScreenTest, ControlCharactersOfTheServerDoNotReachTheTerminal) {
+  Sample now = Before();
+  now.pools = {PoolOf("pools/\x1b[2J", "o\nwner", {"ga\tme"}, 0)};
+  const std::vector<std::string> lines = ScreenOf("ti\x1btle", Before(), now);
+  EXPECT_EQ(lines[0], "ti\\x1btle");
+  EXPECT_THAT(lines.back(), HasSubstr("pools/\\x1b[2J  o\\nwner  ga\\tme"));
+}
+
+TEST(ScreenTest, ADrainIsTold) {
+  Sample now = Now();
+  now.load.set_draining(true);
+  EXPECT_EQ(ScreenOf("title", Before(), now)[0], "title   DRAINING");
+}
+
+}  // namespace
+}  // namespace procgen_top

@@ -1,0 +1,100 @@
+// What a server counts, against what its clients did.
+
+#include "server/metrics/metrics.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class ServedMetricsTest : public ServiceTest {
+ protected:
+  std::string Text() const { return server_->metrics().Text(); }
+};
+
+std::string Error(const std::string& code, const std::string& method, int count) {
+  return absl::StrCat("procgen_errors_total{code=\"", code, "\",method=\"", method, "\"} ", count,
+                      "\n");
+}
+
+TEST_F(ServedMetricsTest, ErrorsAreCountedByMethodAndCode) {
+  EXPECT_THAT(Text(), Not(HasSubstr("procgen_errors_total{")));
+  EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(client_->GetPool("pools/nobody"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(client_->GetPool("nobody"), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(client_->CreatePool(MazeSpec(0)),
+              StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  const auto stream = CreateAndAttach(MazeSpec(1));
+  EXPECT_THAT(CallStatus(stream.get(), StepRequest({99})),
+              StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(client_->GetLoad(), IsOk());
+  EXPECT_THAT(Text(), AllOf(HasSubstr(Error("NOT_FOUND", "PoolService/GetPool", 2)),
+                            HasSubstr(Error("INVALID_ARGUMENT", "PoolService/GetPool", 1)),
+                            HasSubstr(Error("INVALID_ARGUMENT", "PoolService/CreatePool", 1)),
+                            HasSubstr(Error("INVALID_ARGUMENT", "StepService/StepPool", 1)),
+                            Not(HasSubstr("GetLoad"))));
+}
+
+TEST_F(ServedMetricsTest, StreamsThatEndWithoutAnErrorAreNone) {
+  const auto stream = CreateAndAttach(MazeSpec(1));
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({4}, &batch), IsOk());
+  ASSERT_THAT(stream->Close(), IsOk());
+  EXPECT_THAT(Text(), Not(HasSubstr("procgen_errors_total{")));
+}
+
+TEST_F(ServedMetricsTest, StreamsThatGoOnWhereOthersEndedAreResumed) {
+  const std::string name = CreatePool(MazeSpec(1));
+  for (int i = 0; i < 3; ++i) {
+    const auto stream = client_->Attach(name);
+    ASSERT_THAT(stream, IsOk());
+    procgen_client::Batch batch;
+    ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
+    ASSERT_THAT((*stream)->Close(), IsOk());
+  }
+  // The witness attached, too.
+  EXPECT_THAT(Text(), AllOf(HasSubstr("procgen_streams_attached_total{resumed=\"false\"} 2\n"),
+                            HasSubstr("procgen_streams_attached_total{resumed=\"true\"} 2\n")));
+}
+
+TEST_F(ServedMetricsTest, LoadAndPoolsTellWhatIsCounted) {
+  const std::string name = CreatePool(MazeSpec(4));
+  const auto stream = client_->Attach(name);
+  ASSERT_THAT(stream, IsOk());
+  procgen_client::Batch batch;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
+  }
+  const auto load = client_->GetLoad();
+  ASSERT_THAT(load, IsOk());
+  EXPECT_EQ(load->step_count(), 12);
+  EXPECT_EQ(client_->GetPool(name)->step_count(), 12);
+  for (const v1::Latency& latency : {load->queue_latency(), load->run_latency()}) {
+    EXPECT_EQ(latency.counts_size(), latency.bounds_seconds_size() + 1);
+    int64_t count = 0;
+    for (const int64_t counted : latency.counts()) {
+      count += counted;
+    }
+    EXPECT_EQ(count, 3);
+    EXPECT_GT(latency.sum_seconds(), 0);
+  }
+  const StreamTotals totals = server_->metrics().stream_totals();
+  EXPECT_EQ(load->stream_received_bytes(), totals.received_bytes);
+  EXPECT_EQ(load->stream_sent_bytes(), totals.sent_bytes);
+  EXPECT_GE(load->stream_sent_bytes(), 3 * static_cast<int64_t>(batch.observations().size()));
+  EXPECT_GT(load->kept_answer_bytes(), 0);
+  EXPECT_THAT(Text(), HasSubstr(absl::StrCat("procgen_kept_answer_bytes ",
+                                             load->kept_answer_bytes(), "\n")));
+}
+
+}  // namespace
+}  // namespace procgen
