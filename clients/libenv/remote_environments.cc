@@ -14,6 +14,9 @@ namespace {
 constexpr absl::Duration kConnectTimeout = absl::Seconds(5);
 // How long a broken connection is tried to be made again; the host stands still meanwhile.
 constexpr absl::Duration kReconnectTimeout = absl::Seconds(5);
+// How long environments whose host is gone stay on the server: longer than it may take to come
+// back.
+constexpr int64_t kLeaseSeconds = 10;
 
 v1::DistributionMode ModeOf(DistributionMode mode) {
   switch (mode) {
@@ -37,6 +40,7 @@ v1::PoolSpec SpecOf(const PoolOptions& options) {
     spec.add_games(game);
   }
   spec.set_env_count(options.env_count);
+  spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
   const EnvironmentOptions& from = options.environment;
   v1::EnvironmentOptions& to = *spec.mutable_options();
   to.set_distribution_mode(ModeOf(from.distribution_mode));

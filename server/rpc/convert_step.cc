@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/convert_pool.h"
@@ -155,15 +156,15 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamReq
 }
 
 Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
-                      v1::StepPoolResponse* response) {
-  response->set_sequence_number(request.request.sequence_number);
+                      FrameRing* frames, Response* response) {
+  response->message.set_sequence_number(request.request.sequence_number);
   if (request.request.kind == Request::Kind::kSample) {
-    response->mutable_done();
+    response->message.mutable_done();
     return {};
   }
   const int64_t picture_bytes = part.count * observation_bytes;
   const int32_t slice_end = request.request.first + request.request.count;
-  v1::Batch* message = response->mutable_batch();
+  v1::Batch* message = response->message.mutable_batch();
   message->set_first_environment(part.first);
   message->set_environment_count(part.count);
   message->set_last(part.first + part.count == slice_end);
@@ -180,8 +181,11 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
   batch.fingerprints = SizedBits(message->mutable_fingerprints(), part.count);
   batch.final_observations = Sized(message->mutable_final_observations(),
                                    request.with_final_observations ? picture_bytes : 0);
-  batch.observations =
-      Sized(message->mutable_observations(), request.with_observations ? picture_bytes : 0);
+  response->observations = grpc::Slice();  // goes back to `frames` before another is taken
+  Frames observations =
+      frames->Take(static_cast<size_t>(request.with_observations ? picture_bytes : 0));
+  batch.observations = observations.bytes;
+  response->observations = std::move(observations.slice);
   return batch;
 }
 

@@ -10,6 +10,8 @@
 #include "absl/time/time.h"
 #include "envcore/pool/pool.h"
 #include "procgen/v1/step.pb.h"
+#include "server/rpc/frame_ring.h"
+#include "server/rpc/response.h"
 #include "server/session/request.h"
 
 namespace procgen {
@@ -37,9 +39,10 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamReq
                                         int64_t observation_bytes, int64_t response_bytes_max);
 
 // Makes `response` the answer for `part` of `request`, and returns where its values are to be
-// written. Its memory is kept from answer to answer.
+// written: observations in memory of `frames`, all else in its message, whose memory is kept from
+// answer to answer.
 Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
-                      v1::StepPoolResponse* response);
+                      FrameRing* frames, Response* response);
 
 // Once the values are written: leaves only the fingerprints and final observations of episodes that
 // ended.

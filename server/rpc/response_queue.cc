@@ -1,23 +1,15 @@
 #include "server/rpc/response_queue.h"
 
 #include "absl/strings/str_cat.h"
-#include "grpcpp/impl/codegen/proto_utils.h"
 #include "server/rpc/shared_bytes.h"
 
 namespace procgen {
 namespace {
 
 // One is stepped while the other is on its way.
-constexpr int kMessageCount = 2;
+constexpr int kResponseCount = 2;
 
 }  // namespace
-
-grpc::ByteBuffer Serialized(const v1::StepPoolResponse& response) {
-  grpc::ByteBuffer bytes;
-  bool own_buffer = false;
-  grpc::SerializationTraits<v1::StepPoolResponse>::Serialize(response, &bytes, &own_buffer);
-  return bytes;
-}
 
 absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
                              int64_t response_bytes_max) {
@@ -32,20 +24,25 @@ absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
 }
 
 ResponseQueue::ResponseQueue() {
-  for (int i = 0; i < kMessageCount; ++i) {
-    messages_.push_back(std::make_unique<v1::StepPoolResponse>());
-    free_.push_back(messages_.back().get());
+  for (int i = 0; i < kResponseCount; ++i) {
+    responses_.push_back(std::make_unique<Response>());
+    free_.push_back(responses_.back().get());
   }
 }
 
-v1::StepPoolResponse* ResponseQueue::Take() {
+Response* ResponseQueue::Take() {
   if (free_.empty()) {
-    messages_.push_back(std::make_unique<v1::StepPoolResponse>());
-    return messages_.back().get();
+    responses_.push_back(std::make_unique<Response>());
+    return responses_.back().get();
   }
-  v1::StepPoolResponse* message = free_.back();
+  Response* response = free_.back();
   free_.pop_back();
-  return message;
+  return response;
+}
+
+void ResponseQueue::GiveBack(Response* response) {
+  response->observations = grpc::Slice();
+  free_.push_back(response);
 }
 
 void ResponseQueue::PushAnswer(const Answer& answer, StreamRequest* request) {
@@ -59,8 +56,8 @@ StreamRequest* ResponseQueue::EndWrite() {
   const Outgoing written = std::move(queue_.front());
   queue_.pop_front();
   writing_ = false;
-  if (written.message != nullptr) {
-    GiveBack(written.message);
+  if (written.response != nullptr) {
+    GiveBack(written.response);
   }
   return written.answered;
 }
@@ -68,8 +65,8 @@ StreamRequest* ResponseQueue::EndWrite() {
 void ResponseQueue::DropUnwritten() {
   const size_t kept = writing_ ? 1 : 0;
   while (queue_.size() > kept) {
-    if (queue_.back().message != nullptr) {
-      GiveBack(queue_.back().message);
+    if (queue_.back().response != nullptr) {
+      GiveBack(queue_.back().response);
     }
     queue_.pop_back();
   }

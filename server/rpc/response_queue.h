@@ -8,14 +8,11 @@
 
 #include "absl/status/status.h"
 #include "grpcpp/support/byte_buffer.h"
-#include "procgen/v1/step.pb.h"
 #include "server/rpc/convert_step.h"
+#include "server/rpc/response.h"
 #include "server/session/kept_answers.h"
 
 namespace procgen {
-
-// The bytes of a response on the wire.
-grpc::ByteBuffer Serialized(const v1::StepPoolResponse& response);
 
 // Whether an answer that was kept, to request `sequence_number`, can be sent on a stream that takes
 // responses of this size. Errors: RESOURCE_EXHAUSTED.
@@ -24,22 +21,24 @@ absl::Status CheckKeptAnswer(int64_t sequence_number, const Answer& answer,
 
 // A response on its way.
 struct Outgoing {
-  v1::StepPoolResponse* message = nullptr;  // of the queue's; null: only its bytes are there
-  grpc::ByteBuffer bytes;                   // not valid: to be serialised from the message
-  StreamRequest* answered = nullptr;        // the request of which this is the last response
+  Response* response = nullptr;       // of the queue's; null: only its bytes are there
+  grpc::ByteBuffer bytes;             // not valid: to be serialised from the response
+  StreamRequest* answered = nullptr;  // the request of which this is the last response
 };
 
-// The responses of a stream: messages that are stepped into, and those to be written, in order.
-// Their memory is kept, so there are two: one is stepped into while the other is on its way.
+// The responses of a stream: those that are stepped into, and those to be written, in order. The
+// memory of their messages is kept, so there are two: one is stepped into while the other is on its
+// way.
 // Threads: compatible; what BeginWrite returned may be used by who called it until EndWrite.
 class ResponseQueue {
  public:
   ResponseQueue();
 
   bool has_free() const { return !free_.empty(); }
-  // A free message; if there is none, another one is made.
-  v1::StepPoolResponse* Take();
-  void GiveBack(v1::StepPoolResponse* message) { free_.push_back(message); }
+  // A free response; if there is none, another one is made.
+  Response* Take();
+  // Lets go of its observations.
+  void GiveBack(Response* response);
 
   void Push(Outgoing response) { queue_.push_back(std::move(response)); }
   // Pushes an answer that was kept, to `request`.
@@ -54,8 +53,8 @@ class ResponseQueue {
   void DropUnwritten();
 
  private:
-  std::vector<std::unique_ptr<v1::StepPoolResponse>> messages_;
-  std::vector<v1::StepPoolResponse*> free_;
+  std::vector<std::unique_ptr<Response>> responses_;
+  std::vector<Response*> free_;
   std::deque<Outgoing> queue_;
   bool writing_ = false;  // the first of queue_
 };

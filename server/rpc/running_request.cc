@@ -17,12 +17,12 @@ void RunningRequest::Begin(StreamRequest* request) {
   answer_.clear();
 }
 
-void RunningRequest::RunPart(PoolSession* pool, v1::StepPoolResponse* response,
-                             PoolSession::Done done) {
+void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done) {
   response_ = response;
-  const Batch batch = response == nullptr
-                          ? Batch()
-                          : PrepareResponse(*request_, part_, pool->observation_bytes(), response);
+  const Batch batch =
+      response == nullptr
+          ? Batch()
+          : PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
   pool->RunPart(request_->request, part_, batch, std::move(done));
 }
 
@@ -32,11 +32,11 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
   part_ = {part_.first + part_.count, std::min(part_.count, rest_)};
   if (!ok) {
     answer_.clear();
-  } else if (outgoing.message != nullptr) {
-    CompleteResponse(pool.observation_bytes(), outgoing.message);
+  } else if (outgoing.response != nullptr) {
+    CompleteResponse(pool.observation_bytes(), &outgoing.response->message);
     outgoing.answered = IsOver() ? request_ : nullptr;
     if (keeps) {
-      outgoing.bytes = Serialized(*outgoing.message);
+      outgoing.bytes = Serialized(*outgoing.response);
       answer_.push_back(CordOf(outgoing.bytes));
     }
   }

@@ -4,24 +4,25 @@
 #include <cstdint>
 
 #include "absl/time/time.h"
-#include "procgen/v1/step.pb.h"
 #include "server/rpc/convert_step.h"
+#include "server/rpc/frame_ring.h"
+#include "server/rpc/response.h"
 #include "server/rpc/response_queue.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
 
-// A request that a stream carries out, part by part: each part is stepped straight into a response
-// message. Where answers are kept, they are gathered here.
-// Threads: compatible; whoever has the stream's turn uses it.
+// A request that a stream carries out, part by part: each part is stepped straight into a response,
+// and its frames are drawn into the memory that they are sent from. Where answers are kept, they
+// are gathered here. Threads: compatible; whoever has the stream's turn uses it.
 class RunningRequest {
  public:
   // The next one to carry out. REQUIRES: it was accepted.
   void Begin(StreamRequest* request);
 
   // Steps the next part into `response` (null: for nobody), then calls `done`.
-  void RunPart(PoolSession* pool, v1::StepPoolResponse* response, PoolSession::Done done);
+  void RunPart(PoolSession* pool, Response* response, PoolSession::Done done);
   // Ends the part, which was stepped or, if not `ok`, was not; returns its response to be sent or,
   // if not `ok`, to be given back. `keeps`: the response also becomes a part of the answer.
   Outgoing EndPart(const PoolSession& pool, bool ok, bool keeps);
@@ -43,7 +44,8 @@ class RunningRequest {
   absl::Duration queued_;
   Part part_;         // the next, or that which runs
   int32_t rest_ = 0;  // environments from part_ on
-  v1::StepPoolResponse* response_ = nullptr;
+  Response* response_ = nullptr;
+  FrameRing frames_;
   Answer answer_;  // as far as it goes
 };
 

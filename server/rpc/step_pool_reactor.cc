@@ -216,8 +216,8 @@ void StepPoolReactor::OnAttached(absl::StatusOr<Attachment> attachment) {
     attached_ = attachment.ok();
     if (attached_ && status_.ok()) {
       requests_.Grow(static_cast<size_t>(terms_.options.requests_in_flight_max));
-      v1::StepPoolResponse* response = responses_.Take();
-      FillAttached(*pool_, terms_, response);
+      Response* response = responses_.Take();
+      FillAttached(*pool_, terms_, &response->message);
       responses_.Push({response, {}, requests_.front()});
     }
   }
@@ -301,14 +301,14 @@ absl::Status StepPoolReactor::AnswerAgain(StreamRequest* request, const Answer& 
   return status;
 }
 
-v1::StepPoolResponse* StepPoolReactor::TakeResponse() {
+Response* StepPoolReactor::TakeResponse() {
   // What cannot be sent is kept all the same if it may be asked for again.
   unsent_ = unsent_ || cancelled_ || !responses_.has_free();
   return unsent_ && !terms_.options.resumable ? nullptr : responses_.Take();
 }
 
 void StepPoolReactor::RunPart() {
-  v1::StepPoolResponse* response = nullptr;
+  Response* response = nullptr;
   {
     absl::MutexLock lock(&mutex_);
     response = TakeResponse();
@@ -319,7 +319,7 @@ void StepPoolReactor::RunPart() {
 }
 
 void StepPoolReactor::OnPartDone(const absl::Status& status) {
-  Outgoing response = running_.EndPart(*pool_, status.ok(), terms_.options.resumable);
+  Outgoing outgoing = running_.EndPart(*pool_, status.ok(), terms_.options.resumable);
   const bool is_last = running_.IsOver();
   const int64_t number = running_.sequence_number();
   Answer answer = is_last ? running_.TakeAnswer() : Answer();
@@ -332,10 +332,10 @@ void StepPoolReactor::OnPartDone(const absl::Status& status) {
     if (!status.ok()) {
       FailLocked(status);
     }
-    if (status.ok() && response.message != nullptr && !unsent_ && !cancelled_) {
-      responses_.Push(std::move(response));
-    } else if (response.message != nullptr) {
-      responses_.GiveBack(response.message);
+    if (status.ok() && outgoing.response != nullptr && !unsent_ && !cancelled_) {
+      responses_.Push(std::move(outgoing));
+    } else if (outgoing.response != nullptr) {
+      responses_.GiveBack(outgoing.response);
     }
   }
   if (!answer.empty()) {
@@ -362,16 +362,16 @@ void StepPoolReactor::LetGo() {
 }
 
 void StepPoolReactor::Write() {
-  Outgoing* response = nullptr;
+  Outgoing* outgoing = nullptr;
   {
     absl::MutexLock lock(&mutex_);
-    response = responses_.writing();
+    outgoing = responses_.writing();
   }
-  if (!response->bytes.Valid()) {
-    response->bytes = Serialized(*response->message);
+  if (!outgoing->bytes.Valid()) {
+    outgoing->bytes = Serialized(*outgoing->response);
   }
-  sessions_->metrics().AddSentBytes(static_cast<int64_t>(response->bytes.Length()));
-  StartWrite(&response->bytes);
+  sessions_->metrics().AddSentBytes(static_cast<int64_t>(outgoing->bytes.Length()));
+  StartWrite(&outgoing->bytes);
 }
 
 void StepPoolReactor::OnWriteDone(bool ok) {

@@ -31,7 +31,7 @@ namespace procgen {
 //     owner's calls under way, afterwards one of its streams.
 //  2. Requests are read, one at a time, as long as the window has room (RequestWindow).
 //  3. The first of the inbox takes a turn at the pool, is accepted, and is carried out part by
-//     part: each part is stepped straight into one of two response messages, so one is stepped
+//     part: each part is stepped straight into one of two responses, so one is stepped
 //     while the other is on its way. The answers of a resumable stream are also kept by the pool.
 //     A request that was carried out before is answered by what was kept.
 //  4. The stream lets go of the pool as soon as it will take no further turn, and ends when all is
@@ -93,8 +93,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   // than this stream takes.
   absl::Status AnswerAgain(StreamRequest* request, const Answer& answer)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // A message for the next part; null: it is carried out for nobody.
-  v1::StepPoolResponse* TakeResponse() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // A response for the next part; null: it is carried out for nobody.
+  Response* TakeResponse() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunPart();
   void OnPartDone(const absl::Status& status);
   void EndTurn();

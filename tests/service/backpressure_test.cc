@@ -25,6 +25,7 @@ constexpr int64_t kMemoryBytesMax = 48 << 20;
 class BackpressureTest : public testing::TestWithParam<bool> {};
 
 TEST_P(BackpressureTest, LearnerThatDoesNotReadBlocksOnlyItself) {
+  HaveFreedMemoryGivenBack();
   ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = process.Address();
   const auto client = procgen_client::Client::Connect(address);

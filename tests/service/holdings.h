@@ -15,6 +15,10 @@ struct Holdings {
   static Holdings Of(pid_t process);
 };
 
+// Has processes that are started from now on give back at once what they free, under
+// AddressSanitizer, too, which otherwise holds it back for long. For tests that judge their memory.
+void HaveFreedMemoryGivenBack();
+
 }  // namespace procgen
 
 #endif  // TESTS_SERVICE_HOLDINGS_H_

@@ -28,8 +28,9 @@ namespace {
 using procgen_client::Client;
 
 constexpr int kLearnerCount = 24;
-constexpr size_t kTraceMax = 120;           // answers that a learner stays for
-constexpr int64_t kLeaseSeconds = 2;        // of pools that nobody deletes
+constexpr size_t kTraceMax = 120;  // answers that a learner stays for
+// Of pools that nobody deletes; longer than a learner takes to come back, also where all is slow.
+constexpr int64_t kLeaseSeconds = 8;
 constexpr int64_t kGrowthBytes = 24 << 20;  // of a server that leaks nothing: it settles
 
 absl::Duration SoakLength() {
@@ -131,6 +132,7 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
 }
 
 TEST(SoakTest, LearnersThatComeAndGoBadlySeeTheirTracesAndLeaveNothing) {
+  HaveFreedMemoryGivenBack();
   // Its log would fill the pipe that nobody reads meanwhile.
   ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
   const std::string address = server.Address();

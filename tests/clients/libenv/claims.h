@@ -48,6 +48,7 @@ void HandlesMayBeUsedByThreadsOfTheirOwn(void);
 void ThousandHandlesLeakNothing(void);
 // These want no server, or lose theirs.
 void UnreachableServerIsToldInOneLine(void);
+void HostThatDiesLeavesNothing(void);
 void LostServerIsToldOnce(void);
 
 #endif  // TESTS_CLIENTS_LIBENV_CLAIMS_H_

@@ -48,6 +48,7 @@ static const struct {
     {"handles_may_be_used_by_threads_of_their_own", HandlesMayBeUsedByThreadsOfTheirOwn},
     {"thousand_handles_leak_nothing", ThousandHandlesLeakNothing},
     {"unreachable_server_is_told_in_one_line", UnreachableServerIsToldInOneLine},
+    {"host_that_dies_leaves_nothing", HostThatDiesLeavesNothing},
     {"lost_server_is_told_once", LostServerIsToldOnce},
 };
 

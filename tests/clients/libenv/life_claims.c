@@ -1,7 +1,9 @@
 #include <dirent.h>
 #include <math.h>
 #include <pthread.h>
+#include <signal.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -167,6 +169,35 @@ void UnreachableServerIsToldInOneLine(void) {
   const struct Said said = EndListening();
   CLAIM(handle == NULL);
   CLAIM(said.line_count == 1 && strstr(said.text, "127.0.0.1:1") != NULL);
+}
+
+// Makes as many environments as the server has room for, and dies.
+static void UseUpTheServerAndDie(void) {
+  const struct OptionList list = RequiredOptions("maze");
+  while (Make(1, &list) != NULL) {
+  }
+  raise(SIGKILL);
+}
+
+void HostThatDiesLeavesNothing(void) {
+  // Before this process speaks to the server, as threads do not survive a fork.
+  const pid_t child = fork();
+  CLAIM(child >= 0);
+  if (child == 0) {
+    UseUpTheServerAndDie();
+  }
+  int status = 0;
+  CLAIM(waitpid(child, &status, 0) == child && WIFSIGNALED(status));
+  const struct OptionList list = RequiredOptions("maze");
+  struct LibenvHandle* handle = Make(1, &list);
+  CLAIM(handle == NULL);
+  // The test's own time limit ends the wait for room that never comes.
+  const struct timespec moment = {.tv_nsec = 200 * 1000 * 1000};
+  while (handle == NULL) {
+    nanosleep(&moment, NULL);
+    handle = Make(1, &list);
+  }
+  libenv.close(handle);
 }
 
 void LostServerIsToldOnce(void) {

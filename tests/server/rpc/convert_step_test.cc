@@ -47,14 +47,16 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   for (const bool with_final : {false, true}) {
     request.with_final_observations = with_final;
     const int32_t rows = *ResponseRowsMax("limit", request, kObservationBytes, limit);
-    v1::StepPoolResponse response;
-    const Batch batch = PrepareResponse(request, {600, rows}, kObservationBytes, &response);
+    FrameRing frames;
+    Response response;
+    const Batch batch =
+        PrepareResponse(request, {600, rows}, kObservationBytes, &frames, &response);
     std::fill(batch.first.begin(), batch.first.end(), 1);
     std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
-    CompleteResponse(kObservationBytes, &response);
-    EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(limit));
-    PrepareResponse(request, {600, rows + 1}, kObservationBytes, &response);
-    EXPECT_GT(response.ByteSizeLong() + 256, static_cast<size_t>(limit));
+    CompleteResponse(kObservationBytes, &response.message);
+    EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(limit));
+    PrepareResponse(request, {600, rows + 1}, kObservationBytes, &frames, &response);
+    EXPECT_GT(Serialized(response).Length() + 256, static_cast<size_t>(limit));
     EXPECT_EQ(rows, with_final ? 170 : 340);
   }
 }
@@ -64,10 +66,11 @@ TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
   constexpr int64_t kLarge = 512 * 512 * 3;
   EXPECT_EQ(*ResponseRowsMax("limit", request, 28224, kResponseBytesDefault), 148);
   EXPECT_EQ(*ResponseRowsMax("limit", request, kLarge, kResponseBytesDefault), 5);
-  v1::StepPoolResponse response;
-  const Batch batch = PrepareResponse(request, {0, 5}, kLarge, &response);
+  FrameRing frames;
+  Response response;
+  const Batch batch = PrepareResponse(request, {0, 5}, kLarge, &frames, &response);
   EXPECT_EQ(batch.observations.size(), 5U * kLarge);
-  EXPECT_LE(response.ByteSizeLong(), static_cast<size_t>(kResponseBytesDefault));
+  EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(kResponseBytesDefault));
 }
 
 TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
@@ -88,16 +91,17 @@ TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
 TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
   StreamRequest request = WholeStep(4);
   request.with_final_observations = true;
-  v1::StepPoolResponse response;
-  const Batch batch = PrepareResponse(request, {0, 4}, kObservationBytes, &response);
+  FrameRing frames;
+  Response response;
+  const Batch batch = PrepareResponse(request, {0, 4}, kObservationBytes, &frames, &response);
   for (size_t row = 0; row < 4; ++row) {
     std::fill_n(batch.final_observations.begin() + static_cast<ptrdiff_t>(row * kObservationBytes),
                 kObservationBytes, static_cast<uint8_t>(row));
   }
   batch.terminated[1] = 1;
   batch.truncated[3] = 1;
-  CompleteResponse(kObservationBytes, &response);
-  const std::string& kept = response.batch().final_observations();
+  CompleteResponse(kObservationBytes, &response.message);
+  const std::string& kept = response.message.batch().final_observations();
   ASSERT_EQ(kept.size(), 2U * kObservationBytes);
   EXPECT_EQ(kept.front(), 1);
   EXPECT_EQ(kept.back(), 3);
@@ -105,8 +109,9 @@ TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
 
 TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   const StreamRequest request = WholeStep(5);
-  v1::StepPoolResponse response;
-  const Batch batch = PrepareResponse(request, {0, 5}, kObservationBytes, &response);
+  FrameRing frames;
+  Response response;
+  const Batch batch = PrepareResponse(request, {0, 5}, kObservationBytes, &frames, &response);
   ASSERT_EQ(batch.fingerprints.size(), 5U);
   for (size_t row = 0; row < 5; ++row) {
     batch.fingerprints[row] = UINT64_MAX - row;
@@ -114,19 +119,22 @@ TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   batch.terminated[1] = 1;
   batch.truncated[2] = 1;
   batch.terminated[4] = 1;
-  CompleteResponse(kObservationBytes, &response);
-  EXPECT_THAT(response.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
+  CompleteResponse(kObservationBytes, &response.message);
+  EXPECT_THAT(response.message.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
 }
 
 TEST(ConvertStepTest, ResponseMemoryIsReused) {
   const StreamRequest request = WholeStep(8);
-  v1::StepPoolResponse response;
+  FrameRing frames;
+  Response response;
   const uint8_t* const before =
-      PrepareResponse(request, {0, 8}, kObservationBytes, &response).observations.data();
-  EXPECT_EQ(PrepareResponse(request, {0, 8}, kObservationBytes, &response).observations.data(),
-            before);
-  EXPECT_EQ(PrepareResponse(request, {0, 3}, kObservationBytes, &response).observations.data(),
-            before);
+      PrepareResponse(request, {0, 8}, kObservationBytes, &frames, &response).observations.data();
+  EXPECT_EQ(
+      PrepareResponse(request, {0, 8}, kObservationBytes, &frames, &response).observations.data(),
+      before);
+  EXPECT_EQ(
+      PrepareResponse(request, {0, 3}, kObservationBytes, &frames, &response).observations.data(),
+      before);
 }
 
 }  // namespace
