@@ -29,14 +29,14 @@ class ZstdCompressor final : public Compressor {
   }
 
   // Ending a block early takes a header more; the checksum counts, too.
-  size_t FrameBytesMax(size_t content_bytes) const override {
+  static size_t BytesMax(size_t content_bytes) {
     return ZSTD_compressBound(content_bytes) + kBlockHeaderBytes + kChecksumBytes;
   }
 
   std::string Compress(absl::Span<const uint8_t> numbers,
                        absl::Span<const uint8_t> pixels) override {
     const size_t size = numbers.size() + pixels.size();
-    std::string frame(FrameBytesMax(size), '\0');
+    std::string frame(BytesMax(size), '\0');
     NoZstdError(ZSTD_CCtx_reset(context_.get(), ZSTD_reset_session_only));
     NoZstdError(ZSTD_CCtx_setPledgedSrcSize(context_.get(), size));
     ZSTD_outBuffer output = {frame.data(), frame.size(), 0};
@@ -70,20 +70,19 @@ class Lz4Compressor final : public Compressor {
     LZ4F_cctx* context = nullptr;
     NoLz4Error(LZ4F_createCompressionContext(&context, LZ4F_VERSION));
     context_.reset(context);
-    preferences_.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
-    preferences_.autoFlush = 1;
   }
 
-  size_t FrameBytesMax(size_t content_bytes) const override {
-    // Numbers and pixels end blocks of their own.
-    return LZ4F_HEADER_SIZE_MAX + LZ4F_compressBound(content_bytes, &preferences_) +
-           LZ4F_compressBound(0, &preferences_);
+  // Numbers and pixels end blocks of their own.
+  static size_t BytesMax(size_t content_bytes) {
+    const LZ4F_preferences_t preferences = Preferences();
+    return LZ4F_HEADER_SIZE_MAX + LZ4F_compressBound(content_bytes, &preferences) +
+           LZ4F_compressBound(0, &preferences);
   }
 
   std::string Compress(absl::Span<const uint8_t> numbers,
                        absl::Span<const uint8_t> pixels) override {
     const size_t size = numbers.size() + pixels.size();
-    std::string frame(FrameBytesMax(size), '\0');
+    std::string frame(BytesMax(size), '\0');
     preferences_.frameInfo.contentSize = size;
     size_t end =
         NoLz4Error(LZ4F_compressBegin(context_.get(), frame.data(), frame.size(), &preferences_));
@@ -102,11 +101,23 @@ class Lz4Compressor final : public Compressor {
     void operator()(LZ4F_cctx* context) const { LZ4F_freeCompressionContext(context); }
   };
 
+  static LZ4F_preferences_t Preferences() {
+    LZ4F_preferences_t preferences = LZ4F_INIT_PREFERENCES;
+    preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+    preferences.autoFlush = 1;
+    return preferences;
+  }
+
   std::unique_ptr<LZ4F_cctx, Free> context_;
-  LZ4F_preferences_t preferences_ = LZ4F_INIT_PREFERENCES;
+  LZ4F_preferences_t preferences_ = Preferences();
 };
 
 }  // namespace
+
+size_t Compressor::FrameBytesMax(Compression compression, size_t content_bytes) {
+  return compression == Compression::kZstd ? ZstdCompressor::BytesMax(content_bytes)
+                                           : Lz4Compressor::BytesMax(content_bytes);
+}
 
 std::unique_ptr<Compressor> Compressor::Make(Compression compression) {
   if (compression == Compression::kZstd) {

@@ -20,8 +20,9 @@ class Compressor {
   static std::unique_ptr<Compressor> Make(Compression compression);
   virtual ~Compressor() = default;
 
-  // The most bytes that a frame of so much content takes.
-  virtual size_t FrameBytesMax(size_t content_bytes) const = 0;
+  // The most bytes that a frame of so much content takes. One of n times the content takes no more
+  // than n times that.
+  static size_t FrameBytesMax(Compression compression, size_t content_bytes);
   // Compresses `numbers` and then `pixels` into one frame. Where the two meet a new block of the
   // format may begin: they are bytes of different kinds.
   virtual std::string Compress(absl::Span<const uint8_t> numbers,

@@ -27,10 +27,10 @@ ObservationEncoder::ObservationEncoder(const PictureShape& shape, int32_t env_co
         "the pictures of a stack are of one size");
 }
 
-size_t ObservationEncoder::EncodedBytesMax(int32_t count) const {
-  const auto blocks = static_cast<size_t>(shape_.block_count());
-  const size_t numbers = 2 + shape_.block_map_bytes() + blocks * (3 + kBlockSide);
-  return compressor_->FrameBytesMax(static_cast<size_t>(count) * (numbers + shape_.bytes()));
+size_t ObservationEncoder::EncodedBytesMax(const PictureShape& shape, Compression compression) {
+  const auto blocks = static_cast<size_t>(shape.block_count());
+  const size_t numbers = 2 + shape.block_map_bytes() + blocks * (3 + kBlockSide);
+  return Compressor::FrameBytesMax(compression, numbers + shape.bytes());
 }
 
 int32_t ObservationEncoder::FindAdvance(const uint8_t* before, const uint8_t* now) const {
@@ -91,11 +91,6 @@ std::string ObservationEncoder::Encode(int32_t first, int32_t count,
     numbers_.insert(numbers_.end(), list->bytes().begin(), list->bytes().end());
   }
   return compressor_->Compress(numbers_, difference_.pixels.bytes());
-}
-
-void ObservationEncoder::ForgetAll() {
-  std::fill(environments_.begin(), environments_.end(), Environment{});
-  std::fill(shown_.begin(), shown_.end(), uint8_t{0});
 }
 
 }  // namespace procgen

@@ -19,8 +19,9 @@ namespace procgen {
 // in the answer before (Encoding in proto/procgen/v1/pools.proto defines the bytes). Lossless.
 //
 // Only what is encoded counts as shown: steps whose pictures nobody asked for are no part of it,
-// nor are final observations. What was encoded must reach the decoder in the same order, all of it;
-// ForgetAll makes a new beginning.
+// nor are final observations. What was encoded must reach the decoder in the same order, all of it.
+// The first observation of each environment is told without its past, so that a new encoder makes a
+// new beginning: what it writes is understood by any decoder, whatever that has seen before.
 // Memory: one observation of each environment, and for a while what a slice differs in.
 // Threads: compatible (one thread at a time).
 class ObservationEncoder {
@@ -29,21 +30,19 @@ class ObservationEncoder {
   // once each; env_count > 0.
   ObservationEncoder(const PictureShape& shape, int32_t env_count, Compression compression);
 
-  // The most bytes that `count` observations can take, some more than they have.
-  size_t EncodedBytesMax(int32_t count) const;
+  // What an observation takes at most, some more bytes than it has: however many are encoded
+  // together, they take no more than so many times this.
+  static size_t EncodedBytesMax(const PictureShape& shape, Compression compression);
 
   // Encodes the observations of the environments [first, first + count): [count, F].
   // REQUIRES: environments of the pool, and so many bytes.
   std::string Encode(int32_t first, int32_t count, absl::Span<const uint8_t> observations);
 
-  // The next observation of each environment is told without its past: for a learner who has none.
-  void ForgetAll();
-
  private:
   // What the learner has of an environment.
   struct Environment {
     MotionSearch search;
-    uint8_t age = 0;  // observations since the one that was told without a past; 0: that is next
+    uint8_t age = 0;  // observations since the first, which is told without a past
   };
 
   // How many pictures of the stack went out at its front since it was last shown.

@@ -143,6 +143,8 @@ v1::Catalog CatalogMessageOf(absl::string_view server_version, const Limits& lim
   FillActions(&catalog);
   catalog.add_transports(v1::TRANSPORT_STREAM);
   catalog.add_encodings(v1::ENCODING_RAW);
+  catalog.add_encodings(v1::ENCODING_ZSTD_DIFFERENCE);
+  catalog.add_encodings(v1::ENCODING_LZ4_DIFFERENCE);
   catalog.add_colors(v1::COLOR_RGB);
   catalog.add_colors(v1::COLOR_GRAYSCALE);
   catalog.add_layouts(v1::LAYOUT_HWC);

@@ -8,6 +8,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "server/rpc/convert_observation.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/unary_call.h"
@@ -66,10 +67,8 @@ absl::Status Renew(const Sessions& sessions, absl::string_view owner,
 }
 
 // A pool whose observations fit no response would be of no use.
-absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
-  return ResponseRowsMax("response_bytes_max", StreamRequest(),
-                         static_cast<int64_t>(options.observation_format.bytes()),
-                         limits.response_bytes_max)
+absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limits) {
+  return ResponseRowsMax("response_bytes_max", StreamRequest(), coding, limits.response_bytes_max)
       .status();
 }
 
@@ -81,10 +80,12 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
+    const absl::StatusOr<std::optional<Compression>> compression = CompressionOf(spec);
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
-    absl::Status status = options.status();
+    absl::Status status = compression.ok() ? options.status() : compression.status();
     if (status.ok()) {
-      status = CheckAnswersFit(*options, sessions_->limits());
+      status = CheckAnswersFit(ObservationCoding(options->observation_format, *compression),
+                               sessions_->limits());
     }
     absl::StatusOr<absl::Duration> lease_duration = absl::InfiniteDuration();
     if (status.ok() && spec.has_lease_duration()) {
@@ -97,7 +98,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
       return;
     }
     sessions_->Create(call->owner(), call->request().pool_id(), *options, *lease_duration,
-                      [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
+                      *compression, [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());
                           return;

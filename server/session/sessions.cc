@@ -114,7 +114,8 @@ Sessions::~Sessions() {
 }
 
 void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-                      absl::Duration lease_duration, CreateDone done) {
+                      absl::Duration lease_duration, std::optional<Compression> compression,
+                      CreateDone done) {
   absl::StatusOr<Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
@@ -123,8 +124,8 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
   PoolOptions drawn = options;
   drawn.art = art_;
   side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), lease_duration,
-                  done = std::move(done)]() mutable {
-    Finish(key, Pool::Create(drawn, crew_), lease_duration, std::move(done));
+                  compression, done = std::move(done)]() mutable {
+    Finish(key, Pool::Create(drawn, crew_), lease_duration, compression, std::move(done));
   });
 }
 
@@ -180,7 +181,8 @@ void Sessions::EraseLocked(const Key& key) {
 }
 
 void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
-                      absl::Duration lease_duration, CreateDone done) {
+                      absl::Duration lease_duration, std::optional<Compression> compression,
+                      CreateDone done) {
   if (!pool.ok()) {
     {
       absl::MutexLock lock(&mutex_);
@@ -194,7 +196,8 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
   std::shared_ptr<PoolSession> session(
       new PoolSession(
           key.first, key.second, *std::move(pool), lease_duration,
-          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_, metrics_}),
+          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_, &step_count_, metrics_},
+          compression),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;

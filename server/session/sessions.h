@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,12 +71,14 @@ class Sessions {
   Metrics& metrics() const { return *metrics_; }
 
   // Makes the pool `pools/ID` of `owner` (an empty id: a number is chosen), which lives for
-  // `lease_duration` without a stream, and calls `done` once, on another thread or, with an error,
-  // on this one. REQUIRES: CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed
+  // `lease_duration` without a stream and whose observations are sent with `compression`, if any;
+  // and calls `done` once, on another thread or, with an error, on this one. REQUIRES:
+  // CheckLeaseDuration, or infinite. Errors: INVALID_ARGUMENT a malformed
   // id; ALREADY_EXISTS; RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of
   // Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-              absl::Duration lease_duration, CreateDone done);
+              absl::Duration lease_duration, std::optional<Compression> compression,
+              CreateDone done);
 
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
@@ -126,7 +129,8 @@ class Sessions {
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
   void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
-              absl::Duration lease_duration, CreateDone done);
+              absl::Duration lease_duration, std::optional<Compression> compression,
+              CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const

@@ -29,7 +29,7 @@ ARROWS = {
     "server/cluster": (),
     "server/encoding": (),
     "server/metrics": (),
-    "server/session": ("envcore/pool", "server/metrics"),
+    "server/session": ("envcore/pool", "server/encoding", "server/metrics"),
     "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
     "server/rpc": ("envcore/pool", "server/encoding", "server/session", "server/metrics", "proto"),
     "server/web": ("envcore/pool", "server/session"),

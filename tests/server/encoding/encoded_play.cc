@@ -22,19 +22,11 @@ std::unique_ptr<Pool> PoolOf(const EncodedPlayOptions& options) {
 
 }  // namespace
 
-PictureShape ShapeOf(const ObservationFormat& format) {
-  const bool planes = format.frame.layout == Layout::kChw;
-  const int32_t channels = format.frame.channels();
-  return {.rows = format.frame.side_px * format.frame_stack * (planes ? channels : 1),
-          .columns = format.frame.side_px,
-          .pixel_bytes = planes ? 1 : channels,
-          .stack = format.frame_stack};
-}
-
 EncodedPlay::EncodedPlay(const EncodedPlayOptions& options)
     : options_(options),
       pool_(PoolOf(options)),
-      encoder_(ShapeOf(options.format), options.env_count, options.compression),
+      encoder_(
+          ObservationCoding(options.format, options.compression).MakeEncoder(options.env_count)),
       random_(5),
       observations_(static_cast<size_t>(options.env_count) * options.format.bytes()) {}
 
@@ -57,7 +49,7 @@ EncodedAnswer EncodedPlay::Next() {
   const size_t bytes = options_.format.bytes();
   const auto begin = observations_.begin() + static_cast<std::ptrdiff_t>(answer.first * bytes);
   answer.observations.assign(begin, begin + static_cast<std::ptrdiff_t>(answer.count * bytes));
-  answer.encoded = encoder_.Encode(answer.first, answer.count, answer.observations);
+  answer.encoded = encoder_->Encode(answer.first, answer.count, answer.observations);
   return answer;
 }
 

@@ -9,7 +9,7 @@
 #include "envcore/pool/pool.h"
 #include "envcore/random/random_stream.h"
 #include "procgen/v1/pools.pb.h"
-#include "server/encoding/observation_encoder.h"
+#include "server/session/observation_coding.h"
 
 namespace procgen {
 
@@ -22,9 +22,6 @@ struct EncodedPlayOptions {
   int32_t env_count = 4;
   int worker_count = 1;  // the calling thread is one of them
 };
-
-// The shape that observations of this format have for the encoder.
-PictureShape ShapeOf(const ObservationFormat& format);
 
 // What one answer would bear.
 struct EncodedAnswer {
@@ -43,14 +40,13 @@ class EncodedPlay {
 
   // Steps all environments and encodes what a slice of them shows.
   EncodedAnswer Next();
-  ObservationEncoder& encoder() { return encoder_; }
   // The pool as the server would tell it.
   procgen::v1::Pool pool() const;
 
  private:
   const EncodedPlayOptions options_;
   std::unique_ptr<Pool> pool_;
-  ObservationEncoder encoder_;
+  std::unique_ptr<ObservationEncoder> encoder_;
   RandomStream random_;
   std::vector<uint8_t> observations_;
 };

@@ -106,29 +106,32 @@ TEST_P(ObservationEncoderTest, WhatCannotBeCompressedStaysWithinTheBound) {
   for (int64_t seed = 0; seed < 4; ++seed) {
     const Picture noise = Noise(seed, 3);
     const std::string encoded = Encode(encoder, noise);
-    EXPECT_LE(encoded.size(), encoder.EncodedBytesMax(3));
+    EXPECT_LE(encoded.size(), 3 * ObservationEncoder::EncodedBytesMax(kShape, GetParam()));
     const auto decoded = Decode(decoder, encoded, 0, 3);
     ASSERT_THAT(decoded, IsOk());
     EXPECT_EQ(*decoded, noise);
   }
 }
 
-TEST_P(ObservationEncoderTest, AfterForgettingADecoderWithoutAPastUnderstands) {
-  ObservationEncoder encoder = NewEncoder(2);
-  Encode(encoder, Noise(1, 2));
-  Encode(encoder, Noise(2, 2));
-  encoder.ForgetAll();
-  ObservationDecoder decoder = NewDecoder(2);
-  EXPECT_THAT(Decode(decoder, Encode(encoder, Noise(3, 1), 1), 1), Shows(Noise(3, 1)));
-  EXPECT_THAT(Decode(decoder, Encode(encoder, Noise(4, 2)), 0, 2), Shows(Noise(4, 2)));
+TEST_P(ObservationEncoderTest, ManyTogetherTakeNoMoreThanSoManyTimesOne) {
+  for (const PictureShape& shape : {PictureShape{.rows = 16, .columns = 16, .pixel_bytes = 1},
+                                    kShape, PictureShape{512 * 3 * 16, 512, 1, 16}}) {
+    const size_t content = shape.bytes() + static_cast<size_t>(shape.block_count());
+    const size_t one = Compressor::FrameBytesMax(GetParam(), content);
+    for (const size_t count : {2, 3, 10, 341, 4096}) {
+      EXPECT_LE(Compressor::FrameBytesMax(GetParam(), count * content), count * one) << count;
+    }
+  }
 }
 
-TEST_P(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewBeginning) {
-  ObservationEncoder encoder = NewEncoder();
-  ObservationDecoder decoder = NewDecoder();
-  ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(1))), IsOk());
-  encoder.ForgetAll();
-  EXPECT_THAT(Decode(decoder, Encode(encoder, Noise(2))), Shows(Noise(2)));
+TEST_P(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
+  ObservationEncoder encoder = NewEncoder(2);
+  ObservationDecoder decoder = NewDecoder(2);
+  ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(1, 2)), 0, 2), IsOk());
+  ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(2, 2)), 0, 2), IsOk());
+  ObservationEncoder other = NewEncoder(2);
+  EXPECT_THAT(Decode(decoder, Encode(other, Noise(3, 1), 1), 1), Shows(Noise(3, 1)));
+  EXPECT_THAT(Decode(decoder, Encode(other, Noise(4, 2)), 0, 2), Shows(Noise(4, 2)));
 }
 
 TEST_P(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {

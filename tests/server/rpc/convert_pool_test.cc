@@ -147,10 +147,6 @@ TEST(ConvertPoolTest, WhatIsNotOfferedYetSaysWhatIs) {
   shared.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   EXPECT_THAT(PoolOptionsOf(shared),
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("TRANSPORT_SHARED_MEMORY")));
-  v1::PoolSpec encoded = MazeSpec();
-  encoded.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
-  EXPECT_THAT(PoolOptionsOf(encoded),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: ENCODING_RAW")));
 }
 
 TEST(ConvertPoolTest, LevelSamplersAreMadeAndTheirFieldsNamed) {

@@ -40,7 +40,7 @@ class SessionsTest : public testing::Test {
                       absl::Duration lease_duration = absl::InfiniteDuration()) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(owner, id, options, lease_duration, [&](CreateResult created) {
+    sessions_.Create(owner, id, options, lease_duration, std::nullopt, [&](CreateResult created) {
       result = std::move(created);
       done.Notify();
     });
@@ -97,7 +97,7 @@ TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
-    sessions.Create("alice", "", options, absl::InfiniteDuration(),
+    sessions.Create("alice", "", options, absl::InfiniteDuration(), std::nullopt,
                     [&](const CreateResult& created) {
                       status = created.status();
                       done.Notify();
