@@ -21,6 +21,8 @@ constexpr int32_t kHalf = kEnvCount / 2;
 constexpr int64_t kResponseBytes = 65536;
 // The answers to one or two requests.
 constexpr int64_t kBytesBetweenFaults = 120'000;
+// Those to some that are encoded: the first of a stream, and then smaller ones.
+constexpr int64_t kEncodedBytesBetweenFaults = 40'000;
 
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
@@ -71,8 +73,9 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-v1::PoolSpec TracedSpec() {
+v1::PoolSpec TracedSpec(v1::Encoding encoding) {
   v1::PoolSpec spec;
+  spec.set_encoding(encoding);
   spec.add_games("bigfish");
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -93,15 +96,18 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
   return Play(stream->get(), goes_on);
 }
 
-void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count) {
+void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
+                         v1::Encoding encoding) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(TracedSpec());
+  const auto pool = (*client)->CreatePool(TracedSpec(encoding));
   const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
-  FaultProxy proxy({.target = address, .seed = seed, .bytes_between_faults = kBytesBetweenFaults});
+  const int64_t bytes_between_faults =
+      encoding == v1::ENCODING_RAW ? kBytesBetweenFaults : kEncodedBytesBetweenFaults;
+  FaultProxy proxy({.target = address, .seed = seed, .bytes_between_faults = bytes_between_faults});
   const std::vector<size_t> trace = TraceAt(
       proxy.address(), pool->name(),
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },

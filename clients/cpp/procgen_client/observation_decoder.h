@@ -14,8 +14,8 @@
 namespace procgen_client {
 
 // Decodes the observations of a pool whose encoding is not ENCODING_RAW; the comment of
-// procgen.v1.Encoding defines the bytes. It needs all encoded observations of the pool in the order
-// in which they were sent, across streams as well, and remembers each environment's last one.
+// procgen.v1.Encoding defines the bytes. It needs all encoded observations of a learner's answers,
+// each once, in the order of their sequence numbers, and remembers each environment's last one.
 // F: the bytes of one observation, Pool.observation_bytes.
 // Threads: compatible (one thread at a time).
 class ObservationDecoder {
@@ -23,6 +23,10 @@ class ObservationDecoder {
   // For a pool as the server told it. Errors: INVALID_ARGUMENT an encoding or an observation format
   // that is not known here.
   static absl::StatusOr<ObservationDecoder> Make(const procgen::v1::Pool& pool);
+
+  int32_t env_count() const { return static_cast<int32_t>(ages_.size()); }
+  // Bytes of one observation, F.
+  size_t observation_bytes() const { return sheet_.bytes(); }
 
   // Decodes the observations of the environments [first, first + count) into `observations`
   // [count, F]. Errors: INVALID_ARGUMENT environments that the pool has not, or room of another

@@ -54,6 +54,14 @@ absl::Status StepStream::Attach() {
   }
   next_sequence_number_ = attached_.next_sequence_number();
   answered_sequence_number_ = next_sequence_number_ - 1;
+  const procgen::v1::Encoding encoding = pool().spec().encoding();
+  if (encoding != procgen::v1::ENCODING_UNSPECIFIED && encoding != procgen::v1::ENCODING_RAW) {
+    absl::StatusOr<ObservationDecoder> decoder = ObservationDecoder::Make(pool());
+    if (!decoder.ok()) {
+      return GiveUp(decoder.status());
+    }
+    decoder_ = std::make_unique<ObservationDecoder>(*std::move(decoder));
+  }
   // Whoever has it when the connection breaks was this stream, as far as the server knows.
   attach_.mutable_attach()->set_take_over(true);
   return absl::OkStatus();
@@ -229,6 +237,12 @@ absl::Status StepStream::Receive(Batch* batch) {
       return status;
     }
   }
+  // Not before all of it is there: what was read of an answer whose connection broke comes again.
+  if (absl::Status status = batch->Decode(decoder_.get()); !status.ok()) {
+    connection()->context.TryCancel();  // so that nobody goes on writing
+    absl::MutexLock sending(&send_mutex_);
+    return GiveUp(std::move(status));
+  }
   absl::MutexLock lock(&mutex_);
   answered_sequence_number_ = batch->sequence_number();
   if (resumes()) {
@@ -269,6 +283,14 @@ absl::Status StepStream::FinishWith(absl::Status status) {
   finished_ = true;
   status_ = std::move(status);
   return status_;
+}
+
+absl::Status StepStream::GiveUp(absl::Status status) {
+  const std::shared_ptr<Connection> connection = this->connection();
+  connection->context.TryCancel();
+  bool is_broken = false;
+  EndOf(connection.get(), &is_broken).IgnoreError();
+  return FinishWith(std::move(status));
 }
 
 absl::Status StepStream::Close() {
