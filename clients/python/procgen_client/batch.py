@@ -20,7 +20,8 @@ class Batch:
     ``observations`` and ``final_observations`` are views of the received message: nothing is
     copied, they stay valid as long as they are referred to, they are never written again, and they
     are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
-    they are one joined array instead. All other arrays are the caller's own and writable.
+    they are one joined array instead, and observations of a pool with an encoding are decoded ones.
+    All other arrays are the caller's own and writable.
 
     F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
 

@@ -23,6 +23,7 @@ from procgen_client._proto import (
 )
 from procgen_client._wire import read_response
 from procgen_client.credentials import Credentials, is_this_machine
+from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
@@ -157,6 +158,7 @@ class Client:
         grayscale_obs: bool = False,
         layout: str = "hwc",
         frame_stack: int = 1,
+        encoding: str = "raw",
         lease_duration: float | None = None,
         level_sampler: _options.LevelSampler | None = None,
         **options: Unpack[_options.EnvironmentOptions],
@@ -168,8 +170,7 @@ class Client:
             env_count: Number of environments, N.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
                 the next episode's first at once. "next_step": it is the last one; the next step
-                ignores its action and begins the next episode. "disabled": it is the last one; the
-                environment must be reset.
+                ignores its action and begins the next. "disabled": it is the last one; reset then.
             first_environment, total_environments: For a part of a larger pool: the index of its
                 first environment in the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
@@ -178,12 +179,11 @@ class Client:
             grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
             layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
             frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-                [1, 16]; more than 1 make a first axis. At an episode's beginning the first picture
-                stands in all places. Pool.observation_shape tells the shape.
-            lease_duration: How long the pool lives while nobody steps it, in seconds. None: until
-                it is deleted.
-            level_sampler: Chooses the levels, until Pool.set_level_sampler. None: num_levels and
-                start_level do.
+                [1, 16]; more than 1 make a first axis. An episode's first stands in all places.
+            encoding: How observations travel: "raw", or for thin networks "zstd_difference" or
+                "lz4_difference", which need the packages zstandard and lz4. Batches are the same.
+            lease_duration: Seconds that the pool lives while nobody steps it. None: until deleted.
+            level_sampler: Chooses the levels. None: num_levels and start_level do.
             **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
                 use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
 
@@ -192,7 +192,7 @@ class Client:
             NotFoundError: There is no such game.
             AlreadyExistsError: `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
-            UnimplementedError: The server does not offer this option yet.
+            UnimplementedError: The server lacks this option, or this machine the package for it.
         """
         spec = _options.pool_spec(
             games,
@@ -207,6 +207,7 @@ class Client:
                 layout=layout,
                 frame_stack=frame_stack,
             ),
+            encoding=encoding,
             lease_duration=lease_duration,
             level_sampler=level_sampler,
         )
@@ -223,6 +224,7 @@ class Client:
 
         Errors as :meth:`create_pool`.
         """
+        check_decodable(spec.encoding)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
         return Pool(
             self,

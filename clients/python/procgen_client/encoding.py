@@ -80,6 +80,26 @@ _DECOMPRESSORS = {
 }
 
 
+def check_decodable(encoding: int) -> None:
+    """Sees that observations of this encoding can be decoded here, if it is one that is known.
+
+    Raises:
+        UnimplementedError: The package that decompresses it is not installed.
+    """
+    if encoding in _DECOMPRESSORS:
+        _DECOMPRESSORS[encoding]()
+
+
+def decoder_for(pool: pools_pb2.Pool) -> ObservationDecoder | None:
+    """Gives what decodes the observations of a pool; None: they are not encoded.
+
+    Errors as ObservationDecoder.
+    """
+    if pool.spec.encoding in (pools_pb2.ENCODING_UNSPECIFIED, pools_pb2.ENCODING_RAW):
+        return None
+    return ObservationDecoder(pool)
+
+
 class _Reader:
     """Takes parts off the front of an array of bytes."""
 
@@ -116,7 +136,10 @@ class _Blocks:
 
 
 class ObservationDecoder:
-    """Decodes the observations of one pool, all of them, in the order in which they were sent.
+    """Decodes the observations of one pool for one learner.
+
+    All that its answers bear, each once, in the order of their sequence numbers, also across broken
+    connections.
 
     After an error nothing has changed, and decoding can go on with the right bytes.
     """

@@ -17,6 +17,7 @@ from procgen_client.errors import InvalidArgumentError
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 EPISODE_ENDS = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
+ENCODINGS = ("raw", "zstd_difference", "lz4_difference")
 # Sides that an observation is drawn at, in pixels, and the most pictures in one.
 SCREEN_SIZE_MIN = 16
 SCREEN_SIZE_MAX = 512
@@ -165,6 +166,7 @@ def pool_spec(
     first_environment: int = 0,
     total_environments: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
+    encoding: str = "raw",
     lease_duration: float | None = None,
     level_sampler: LevelSampler | None = None,
 ) -> pools_pb2.PoolSpec:
@@ -179,13 +181,14 @@ def pool_spec(
             whole.
         total_environments: For the same: number of environments of the whole.
         observation_format: From observation_format. None: as released.
+        encoding: How observations travel, one of ENCODINGS.
         lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
             deleted.
         level_sampler: Chooses the levels. None: the options do.
 
     Raises:
-        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, or a number does not fit its
-            field.
+        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, `encoding` none of ENCODINGS,
+            or a number does not fit its field.
     """
     end = _enum_value("episode_end", episode_end, EPISODE_ENDS, pools_pb2.EpisodeEnd)
     try:
@@ -197,6 +200,7 @@ def pool_spec(
             first_environment=first_environment,
             total_environments=total_environments,
             observation_format=observation_format,
+            encoding=_enum_value("encoding", encoding, ENCODINGS, pools_pb2.Encoding),
             lease_duration=None if lease_duration is None else duration(lease_duration),
             level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
         )

@@ -92,10 +92,11 @@ class ProcgenVectorEnv(VectorEnv):
             render_side_px: Side of render's square pictures, in pixels.
             copy: True: observations are copies of your own. False: they are read-only views of what
                 was received; they are not written again, so they may be kept. It saves 12 kB of
-                copying for each environment.
+                copying for each environment. (With an encoding they are arrays of your own anyway.)
             **options: As Client.create_pool takes them: the released options (distribution_mode,
-                num_levels, start_level, rand_seed, use_sequential_levels, ...) and the form of the
-                observations (screen_size, grayscale_obs, layout, frame_stack).
+                num_levels, start_level, rand_seed, use_sequential_levels, ...), the form of the
+                observations (screen_size, grayscale_obs, layout, frame_stack) and how they travel
+                (encoding).
 
         Raises:
             InvalidArgumentError: An argument is out of range.
