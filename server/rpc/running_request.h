@@ -40,7 +40,7 @@ class RunningRequest {
   int64_t sequence_number() const { return sequence_number_; }
   // What is to be kept; empty: nothing.
   Answer TakeAnswer();
-  // Lets go of what is kept from request to request; there is none after this.
+  // Lets go of what is kept from request to request; no other comes.
   void EndStream() { encoder_ = nullptr; }
 
  private:
