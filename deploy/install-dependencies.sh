@@ -46,14 +46,20 @@ clang_packages=(
   libclang-rt-14-dev      # libFuzzer and the sanitizers of that compiler
 )
 
+# What tests/benchmark/stream_report.py draws with.
+plot_packages=(
+  python3-matplotlib
+)
+
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--clang] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--clang] [--plot] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
 for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
   --clang  and what the presets lint and fuzz need
+  --plot   and what draws the picture of the stream's benchmark
   --list   print the names of the packages and stop
   --help   print this and stop
 TEXT
@@ -63,6 +69,7 @@ list=no
 while [[ $# -gt 0 ]]; do
   case "$1" in
     --clang) packages+=("${clang_packages[@]}"); shift ;;
+    --plot) packages+=("${plot_packages[@]}"); shift ;;
     --list) list=yes; shift ;;
     -h | --help) usage; exit 0 ;;
     *)

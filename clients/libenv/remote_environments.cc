@@ -103,9 +103,7 @@ absl::Status RemoteEnvironments::Act(absl::Span<const int32_t> actions) {
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
-  v1::StepPoolRequest request;
-  request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
-  absl::Status status = stream_->Send(std::move(request)).status();
+  absl::Status status = stream_->SendStep(actions).status();
   is_stepping_ = status.ok();
   return status;
 }

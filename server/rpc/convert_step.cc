@@ -16,6 +16,7 @@ namespace {
 constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
 // All that a response has besides its rows: tags and lengths, at most, rounded up.
 constexpr int64_t kResponseOverheadBytes = 256;
+constexpr int32_t kResponseCountMinMax = 64;
 
 absl::Status ReadObservation(v1::Observation observation, StreamRequest* request) {
   switch (observation) {
@@ -66,6 +67,12 @@ absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
   request->request.next_levels = request->next_levels;
   ReadResets(step.resets(), request);
   request->with_final_observations = step.with_final_observations();
+  if (step.response_count_min() < 0 || step.response_count_min() > kResponseCountMinMax) {
+    return absl::InvalidArgumentError(absl::StrCat("response_count_min is ",
+                                                   step.response_count_min(), ", allowed: 0 to ",
+                                                   kResponseCountMinMax));
+  }
+  request->response_count_min = std::max(step.response_count_min(), 1);
   return ReadObservation(step.observation(), request);
 }
 
@@ -116,6 +123,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   request->request.sequence_number = message.sequence_number();
   request->request.acknowledged = message.acknowledged_sequence_number();
   request->with_final_observations = false;
+  request->response_count_min = 1;
   switch (message.request_case()) {
     case v1::StepPoolRequest::kStep:
       return ReadStep(message.step(), request);

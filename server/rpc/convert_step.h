@@ -26,6 +26,7 @@ struct StreamRequest {
   Request request;                       // refers to the above
   bool with_observations = true;         // pictures are answered
   bool with_final_observations = false;  // and those of episodes' ends
+  int32_t response_count_min = 1;        // of the answer
   int32_t rows_max = 0;                  // environments that one response has room for
 };
 

@@ -6,6 +6,12 @@
 #include "server/rpc/shared_bytes.h"
 
 namespace procgen {
+namespace {
+
+// REQUIRES: number > 0.
+int32_t QuotientUp(int32_t number, int32_t divisor) { return (number - 1) / divisor + 1; }
+
+}  // namespace
 
 void RunningRequest::Begin(StreamRequest* request) {
   request_ = request;
@@ -13,7 +19,12 @@ void RunningRequest::Begin(StreamRequest* request) {
   queued_ = begin_time_ - request->arrival_time;
   sequence_number_ = request->request.sequence_number;
   rest_ = request->request.count;
-  part_ = {request->request.first, std::min(request->rows_max, rest_)};
+  part_ = {request->request.first, 0};
+  if (rest_ > 0) {
+    parts_left_ = std::max(std::min(request->response_count_min, rest_),
+                           QuotientUp(rest_, request->rows_max));
+  }
+  SelectNextPart();
   answer_.clear();
 }
 
@@ -29,7 +40,7 @@ void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession:
 Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
   Outgoing outgoing = {std::exchange(response_, nullptr), {}, nullptr};
   rest_ = ok ? rest_ - part_.count : 0;
-  part_ = {part_.first + part_.count, std::min(part_.count, rest_)};
+  SelectNextPart();
   if (!ok) {
     answer_.clear();
   } else if (outgoing.response != nullptr) {
@@ -55,6 +66,12 @@ void RunningRequest::Encode(const PoolSession& pool, Response* response) {
   const absl::Span<const uint8_t> observations(drawn.begin(), drawn.size());
   response->observations = grpc::Slice(
       encoder_->Encode(batch.first_environment(), batch.environment_count(), observations));
+}
+
+void RunningRequest::SelectNextPart() {
+  part_.first += part_.count;
+  part_.count = rest_ == 0 ? 0 : QuotientUp(rest_, parts_left_);
+  --parts_left_;
 }
 
 Answer RunningRequest::TakeAnswer() { return std::exchange(answer_, {}); }

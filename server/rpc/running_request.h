@@ -46,13 +46,16 @@ class RunningRequest {
  private:
   // Puts the encoded observations in place of those that were drawn.
   void Encode(const PoolSession& pool, Response* response);
+  // The range after part_, as large as all that are left.
+  void SelectNextPart();
 
   StreamRequest* request_ = nullptr;  // until its last response is sent
   int64_t sequence_number_ = 0;
   absl::Time begin_time_;
   absl::Duration queued_;
-  Part part_;         // the next, or that which runs
-  int32_t rest_ = 0;  // environments from part_ on
+  Part part_;               // the next, or that which runs
+  int32_t rest_ = 0;        // environments from part_ on
+  int32_t parts_left_ = 0;  // after part_
   Response* response_ = nullptr;
   FrameRing frames_;
   Answer answer_;  // as far as it goes

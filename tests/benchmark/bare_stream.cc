@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/client_context.h"
@@ -16,12 +15,10 @@
 #include "grpcpp/server_builder.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/channel_arguments.h"
-#include "tests/benchmark/time_now.h"
 
 namespace procgen {
 namespace {
 
-constexpr absl::Duration kMeasuringTime = absl::Milliseconds(100);
 constexpr char kMethod[] = "/procgen.benchmark.Bare/Stream";
 
 grpc::ByteBuffer MessageOf(size_t bytes) {
@@ -107,24 +104,25 @@ class LoopbackStream final : public BareStream {
     return Wait() ? absl::OkStatus() : absl::UnavailableError("the bare stream cannot connect");
   }
 
-  absl::Duration MeasureExchange() override {
-    const absl::Duration start = TimeNow(TimeKind::kWall);
-    absl::Duration elapsed;
-    int exchanges = 0;
-    // The first requests are sent ahead; each response lets the next one go.
-    bool ok = true;
-    for (int ahead = 1; ahead < shape_.requests_in_flight; ++ahead) {
-      ok = ok && Write();
+  absl::Status SendAhead() override {
+    absl::Status status;
+    for (int ahead = 1; ahead < shape_.requests_in_flight && status.ok(); ++ahead) {
+      status = Write();
     }
-    while (ok && elapsed < kMeasuringTime) {
-      ok = Write() && Read();
-      ++exchanges;
-      elapsed = TimeNow(TimeKind::kWall) - start;
+    return status;
+  }
+
+  absl::Status Exchange() override {
+    absl::Status status = Write();
+    return status.ok() ? Read() : status;
+  }
+
+  absl::Status ReceiveRest() override {
+    absl::Status status;
+    for (int ahead = 1; ahead < shape_.requests_in_flight && status.ok(); ++ahead) {
+      status = Read();
     }
-    for (int ahead = 1; ahead < shape_.requests_in_flight; ++ahead) {
-      ok = ok && Read();
-    }
-    return ok ? elapsed / exchanges : absl::InfiniteDuration();
+    return status;
   }
 
  private:
@@ -134,15 +132,16 @@ class LoopbackStream final : public BareStream {
     bool ok = false;
     return queue_.Next(&tag, &ok) && ok;
   }
-  bool Write() {
+  absl::Status Write() {
     call_->Write(request_, this);
-    return Wait();
+    return Wait() ? absl::OkStatus() : Broken();
   }
-  bool Read() {
+  absl::Status Read() {
     grpc::ByteBuffer response;
     call_->Read(&response, this);
-    return Wait() && response.Length() == shape_.response_bytes;
+    return Wait() && response.Length() == shape_.response_bytes ? absl::OkStatus() : Broken();
   }
+  static absl::Status Broken() { return absl::UnavailableError("the bare stream broke"); }
 
   const StreamShape shape_;
   const grpc::ByteBuffer request_;

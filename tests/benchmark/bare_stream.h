@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <memory>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/time/time.h"
 
 namespace procgen {
 
@@ -26,9 +26,12 @@ class BareStream {
   static absl::StatusOr<std::unique_ptr<BareStream>> Start(const StreamShape& shape);
   virtual ~BareStream() = default;
 
-  // Exchanges requests and responses for about 0.1 s. Returns the mean time of one exchange, or an
-  // infinite one if the stream broke.
-  virtual absl::Duration MeasureExchange() = 0;
+  // Sends the requests that are sent ahead, all but one of those that may be unanswered.
+  virtual absl::Status SendAhead() = 0;
+  // Sends a request and receives the answer to the oldest. Errors, of all three: UNAVAILABLE.
+  virtual absl::Status Exchange() = 0;
+  // Receives the answers to those that were sent ahead.
+  virtual absl::Status ReceiveRest() = 0;
 };
 
 }  // namespace procgen

@@ -12,10 +12,10 @@ constexpr int kWarmUpSteps = 100;
 
 }  // namespace
 
-absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course) {
+absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course, int32_t env_count) {
   PoolOptions options;
   options.games = {course.game};
-  options.env_count = kEnvCount;
+  options.env_count = env_count;
   options.environment.distribution_mode = course.mode;
   options.art = course.art;
   auto pool = Pool::Create(options, std::make_shared<Crew>(course.worker_count - 1));
@@ -33,11 +33,13 @@ absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course) {
 
 LocalLearner::LocalLearner(std::unique_ptr<Pool> pool, bool drawn)
     : pool_(std::move(pool)),
-      actions_(kEnvCount),
-      observations_(drawn ? static_cast<size_t>(kEnvCount) * kObservationBytes : 0) {}
+      actions_(pool_->env_count()),
+      observations_(drawn ? static_cast<size_t>(pool_->env_count()) * kObservationBytes : 0),
+      rewards_(static_cast<size_t>(pool_->env_count())),
+      first_(static_cast<size_t>(pool_->env_count())) {}
 
 absl::Status LocalLearner::Step() {
-  const StepInput input = {.first = 0, .count = kEnvCount, .actions = actions_.Next()};
+  const StepInput input = {.first = 0, .count = pool_->env_count(), .actions = actions_.Next()};
   Batch batch;
   batch.observations = absl::MakeSpan(observations_);
   batch.rewards = absl::MakeSpan(rewards_);

@@ -1,7 +1,6 @@
 #ifndef TESTS_BENCHMARK_LOCAL_LEARNER_H_
 #define TESTS_BENCHMARK_LOCAL_LEARNER_H_
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -32,7 +31,7 @@ class LocalLearner {
   static constexpr int32_t kEnvCount = 64;
 
   // The environments have gone from their common start to a typical mixture of states.
-  static absl::StatusOr<LocalLearner> Start(const Course& course);
+  static absl::StatusOr<LocalLearner> Start(const Course& course, int32_t env_count = kEnvCount);
 
   // Steps all environments once.
   absl::Status Step();
@@ -45,8 +44,8 @@ class LocalLearner {
   std::unique_ptr<Pool> pool_;
   ActionTape actions_;
   std::vector<uint8_t> observations_;  // empty: not drawn
-  std::array<float, kEnvCount> rewards_ = {};
-  std::array<uint8_t, kEnvCount> first_ = {};
+  std::vector<float> rewards_;
+  std::vector<uint8_t> first_;
 };
 
 }  // namespace procgen

@@ -4,9 +4,25 @@
 
 namespace procgen {
 
+namespace {
+
+clockid_t ClockOf(TimeKind kind) {
+  switch (kind) {
+    case TimeKind::kThread:
+      return CLOCK_THREAD_CPUTIME_ID;
+    case TimeKind::kProcess:
+      return CLOCK_PROCESS_CPUTIME_ID;
+    case TimeKind::kWall:
+      break;
+  }
+  return CLOCK_MONOTONIC;
+}
+
+}  // namespace
+
 absl::Duration TimeNow(TimeKind kind) {
   timespec now = {};
-  clock_gettime(kind == TimeKind::kThread ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
+  clock_gettime(ClockOf(kind), &now);
   return absl::DurationFromTimespec(now);
 }
 

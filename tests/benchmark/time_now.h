@@ -5,9 +5,9 @@
 
 namespace procgen {
 
-// Which time counts: what the calling thread spent computing, which others on the machine hardly
-// change, or what went by, for work that several threads share or that waits.
-enum class TimeKind { kThread, kWall };
+// Which time counts: what the calling thread spent computing, or all threads of this process, which
+// others on the machine hardly change; or what went by, for work that waits.
+enum class TimeKind { kThread, kProcess, kWall };
 
 // The time of `kind` now, since some fixed moment.
 absl::Duration TimeNow(TimeKind kind);

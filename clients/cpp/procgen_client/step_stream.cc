@@ -18,6 +18,20 @@ namespace {
 constexpr absl::Duration kBackoffMin = absl::Milliseconds(20);
 constexpr absl::Duration kBackoffMax = absl::Seconds(2);
 
+// Where server and learner share all cores of a machine, slices that are smaller than this, in
+// bytes of observations, cost more than they save (procgen-benchmark-stream, step/...); and more of
+// them than this save nothing.
+constexpr int64_t kSliceBytesMin = 2 << 20;
+constexpr int64_t kSlicesMax = 4;
+
+int32_t PayingSlices(const procgen::v1::Pool& pool) {
+  if (pool.spec().transport() == procgen::v1::TRANSPORT_SHARED_MEMORY) {
+    return 1;  // nothing is on its way there
+  }
+  const int64_t bytes = pool.observation_bytes() * pool.spec().env_count();
+  return static_cast<int32_t>(std::clamp(bytes / kSliceBytesMin, int64_t{1}, kSlicesMax));
+}
+
 class Backoff {
  public:
   absl::Duration Next() {
@@ -35,7 +49,10 @@ class Backoff {
 
 StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
                        const std::string& pool, const StreamOptions& options)
-    : stub_(stub), token_(std::move(token)), reconnect_timeout_(options.reconnect_timeout) {
+    : stub_(stub),
+      token_(std::move(token)),
+      reconnect_timeout_(options.reconnect_timeout),
+      pipeline_(options.pipeline) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
   attach->set_requests_in_flight_max(options.requests_in_flight_max);
@@ -61,6 +78,9 @@ absl::Status StepStream::Attach() {
       return GiveUp(decoder.status());
     }
     decoder_ = std::make_unique<ObservationDecoder>(*std::move(decoder));
+  }
+  if (pipeline_ == 0) {
+    pipeline_ = PayingSlices(pool());
   }
   // Whoever has it when the connection breaks was this stream, as far as the server knows.
   attach_.mutable_attach()->set_take_over(true);
@@ -170,9 +190,18 @@ std::shared_ptr<StepStream::Connection> StepStream::connection() {
 }
 
 absl::Status StepStream::Step(absl::Span<const int32_t> actions, Batch* batch) {
+  return Call(StepRequest(actions), batch);
+}
+
+absl::StatusOr<int64_t> StepStream::SendStep(absl::Span<const int32_t> actions) {
+  return Send(StepRequest(actions));
+}
+
+procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> actions) const {
   procgen::v1::StepPoolRequest request;
   request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
-  return Call(std::move(request), batch);
+  request.mutable_step()->set_response_count_min(pipeline_);
+  return request;
 }
 
 absl::Status StepStream::Observe(Batch* batch) {

@@ -31,6 +31,10 @@ struct StreamOptions {
   // answers meanwhile, so that no step is lost or taken twice. 0: a broken connection ends the
   // stream, and the server keeps nothing.
   absl::Duration reconnect_timeout = absl::Minutes(1);
+  // In how many slices Step and SendStep have the pool stepped, in [0, 64]: while one is on its
+  // way, the next is stepped. The step is one request all the same, taken whole or not at all. 0:
+  // as many as pay for observations of this size.
+  int32_t pipeline = 0;
   // Another stream that has the pool ends.
   bool take_over = false;
 };
@@ -62,6 +66,9 @@ class StepStream {
   int32_t requests_in_flight_max() const { return attached_.requests_in_flight_max(); }
   int64_t response_bytes_max() const { return attached_.response_bytes_max(); }
 
+  // In how many slices a step of the whole pool is carried out.
+  int32_t pipeline() const { return pipeline_; }
+
   // Steps the whole pool and waits for the answer. `actions`: [env_count()], each in [-1, 15).
   // REQUIRES: nothing is unanswered.
   absl::Status Step(absl::Span<const int32_t> actions, Batch* batch);
@@ -78,6 +85,9 @@ class StepStream {
   // Receive makes it anew; that it is broken, only Receive finds.
   // Errors: FAILED_PRECONDITION requests_in_flight_max() are unanswered (nothing was sent).
   absl::StatusOr<int64_t> Send(procgen::v1::StepPoolRequest request);
+  // Sends the request of Step, whose answer Receive waits for: what the learner does meanwhile
+  // costs no time. Returns and errors as Send.
+  absl::StatusOr<int64_t> SendStep(absl::Span<const int32_t> actions);
   // Waits for the answer to the oldest unanswered request; that to a level_sampler is a batch of no
   // environments. Errors: FAILED_PRECONDITION there is
   // none; those of the server.
@@ -102,6 +112,7 @@ class StepStream {
              const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
+  procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions) const;
   // Attaches with a new connection, by `deadline`. `is_broken`: whether an error may be another
   // one the next time.
   absl::Status Open(absl::Time deadline, procgen::v1::Attached* attached, bool* is_broken)
@@ -127,6 +138,7 @@ class StepStream {
   procgen::v1::StepService::Stub* const stub_;
   const std::string token_;  // empty: none
   const absl::Duration reconnect_timeout_;
+  int32_t pipeline_;  // 0: until it is attached
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;      // at first
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first

@@ -21,6 +21,7 @@ from procgen_client._proto import (
     states_pb2_grpc,
     step_pb2,
 )
+from procgen_client._requests import in_range
 from procgen_client._wire import read_response
 from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.encoding import check_decodable
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
+# Most slices that a step can be asked to be carried out in (Step.response_count_min).
+_PIPELINE_MAX = 64
 
 
 class Client:
@@ -154,6 +157,7 @@ class Client:
         total_environments: int = 0,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
         screen_size: int = 64,
         grayscale_obs: bool = False,
         layout: str = "hwc",
@@ -170,27 +174,26 @@ class Client:
             env_count: Number of environments, N.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
                 the next episode's first at once. "next_step": it is the last one; the next step
-                ignores its action and begins the next. "disabled": it is the last one; reset then.
-            first_environment, total_environments: For a part of a larger pool: the index of its
-                first environment in the whole, and the whole's number; 0: up to this pool's last.
+                ignores its action and begins the next episode. "disabled": it must be reset then.
+            first_environment, total_environments: For a part of a larger pool: where it begins in
+                the whole, and the whole's number; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
+            pipeline: In how many slices a step of the whole pool is carried out, in [1, 64]: one is
+                on its way while the next is stepped. None: as many as pay.
             screen_size: Side that observations are drawn at, in pixels, in [16, 512].
             grayscale_obs: One channel, (77 red + 150 green + 29 blue + 128) // 256, not three.
             layout: Order of a picture's axes: "hwc" (height, width, channels) or "chw".
-            frame_stack: Number of pictures of successive steps in one observation, oldest first, in
-                [1, 16]; more than 1 make a first axis. An episode's first stands in all places.
-            encoding: How observations travel: "raw", or for thin networks "zstd_difference" or
-                "lz4_difference", which need the packages zstandard and lz4. Batches are the same.
-            lease_duration: Seconds that the pool lives while nobody steps it. None: until deleted.
-            level_sampler: Chooses the levels. None: num_levels and start_level do.
-            **options: The released options: distribution_mode, num_levels, start_level, rand_seed,
-                use_sequential_levels, ... See procgen_client.options.EnvironmentOptions.
+            frame_stack: Pictures of successive steps in one observation, oldest first, in [1, 16];
+                more than 1 make a first axis. An episode's first picture stands in all places.
+            encoding: "raw", or for thin networks "zstd_difference" or "lz4_difference".
+            lease_duration: Seconds that the pool lives while nobody steps it. None: no end.
+            level_sampler: Chooses levels, until Pool.set_level_sampler. None: the options do.
+            **options: The released options; see procgen_client.options.EnvironmentOptions.
 
         Raises:
             InvalidArgumentError: A value is out of range, or a game lacks that mode.
-            NotFoundError: There is no such game.
-            AlreadyExistsError: `pool_id` is taken.
+            NotFoundError, AlreadyExistsError: No such game; `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
             UnimplementedError: The server lacks this option, or this machine the package for it.
         """
@@ -212,11 +215,16 @@ class Client:
             level_sampler=level_sampler,
         )
         return self.create_pool_from_spec(
-            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max
+            spec, pool_id=pool_id, requests_in_flight_max=requests_in_flight_max, pipeline=pipeline
         )
 
     def create_pool_from_spec(
-        self, spec: pools_pb2.PoolSpec, *, pool_id: str = "", requests_in_flight_max: int = 2
+        self,
+        spec: pools_pb2.PoolSpec,
+        *,
+        pool_id: str = "",
+        requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
     ) -> Pool:
         """Makes a pool from a spec.
 
@@ -225,26 +233,37 @@ class Client:
         Errors as :meth:`create_pool`.
         """
         check_decodable(spec.encoding)
+        _check_pipeline(pipeline)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
         return Pool(
             self,
             self._unary(self._pool_stub.CreatePool, request),
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
+            pipeline=pipeline,
         )
 
-    def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> Pool:
+    def get_pool(
+        self, name: str, *, requests_in_flight_max: int = 2, pipeline: int | None = None
+    ) -> Pool:
         """Gives a pool that is there already; closing it leaves it there.
 
+        Args:
+            name: The pool's name.
+            requests_in_flight_max, pipeline: As create_pool takes them.
+
         Raises:
-            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `pipeline` is
+                out of range.
             NotFoundError: There is no such pool.
         """
+        _check_pipeline(pipeline)
         return Pool(
             self,
             self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name)),
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
+            pipeline=pipeline,
         )
 
     def list_pools(self) -> list[pools_pb2.Pool]:
@@ -325,6 +344,11 @@ class Client:
         except grpc.RpcError as error:
             return error.details() or error.code().name
         return "it has just begun to"
+
+
+def _check_pipeline(pipeline: int | None) -> None:
+    if pipeline is not None:
+        in_range("pipeline", pipeline, 1, _PIPELINE_MAX)
 
 
 def connect(

@@ -36,6 +36,10 @@ if TYPE_CHECKING:
 _RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
 _ROW_OVERHEAD_BYTES = 1024
+# Where server and learner share all cores of a machine, slices that are smaller than this,
+# in bytes of observations, cost more than they save; and more of them than this save nothing.
+_SLICE_BYTES_MIN = 2 * 1024 * 1024
+_SLICES_MAX = 4
 
 
 class Pool(PoolResource):
@@ -55,6 +59,10 @@ class Pool(PoolResource):
     were still owed are lost, and the next request attaches anew; the environments stand as they did
     before the request at fault.
 
+    A step of the whole pool may be carried out in several slices: while one is on its way, the next
+    is stepped. It is one request all the same, taken whole or not at all, and its answer is one
+    batch, the same whatever the number of slices.
+
     An interruption (Ctrl-C) while an answer is waited for ends the stream, too, but what was sent
     is carried out.
 
@@ -62,6 +70,7 @@ class Pool(PoolResource):
 
     Attributes, beside those of PoolResource:
         requests_in_flight_max: How many requests may be unanswered.
+        pipeline: In how many slices a step of the whole pool with pictures is carried out.
     """
 
     def __init__(
@@ -71,10 +80,12 @@ class Pool(PoolResource):
         *,
         deletes_on_close: bool,
         requests_in_flight_max: int = 2,
+        pipeline: int | None = None,
     ) -> None:
         """For :class:`Client`; use its create_pool or get_pool."""
         super().__init__(client, message)
         self.requests_in_flight_max = requests_in_flight_max
+        self.pipeline = self._paying_slices() if pipeline is None else pipeline
         self._deletes_on_close = deletes_on_close
         self._closed = False
         self._stream: Stream | None = None
@@ -238,6 +249,7 @@ class Pool(PoolResource):
             repeat_count=in_range("repeat_count", repeat_count, 1, 1000),
             observation=observation(observe),
             with_final_observations=final_observations,
+            response_count_min=self.pipeline if observe and len(numbers) == self.env_count else 0,
             resets=reset_messages(resets),
         )
         for environment, level_seed in (next_levels or {}).items():
@@ -338,6 +350,12 @@ class Pool(PoolResource):
                 pass  # It is gone, or the server is.
 
     # Internals.
+
+    def _paying_slices(self) -> int:
+        if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
+            return 1  # Nothing is on its way there.
+        pool_bytes = self.env_count * int(np.prod(self.observation_shape))
+        return min(max(pool_bytes // _SLICE_BYTES_MIN, 1), _SLICES_MAX)
 
     def _response_bytes_max(self) -> int:
         """Gives 0, for what servers send by default, or more where that has no room for a row."""

@@ -96,7 +96,7 @@ class ProcgenVectorEnv(VectorEnv):
             **options: As Client.create_pool takes them: the released options (distribution_mode,
                 num_levels, start_level, rand_seed, use_sequential_levels, ...), the form of the
                 observations (screen_size, grayscale_obs, layout, frame_stack) and how they travel
-                (encoding).
+                (encoding, pipeline).
 
         Raises:
             InvalidArgumentError: An argument is out of range.
@@ -192,20 +192,45 @@ class ProcgenVectorEnv(VectorEnv):
             InvalidArgumentError: `actions` has a wrong length or a value out of range. Nothing has
                 moved.
             FailedPreconditionError: With DISABLED, an environment's episode is over: reset it.
-                Nothing has moved.
+                Nothing has moved. Or step_async was called and step_wait was not.
         """
+        self.step_async(actions)
+        return self.step_wait()
+
+    def step_async(self, actions: npt.ArrayLike) -> None:
+        """Has all environments stepped, and does not wait for it; step_wait gives the results.
+
+        The first half of step, as Gymnasium's AsyncVectorEnv has it: what is done between the two
+        halves costs no time. Nothing else may be asked of the environment there.
+
+        Args and errors as step.
+        """
+        if self.pool.in_flight:
+            raise FailedPreconditionError("step_async was called before: call step_wait first")
         if self._mode is AutoresetMode.DISABLED and self._ended.any():
             raise FailedPreconditionError(
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} are over: "
                 'reset them with options={"reset_mask": ...}'
             )
-        same_step = self._mode is AutoresetMode.SAME_STEP
         actions = np.asarray(actions)
         if actions.shape != (self.num_envs,):
             raise InvalidArgumentError(
                 f"actions has shape {list(actions.shape)}; it is [{self.num_envs}]"
             )
-        batch = self.pool.step(actions, final_observations=same_step)
+        self.pool.send_step(actions, final_observations=self._mode is AutoresetMode.SAME_STEP)
+
+    def step_wait(
+        self,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Waits for what step_async began, and gives what step gives.
+
+        Raises:
+            FailedPreconditionError: step_async was not called.
+            ProcgenError: Whatever the server says.
+        """
+        if not self.pool.in_flight:
+            raise FailedPreconditionError("step_async was not called: call it first")
+        batch = self.pool.receive()
         self._untouched = False
         self._ended = batch.ended
         return (
@@ -213,7 +238,7 @@ class ProcgenVectorEnv(VectorEnv):
             batch.rewards.astype(np.float64),
             batch.terminated,
             batch.truncated,
-            _step_infos(batch, same_step),
+            _step_infos(batch, self._mode is AutoresetMode.SAME_STEP),
         )
 
     def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:

@@ -234,6 +234,34 @@ def test_disabled_wants_ended_environments_reset(make_env: MakeEnv) -> None:
     env.step(_NOTHING)
 
 
+def test_a_step_may_be_taken_in_two_halves(make_env: MakeEnv) -> None:
+    # vector/async_vector_env.py, step_async and step_wait.
+    env, twin = make_env(), make_env(pipeline=2)
+    env.reset(seed=5)
+    twin.reset(seed=5)
+    for action in range(9):
+        twin.step_async(np.full(_N, action))
+        for whole, halves in zip(env.step(np.full(_N, action)), twin.step_wait(), strict=True):
+            if isinstance(whole, np.ndarray):
+                np.testing.assert_array_equal(whole, halves)
+
+
+def test_halves_of_a_step_come_in_their_order(make_env: MakeEnv) -> None:
+    # vector/async_vector_env.py: a call while another is pending is an error, and so is waiting for
+    # what was not begun.
+    env = make_env()
+    env.reset()
+    with pytest.raises(errors.FailedPreconditionError, match="step_async was not called"):
+        env.step_wait()
+    env.step_async(_NOTHING)
+    with pytest.raises(errors.FailedPreconditionError, match="call step_wait first"):
+        env.step_async(_NOTHING)
+    with pytest.raises(errors.FailedPreconditionError, match="unanswered"):
+        env.reset()
+    env.step_wait()
+    env.step(_NOTHING)
+
+
 def test_infos_bear_masks(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv._add_info: for each key an array and a mask "_key".
     env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)

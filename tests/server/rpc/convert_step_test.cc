@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/limits.h"
@@ -48,6 +49,16 @@ TEST(ConvertStepTest, UnknownObservationIsRefused) {
   request.message.mutable_observe()->set_observation(static_cast<v1::Observation>(9));
   EXPECT_THAT(ReadStreamRequest(&request),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("observation is number 9")));
+}
+
+TEST(ConvertStepTest, NumbersOfResponsesOutOfRangeAreRefused) {
+  for (const int32_t count : {-1, 65}) {
+    StreamRequest request;
+    request.message.mutable_step()->set_response_count_min(count);
+    EXPECT_THAT(ReadStreamRequest(&request),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         absl::StrCat("response_count_min is ", count, ", allowed: 0 to 64")));
+  }
 }
 
 TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {

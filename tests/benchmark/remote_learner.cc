@@ -1,0 +1,98 @@
+#include "tests/benchmark/remote_learner.h"
+
+#include <utility>
+
+#include "absl/types/span.h"
+#include "procgen/v1/pools.pb.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kWarmUpSteps = 50;
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Server>> StartStreamServer() {
+  ServerOptions options;
+  options.address = "127.0.0.1:0";
+  options.worker_count = kStreamWorkerCount;
+  return Server::Start(options);
+}
+
+absl::StatusOr<std::unique_ptr<RemoteLearner>> RemoteLearner::Start(const std::string& address,
+                                                                    const RemoteCourse& course) {
+  auto client = procgen_client::Client::Connect(address);
+  if (!client.ok()) {
+    return client.status();
+  }
+  auto learner = std::unique_ptr<RemoteLearner>(new RemoteLearner(*std::move(client), course));
+  absl::Status status = learner->MakePool();
+  for (int step = 0; step < kWarmUpSteps && status.ok(); ++step) {
+    status = learner->Step();
+  }
+  if (!status.ok()) {
+    return status;
+  }
+  return learner;
+}
+
+RemoteLearner::RemoteLearner(std::unique_ptr<procgen_client::Client> client,
+                             const RemoteCourse& course)
+    : course_(course), client_(std::move(client)), actions_(course.env_count) {}
+
+RemoteLearner::~RemoteLearner() {
+  stream_.reset();
+  client_->DeletePool(pool_).IgnoreError();
+}
+
+absl::Status RemoteLearner::MakePool() {
+  v1::PoolSpec spec;
+  spec.add_games(kStreamGame);
+  spec.set_env_count(course_.env_count);
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  const auto pool = client_->CreatePool(spec);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  pool_ = pool->name();
+  procgen_client::StreamOptions options;
+  options.requests_in_flight_max = course_.requests_in_flight;
+  options.pipeline = course_.pipeline;
+  auto stream = client_->Attach(pool_, options);
+  if (stream.ok()) {
+    stream_ = *std::move(stream);
+  }
+  return stream.status();
+}
+
+absl::Status RemoteLearner::Step() { return stream_->Step(actions_.Next(), &batch_); }
+
+absl::Status RemoteLearner::SendAhead() {
+  absl::Status status;
+  for (int ahead = 1; ahead < course_.requests_in_flight && status.ok(); ++ahead) {
+    status = stream_->SendStep(actions_.Next()).status();
+  }
+  return status;
+}
+
+absl::Status RemoteLearner::Exchange() {
+  absl::Status status = stream_->SendStep(actions_.Next()).status();
+  return status.ok() ? stream_->Receive(&batch_) : status;
+}
+
+absl::Status RemoteLearner::ReceiveRest() {
+  absl::Status status;
+  for (int ahead = 1; ahead < course_.requests_in_flight && status.ok(); ++ahead) {
+    status = stream_->Receive(&batch_);
+  }
+  return status;
+}
+
+StreamShape RemoteLearner::Shape() const {
+  const size_t row_bytes = sizeof(float) * 2 + sizeof(int32_t) * 3 + sizeof(bool) * 4;
+  return {.request_bytes = static_cast<size_t>(course_.env_count),  // an action is a byte
+          .response_bytes = batch_.observations().size() + batch_.rewards().size() * row_bytes,
+          .requests_in_flight = course_.requests_in_flight};
+}
+
+}  // namespace procgen

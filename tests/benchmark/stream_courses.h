@@ -1,0 +1,27 @@
+#ifndef TESTS_BENCHMARK_STREAM_COURSES_H_
+#define TESTS_BENCHMARK_STREAM_COURSES_H_
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+
+namespace procgen {
+
+// The benchmarks of procgen-benchmark-stream, a file each: stream_<name>.cc.
+void RegisterTcpStreams();  // stream/tcp/...
+void RegisterPipelines();   // step/...
+void RegisterLatencies();   // latency/...
+void RegisterFairness();    // fair/...
+
+// How long each contestant is measured in one round.
+inline constexpr absl::Duration kContestantTime = absl::Milliseconds(50);
+
+// Runs `round`, which measures all contestants in turn, as often as Google Benchmark says; `status`
+// is that of what was done before. Returns whether all went well; otherwise `state` has the error.
+bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
+               benchmark::State& state);
+
+}  // namespace procgen
+
+#endif  // TESTS_BENCHMARK_STREAM_COURSES_H_

@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+"""Tells in a table, and in a picture, what procgen-benchmark-stream has measured.
+
+Usage: stream_report.py STREAM.json [--plot FILE.png]
+
+STREAM.json is what the program prints with --benchmark_format=json. The table goes to standard
+output, in Markdown, as it stands in the root's README.md. The picture needs matplotlib
+(deploy/install-dependencies.sh --plot).
+Exit status: 0 done, 2 a mistake, 77 a picture is asked for and matplotlib is not installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+_NAME = re.compile(r"(?P<course>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
+_NOT_INSTALLED = 77
+_DOTS_PER_INCH = 120
+_TCP_SIZES_ASKED_FOR = (64, 256)
+_COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
+
+
+class Row(NamedTuple):
+    """A line of the table: what was measured, what is asked for, what came out."""
+
+    what: str
+    target: str
+    figure: str
+
+
+class Report:
+    """The courses of one run by name and size, e.g. ("stream/tcp", 64)."""
+
+    def __init__(self, run: dict) -> None:
+        """Takes what the program printed, parsed."""
+        self.courses: dict[tuple[str, int], dict[str, float]] = {}
+        for benchmark in run["benchmarks"]:
+            name = _NAME.match(benchmark["name"])
+            if name and not benchmark.get("error_occurred"):
+                self.courses[name["course"], int(name["size"])] = benchmark
+
+    def sizes(self, course: str) -> list[int]:
+        """Gives the sizes of a course that were run."""
+        return sorted(size for name, size in self.courses if name == course)
+
+    def rows(self) -> list[Row]:
+        """Gives the lines of the table, of the courses that were run."""
+        rows: list[Row] = []
+        for size in self.sizes("stream/tcp"):
+            course = self.courses["stream/tcp", size]
+            rows.append(
+                Row(
+                    f"TCP, pool of {size}: rate, of what the slower of engine and wire allows "
+                    "(where they share the cores)",
+                    "0.85" if size in _TCP_SIZES_ASKED_FOR else "",
+                    f"{course['allowed_ratio']:.2f} ({course['shared_allowed_ratio']:.2f})",
+                )
+            )
+        for size in self.sizes("stream/shm"):
+            ratio = self.courses["stream/shm", size]["inprocess_ratio"]
+            rows.append(
+                Row(f"shared memory, pool of {size}: rate, of the pool in process", "0.90",
+                    f"{ratio:.2f}")
+            )
+        if ("latency", 1) in self.courses:
+            course = self.courses["latency", 1]
+            rows.append(
+                Row("one environment's round trip: p50 over an empty ping-pong's", "1.5 at most",
+                    f"{course['pingpong_ratio']:.2f} ({course['p50_us']:.0f} us; "
+                    f"p99 {course['p99_us']:.0f} us)")
+            )
+        for size in filter(lambda count: count > 1, self.sizes("fair")):
+            course = self.courses["fair", size]
+            rows.append(
+                Row(f"{size} learners at once: least and most, of an equal share", "0.8 to 1.2",
+                    f"{course['least_share']:.2f} to {course['most_share']:.2f}")
+            )
+        return rows
+
+
+def table(rows: list[Row]) -> str:
+    """Gives the rows in Markdown."""
+    lines = ["| what | asked for | measured |", "| --- | --- | --- |"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def plot(report: Report, path: Path) -> None:
+    """Draws ratios of the streams, latencies and shares side by side."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    matplotlib.rcParams["font.size"] = 9
+    from matplotlib import pyplot
+
+    figure, (streams, latencies, shares) = pyplot.subplots(
+        1, 3, figsize=(10, 2.8), width_ratios=(5, 2, 3), layout="constrained"
+    )
+    for axes in (streams, latencies, shares):
+        axes.spines[["top", "right"]].set_visible(False)
+    _plot_streams(report, streams)
+    _plot_latencies(report, latencies)
+    _plot_shares(report, shares)
+    figure.savefig(path, dpi=_DOTS_PER_INCH)
+
+
+def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
+    tcp, shm = report.sizes("stream/tcp"), report.sizes("stream/shm")
+    names = [f"TCP\n{size}" for size in tcp] + [f"shared\n{size}" for size in shm]
+    ratios = [report.courses["stream/tcp", size]["allowed_ratio"] for size in tcp]
+    ratios += [report.courses["stream/shm", size]["inprocess_ratio"] for size in shm]
+    axes.bar(names, ratios, color=_COLORS["ours"], label="each on cores of its own")
+    shared = [report.courses["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
+    axes.scatter(names[: len(tcp)], shared, color="black", zorder=2, s=14,
+                 label="on the same cores")
+    axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
+    axes.set_title("stream: rate, of the most that is allowed")
+    axes.set_ylim(0, None)
+    axes.legend(frameon=False, fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
+
+
+def _plot_latencies(report: Report, axes) -> None:  # noqa: ANN001
+    axes.set_title("round trip, us: p50, p99")
+    if ("latency", 1) not in report.courses:
+        return
+    course = report.courses["latency", 1]
+    p50, p99 = course["p50_us"], course["p99_us"]
+    bare = (p50 / course["pingpong_ratio"], p99 / course["pingpong_p99_ratio"])
+    places = (0, 1)
+    axes.bar(places, (bare[1], p99), color=_COLORS["tail"])
+    axes.bar(places, (bare[0], p50), color=(_COLORS["bound"], _COLORS["ours"]))
+    axes.set_xticks(places, ("empty\nping-pong", "one\nenvironment"))
+
+
+def _plot_shares(report: Report, axes) -> None:  # noqa: ANN001
+    sizes = report.sizes("fair")
+    least = [report.courses["fair", size]["least_share"] for size in sizes]
+    most = [report.courses["fair", size]["most_share"] for size in sizes]
+    axes.vlines(range(len(sizes)), least, most, color=_COLORS["ours"], linewidth=5)
+    axes.scatter(range(len(sizes)), least, color=_COLORS["ours"], s=14)
+    axes.scatter(range(len(sizes)), most, color=_COLORS["ours"], s=14)
+    axes.axhspan(0.8, 1.2, color=_COLORS["bound"], alpha=0.3, zorder=0)
+    axes.set_xticks(range(len(sizes)), [str(size) for size in sizes])
+    axes.set_xlim(-0.5, len(sizes) - 0.5)
+    axes.set_ylim(min(0.5, *least), max(1.5, *most))
+    axes.set_title("learners at once: share of each")
+
+
+def main() -> int:
+    """Reads the arguments and does it."""
+    parser = argparse.ArgumentParser(
+        description="Tells what procgen-benchmark-stream has measured, as a table."
+    )
+    parser.add_argument("run", metavar="STREAM.json", type=Path,
+                        help="what it printed with --benchmark_format=json")
+    parser.add_argument("--plot", metavar="FILE.png", type=Path, help="draw a picture, too")
+    arguments = parser.parse_args()
+    try:
+        report = Report(json.loads(arguments.run.read_text()))
+    except (OSError, ValueError, KeyError) as error:
+        print(f"stream_report.py: {arguments.run} is no such file: {error!r}", file=sys.stderr)
+        return 2
+    if not report.courses:
+        print(f"stream_report.py: {arguments.run} has no course of procgen-benchmark-stream",
+              file=sys.stderr)
+        return 2
+    if arguments.plot:
+        try:
+            plot(report, arguments.plot)
+        except ImportError:
+            print("stream_report.py: matplotlib is not installed: "
+                  "deploy/install-dependencies.sh --plot", file=sys.stderr)
+            return _NOT_INSTALLED
+    print(table(report.rows()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+// stream/tcp/...: a learner that sends ahead, beside the engine alone and the wire alone.
+#include <sched.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+#include "tests/benchmark/bare_stream.h"
+#include "tests/benchmark/cost.h"
+#include "tests/benchmark/local_learner.h"
+#include "tests/benchmark/remote_learner.h"
+#include "tests/benchmark/stream_courses.h"
+
+namespace procgen {
+namespace {
+
+// As the contract has by default.
+constexpr int kRequestsInFlight = 2;
+
+int CoreCount() {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  return sched_getaffinity(0, sizeof(cores), &cores) == 0 ? CPU_COUNT(&cores) : 1;
+}
+
+// Whatever sends ahead, for one round.
+template <typename Sender>
+absl::Status MeasureSender(Sender* sender, Cost* cost) {
+  absl::Status status = sender->SendAhead();
+  if (status.ok()) {
+    status = cost->MeasureRound(kContestantTime, [&] { return sender->Exchange(); });
+  }
+  return status.ok() ? sender->ReceiveRest() : status;
+}
+
+// Our stream, the engine without a stream, and a stream without an engine.
+class Contest {
+ public:
+  static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count) {
+    auto server = StartStreamServer();
+    if (!server.ok()) {
+      return server.status();
+    }
+    auto learner = RemoteLearner::Start(
+        (*server)->address(), {.env_count = env_count, .requests_in_flight = kRequestsInFlight});
+    if (!learner.ok()) {
+      return learner.status();
+    }
+    auto wire = BareStream::Start((*learner)->Shape());
+    if (!wire.ok()) {
+      return wire.status();
+    }
+    auto engine =
+        LocalLearner::Start({.game = kStreamGame, .worker_count = kStreamWorkerCount}, env_count);
+    if (!engine.ok()) {
+      return engine.status();
+    }
+    return std::unique_ptr<Contest>(
+        new Contest(*std::move(server), *std::move(learner), *std::move(wire), *std::move(engine)));
+  }
+
+  absl::Status RunRound() {
+    absl::Status status = MeasureSender(learner_.get(), &ours_);
+    if (status.ok()) {
+      status = MeasureSender(wire_.get(), &wire_alone_);
+    }
+    return status.ok()
+               ? engine_alone_.MeasureRound(kContestantTime, [this] { return engine_.Step(); })
+               : status;
+  }
+
+  void Report(int32_t env_count, benchmark::State& state) const {
+    // A ratio of rates is the inverse ratio of times.
+    const absl::Duration allowed = std::max(wire_alone_.wall, engine_alone_.wall);
+    const absl::Duration shared =
+        std::max(allowed, (wire_alone_.cpu + engine_alone_.cpu) / CoreCount());
+    state.counters["wire_ratio"] = absl::FDivDuration(wire_alone_.wall, ours_.wall);
+    state.counters["engine_ratio"] = absl::FDivDuration(engine_alone_.wall, ours_.wall);
+    state.counters["allowed_ratio"] = absl::FDivDuration(allowed, ours_.wall);
+    state.counters["shared_allowed_ratio"] = absl::FDivDuration(shared, ours_.wall);
+    state.counters["cores_busy"] = absl::FDivDuration(ours_.cpu, ours_.wall);
+    state.counters["items_per_second"] = env_count / absl::ToDoubleSeconds(ours_.wall);
+  }
+
+ private:
+  Contest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
+          std::unique_ptr<BareStream> wire, LocalLearner engine)
+      : server_(std::move(server)),
+        learner_(std::move(learner)),
+        wire_(std::move(wire)),
+        engine_(std::move(engine)) {}
+
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<RemoteLearner> learner_;
+  std::unique_ptr<BareStream> wire_;
+  LocalLearner engine_;
+  Cost ours_;
+  Cost wire_alone_;
+  Cost engine_alone_;
+};
+
+void RunTcpStream(int32_t env_count, benchmark::State& state) {
+  const auto contest = Contest::Start(env_count);
+  const auto round = [&] { return (*contest)->RunRound(); };
+  if (RunRounds(contest.status(), round, state)) {
+    (*contest)->Report(env_count, state);
+  }
+}
+
+}  // namespace
+
+void RegisterTcpStreams() {
+  for (const int32_t env_count : {1, 16, 64, 256}) {
+    benchmark::RegisterBenchmark(
+        absl::StrCat("stream/tcp/environments:", env_count).c_str(),
+        [env_count](benchmark::State& state) { RunTcpStream(env_count, state); })
+        ->UseManualTime();
+  }
+}
+
+}  // namespace procgen
