@@ -124,8 +124,7 @@ void TryToRestore(absl::string_view snapshot) {
   Pool& pool = PoolFor(snapshot);
   const absl::Status status = pool.RestoreStates({{0, snapshot}});
   if (!status.ok()) {
-    // FAILED_PRECONDITION: the pool plays another game, for the snapshot names a second one
-    // elsewhere.
+    // FAILED_PRECONDITION: the pool plays another game, as the snapshot names a second one.
     Require(status.code() == absl::StatusCode::kInvalidArgument ||
                 status.code() == absl::StatusCode::kFailedPrecondition ||
                 status.code() == absl::StatusCode::kDataLoss,

@@ -20,7 +20,11 @@ constexpr int64_t kRequestCount = 64;
 constexpr int32_t kInFlightMax = 16;
 // A few responses, serialised ones among them, and what else settles meanwhile (27 MB; 38 MB where
 // answers are kept). All of the answers would be 236 MB.
+#ifdef __SANITIZE_THREAD__
+constexpr int64_t kMemoryBytesMax = 5 * (48 << 20);  // four shadows of each byte
+#else
 constexpr int64_t kMemoryBytesMax = 48 << 20;
+#endif
 
 class BackpressureTest : public testing::TestWithParam<bool> {};
 
