@@ -1,8 +1,6 @@
 #include "server/rpc/convert_shared.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -65,22 +63,6 @@ Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring
     batch.final_observations = {};
   }
   return batch;
-}
-
-void CompleteSharedBatch(int64_t observation_bytes, const Batch& batch) {
-  const auto picture_bytes = static_cast<size_t>(observation_bytes);
-  size_t kept = 0;
-  for (size_t row = 0; row < batch.terminated.size(); ++row) {
-    if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
-      continue;
-    }
-    batch.fingerprints[kept] = batch.fingerprints[row];
-    if (!batch.final_observations.empty() && row != kept) {
-      uint8_t* pictures = batch.final_observations.data();
-      std::memcpy(pictures + kept * picture_bytes, pictures + row * picture_bytes, picture_bytes);
-    }
-    ++kept;
-  }
 }
 
 }  // namespace procgen

@@ -16,10 +16,6 @@ void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
 Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
                             v1::StepPoolResponse* response);
 
-// Once the values are written: puts the fingerprints and final observations of episodes that ended
-// one behind the other.
-void CompleteSharedBatch(int64_t observation_bytes, const Batch& batch);
-
 }  // namespace procgen
 
 #endif  // SERVER_RPC_CONVERT_SHARED_H_

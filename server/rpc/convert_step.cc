@@ -202,29 +202,27 @@ Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observati
   return batch;
 }
 
-void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response) {
-  if (!response->has_batch() || response->batch().has_shared_batch()) {
-    return;
-  }
+void CompleteResponse(int64_t observation_bytes, const Batch& batch,
+                      v1::StepPoolResponse* response) {
   const auto picture_bytes = static_cast<size_t>(observation_bytes);
-  v1::Batch* batch = response->mutable_batch();
-  std::string* pictures = batch->mutable_final_observations();
-  const bool has_pictures = !pictures->empty();
+  uint8_t* const pictures = batch.final_observations.data();
+  const bool has_pictures = !batch.final_observations.empty();
   size_t kept = 0;
-  for (int32_t row = 0; row < batch->environment_count(); ++row) {
-    if (!batch->terminated(row) && !batch->truncated(row)) {
+  for (size_t row = 0; row < batch.terminated.size(); ++row) {
+    if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
       continue;
     }
-    batch->set_fingerprints(static_cast<int>(kept), batch->fingerprints(row));
-    const size_t from = static_cast<size_t>(row) * picture_bytes;
-    const size_t to = kept * picture_bytes;
-    if (has_pictures && from != to) {
-      std::memcpy(pictures->data() + to, pictures->data() + from, picture_bytes);
+    batch.fingerprints[kept] = batch.fingerprints[row];
+    if (has_pictures && row != kept) {
+      std::memcpy(pictures + kept * picture_bytes, pictures + row * picture_bytes, picture_bytes);
     }
     ++kept;
   }
-  batch->mutable_fingerprints()->Truncate(static_cast<int>(kept));
-  pictures->resize(has_pictures ? kept * picture_bytes : 0);
+  if (response->has_batch() && !response->batch().has_shared_batch()) {
+    v1::Batch* message = response->mutable_batch();
+    message->mutable_fingerprints()->Truncate(static_cast<int>(kept));
+    message->mutable_final_observations()->resize(has_pictures ? kept * picture_bytes : 0);
+  }
 }
 
 }  // namespace procgen

@@ -47,9 +47,10 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamReq
 Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
                       FrameRing* frames, Response* response);
 
-// Once the values are written: leaves only the fingerprints and final observations of episodes that
-// ended. In shared memory there is nothing to leave out (convert_shared.h).
-void CompleteResponse(int64_t observation_bytes, v1::StepPoolResponse* response);
+// Once the values of `batch` are written: puts the fingerprints and final observations of episodes
+// that ended one behind the other, and leaves no others in `response`, if it bears them itself.
+void CompleteResponse(int64_t observation_bytes, const Batch& batch,
+                      v1::StepPoolResponse* response);
 
 }  // namespace procgen
 

@@ -31,15 +31,13 @@ void RunningRequest::Begin(StreamRequest* request) {
 
 void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done) {
   response_ = response;
-  shared_ = {};
-  Batch batch;
+  batch_ = {};
   if (response != nullptr && request_->request.shared_batch >= 0) {
-    shared_ = PrepareSharedResponse(*request_, *pool->shared_ring(), &response->message);
-    batch = shared_;
+    batch_ = PrepareSharedResponse(*request_, *pool->shared_ring(), &response->message);
   } else if (response != nullptr) {
-    batch = PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
+    batch_ = PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
   }
-  pool->RunPart(request_->request, part_, batch, std::move(done));
+  pool->RunPart(request_->request, part_, batch_, std::move(done));
 }
 
 Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
@@ -49,8 +47,7 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
   if (!ok) {
     answer_.clear();
   } else if (outgoing.response != nullptr) {
-    CompleteSharedBatch(pool.observation_bytes(), shared_);
-    CompleteResponse(pool.observation_bytes(), &outgoing.response->message);
+    CompleteResponse(pool.observation_bytes(), batch_, &outgoing.response->message);
     if (pool.coding().compression().has_value() && request_->with_observations) {
       Encode(pool, outgoing.response);
     }

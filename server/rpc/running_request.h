@@ -58,7 +58,7 @@ class RunningRequest {
   int32_t parts_left_ = 0;  // after part_
   Response* response_ = nullptr;
   FrameRing frames_;
-  Batch shared_;   // of the part that runs, in shared memory; empty: it is elsewhere
+  Batch batch_;    // where the values of the part that runs are written
   Answer answer_;  // as far as it goes
   // Made for the first observations; null before, and where they are not encoded.
   std::unique_ptr<ObservationEncoder> encoder_;

@@ -26,7 +26,7 @@ _COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
 
 class Row(NamedTuple):
-    """A line of the table: what was measured, what is asked for, what came out."""
+    """A line of the table: what was measured, what it aims at, what came out."""
 
     what: str
     target: str
@@ -85,7 +85,7 @@ class Report:
 
 def table(rows: list[Row]) -> str:
     """Gives the rows in Markdown."""
-    lines = ["| what | asked for | measured |", "| --- | --- | --- |"]
+    lines = ["| what | aim | measured |", "| --- | --- | --- |"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 

@@ -31,6 +31,9 @@ namespace {
 constexpr char kLibrary[] = "libgrpc.so.29";
 constexpr char kCppLibrary[] = "libgrpc++.so.1.51";
 
+// Stands for the end of calls, of which a server waits for the last before it goes.
+char calls_over = 0;
+
 void AfterWait(const grpc_event& event) {
   if (event.type == GRPC_OP_COMPLETE) {
     __tsan_acquire(event.tag);
@@ -83,6 +86,20 @@ grpc_event grpc_completion_queue_pluck(grpc_completion_queue* cq, void* tag, gpr
   const grpc_event event = next(cq, tag, deadline, reserved);
   AfterWait(event);
   return event;
+}
+
+void grpc_call_unref(grpc_call* call) {
+  static auto* const next =
+      procgen::LibraryFunction<decltype(grpc_call_unref)>(kLibrary, "grpc_call_unref");
+  __tsan_release(&calls_over);
+  next(call);
+}
+
+void grpc_server_destroy(grpc_server* server) {
+  static auto* const next =
+      procgen::LibraryFunction<decltype(grpc_server_destroy)>(kLibrary, "grpc_server_destroy");
+  next(server);
+  __tsan_acquire(&calls_over);
 }
 
 int grpc_byte_buffer_reader_init(grpc_byte_buffer_reader* reader, grpc_byte_buffer* buffer) {

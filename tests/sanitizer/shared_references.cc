@@ -1,16 +1,19 @@
 // Tells ThreadSanitizer that whoever lets go of the last reference comes after all who let go
-// before. absl::Status and the slices of gRPC's buffers count their references with atomics inside
-// of Debian's libraries, which are built without the sanitizer.
+// before. absl::Status, absl::Cord and the slices of gRPC's buffers count their references with
+// atomics inside of Debian's libraries, which are built without the sanitizer.
 //
 // Linked into every program of the tsan preset, these definitions come before the library's and
 // call them.
 
 #include <sanitizer/tsan_interface.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <thread>
 
 #include "absl/status/status.h"
+#include "absl/strings/cord.h"
 #include "grpc/byte_buffer.h"
 #include "grpc/slice.h"
 #include "tests/sanitizer/library_function.h"
@@ -18,6 +21,7 @@
 namespace {
 
 constexpr char kStatusLibrary[] = "libabsl_status.so.20220623";
+constexpr char kCordLibrary[] = "libabsl_cord.so.20220623";
 constexpr char kGrpcLibrary[] = "libgrpc.so.29";
 
 // `shared`: what is counted, by its address; null: not counted.
@@ -27,6 +31,31 @@ void LetGo(void* shared) {
     __tsan_acquire(shared);
   }
 }
+
+// Has what is shared be let go of one at a time, so that who is told to be last is. Relaxed,
+// because it must not order anything else in the sanitizer's eyes. What is freed may hold slices
+// itself.
+class LettingGo {
+ public:
+  LettingGo() {
+    if (depth_++ == 0) {
+      while (taken_.exchange(true, std::memory_order_relaxed)) {
+        std::this_thread::yield();
+      }
+    }
+  }
+  ~LettingGo() {
+    if (--depth_ == 0) {
+      taken_.store(false, std::memory_order_relaxed);
+    }
+  }
+  LettingGo(const LettingGo&) = delete;
+  LettingGo& operator=(const LettingGo&) = delete;
+
+ private:
+  static inline std::atomic<bool> taken_ = false;
+  static inline thread_local int depth_ = 0;
+};
 
 }  // namespace
 
@@ -40,12 +69,21 @@ void Status::UnrefNonInlined(uintptr_t rep) {
   next(rep);
 }
 
+void Cord::DestroyCordSlow() {
+  static auto* const next = procgen::LibraryFunction<void(Cord*)>(
+      kCordLibrary, "_ZN4absl7debian34Cord15DestroyCordSlowEv");
+  const LettingGo turn;
+  LetGo(contents_.tree());
+  next(this);
+}
+
 ABSL_NAMESPACE_END
 }  // namespace absl
 
 void grpc_slice_unref(grpc_slice slice) {
   static auto* const next =
       procgen::LibraryFunction<decltype(grpc_slice_unref)>(kGrpcLibrary, "grpc_slice_unref");
+  const LettingGo turn;
   LetGo(slice.refcount);
   next(slice);
 }
@@ -53,6 +91,7 @@ void grpc_slice_unref(grpc_slice slice) {
 void grpc_byte_buffer_destroy(grpc_byte_buffer* buffer) {
   static auto* const next = procgen::LibraryFunction<decltype(grpc_byte_buffer_destroy)>(
       kGrpcLibrary, "grpc_byte_buffer_destroy");
+  const LettingGo turn;
   if (buffer != nullptr && buffer->type == GRPC_BB_RAW) {
     const grpc_slice_buffer& slices = buffer->data.raw.slice_buffer;
     for (size_t i = 0; i < slices.count; ++i) {

@@ -73,7 +73,7 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
         PrepareResponse(request, {600, rows}, kObservationBytes, &frames, &response);
     std::fill(batch.first.begin(), batch.first.end(), 1);
     std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
-    CompleteResponse(kObservationBytes, &response.message);
+    CompleteResponse(kObservationBytes, batch, &response.message);
     EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(limit));
     PrepareResponse(request, {600, rows + 1}, kObservationBytes, &frames, &response);
     EXPECT_GT(Serialized(response).Length() + 256, static_cast<size_t>(limit));
@@ -137,7 +137,7 @@ TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
   }
   batch.terminated[1] = 1;
   batch.truncated[3] = 1;
-  CompleteResponse(kObservationBytes, &response.message);
+  CompleteResponse(kObservationBytes, batch, &response.message);
   const std::string& kept = response.message.batch().final_observations();
   ASSERT_EQ(kept.size(), 2U * kObservationBytes);
   EXPECT_EQ(kept.front(), 1);
@@ -156,7 +156,7 @@ TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   batch.terminated[1] = 1;
   batch.truncated[2] = 1;
   batch.terminated[4] = 1;
-  CompleteResponse(kObservationBytes, &response.message);
+  CompleteResponse(kObservationBytes, batch, &response.message);
   EXPECT_THAT(response.message.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
 }
 
