@@ -16,6 +16,8 @@ packages=(
   protobuf-compiler-grpc  # generates service stubs, C++ and Python
   libabsl-dev             # status, strings, containers, synchronisation
   libspdlog-dev           # log lines
+  libzstd-dev             # compresses observations
+  liblz4-dev              # and quicker, if less
   prometheus-cpp-dev      # metrics
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
@@ -30,6 +32,8 @@ packages=(
   python3-grpcio          # the Python client's transport
   python3-protobuf        # its messages
   python3-numpy           # its arrays
+  python3-zstandard       # decompresses observations
+  python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
   fonts-dejavu-core       # the names in that picture

@@ -9,6 +9,8 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "server/rpc/convert_observation.h"
+#include "server/rpc/enum_value.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -16,38 +18,6 @@ namespace {
 
 constexpr int kGamesMax = 64;
 constexpr size_t kGameLengthMax = 64;  // characters; no game has a longer name
-
-template <typename Enum>
-std::string EnumText(Enum value) {
-  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
-  const auto* named = descriptor->FindValueByNumber(static_cast<int>(value));
-  return named == nullptr ? absl::StrCat("number ", static_cast<int>(value)) : named->name();
-}
-
-template <typename Enum>
-absl::Status NoSuchValue(absl::string_view field, Enum value) {
-  std::string allowed;
-  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
-  for (int i = 1; i < descriptor->value_count(); ++i) {
-    absl::StrAppend(&allowed, i == 1 ? "" : ", ", descriptor->value(i)->name());
-  }
-  return absl::InvalidArgumentError(
-      absl::StrCat(field, " is ", EnumText(value), ", allowed: ", allowed));
-}
-
-// For a feature of which only one value is offered yet.
-template <typename Enum>
-absl::Status CheckOffered(absl::string_view field, Enum value, Enum offered) {
-  if (value == Enum(0) || value == offered) {
-    return absl::OkStatus();
-  }
-  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
-  if (descriptor->FindValueByNumber(static_cast<int>(value)) == nullptr) {
-    return NoSuchValue(field, value);
-  }
-  return absl::UnimplementedError(absl::StrCat(
-      field, " is ", EnumText(value), ", which is not offered yet; offered: ", EnumText(offered)));
-}
 
 absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
   switch (mode) {
@@ -131,83 +101,7 @@ absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOpt
   return options;
 }
 
-absl::StatusOr<Color> ColorOf(v1::Color color) {
-  switch (color) {
-    case v1::COLOR_UNSPECIFIED:
-    case v1::COLOR_RGB:
-      return Color::kRgb;
-    case v1::COLOR_GRAYSCALE:
-      return Color::kGrayscale;
-    default:
-      return NoSuchValue("spec.observation_format.color", color);
-  }
-}
-
-absl::StatusOr<Layout> LayoutOf(v1::Layout layout) {
-  switch (layout) {
-    case v1::LAYOUT_UNSPECIFIED:
-    case v1::LAYOUT_HWC:
-      return Layout::kHwc;
-    case v1::LAYOUT_CHW:
-      return Layout::kChw;
-    default:
-      return NoSuchValue("spec.observation_format.layout", layout);
-  }
-}
-
-// The side of the square pictures.
-absl::StatusOr<int32_t> SidePxOf(const v1::ObservationFormat& format) {
-  const int32_t width = format.width_px();
-  const int32_t height = format.height_px();
-  for (const auto& [field, value] :
-       {std::pair("width_px", width), std::pair("height_px", height)}) {
-    if (value != 0 && (value < kObservationSidePxMin || value > kObservationSidePxMax)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("spec.observation_format.", field, " is ", value, ", allowed: 0, or ",
-                       kObservationSidePxMin, " to ", kObservationSidePxMax));
-    }
-  }
-  if (width != 0 && height != 0 && width != height) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("spec.observation_format.height_px is ", height, " and width_px is ", width,
-                     ", allowed: the same, or one of them 0; pictures are square"));
-  }
-  return width != 0 ? width : height != 0 ? height : kObservationSidePx;
-}
-
-absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message) {
-  const absl::StatusOr<Color> color = ColorOf(message.color());
-  if (!color.ok()) {
-    return color.status();
-  }
-  const absl::StatusOr<Layout> layout = LayoutOf(message.layout());
-  if (!layout.ok()) {
-    return layout.status();
-  }
-  const absl::StatusOr<int32_t> side_px = SidePxOf(message);
-  if (!side_px.ok()) {
-    return side_px.status();
-  }
-  if (message.frame_stack() < 0 || message.frame_stack() > kFrameStackMax) {
-    return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.frame_stack is ",
-                                                   message.frame_stack(), ", allowed: 0 to ",
-                                                   kFrameStackMax));
-  }
-  ObservationFormat format;
-  format.frame = {.side_px = *side_px, .color = *color, .layout = *layout};
-  format.frame_stack = std::max(message.frame_stack(), 1);
-  return format;
-}
-
-void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message) {
-  message->set_color(format.frame.color == Color::kRgb ? v1::COLOR_RGB : v1::COLOR_GRAYSCALE);
-  message->set_layout(format.frame.layout == Layout::kHwc ? v1::LAYOUT_HWC : v1::LAYOUT_CHW);
-  message->set_width_px(format.frame.side_px);
-  message->set_height_px(format.frame.side_px);
-  message->set_frame_stack(format.frame_stack);
-}
-
-// Everything of a spec but its options and its observation format.
+// Everything of a spec but its options, how batches travel and what concerns observations.
 absl::Status CheckSpec(const v1::PoolSpec& spec) {
   if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
     return absl::InvalidArgumentError(
@@ -232,10 +126,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
     return absl::InvalidArgumentError(absl::StrCat(
         "spec.total_environments is ", spec.total_environments(),
         ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
-  }
-  if (absl::Status status = CheckOffered("spec.encoding", spec.encoding(), v1::ENCODING_RAW);
-      !status.ok()) {
-    return status;
   }
   return absl::OkStatus();
 }
@@ -267,7 +157,6 @@ void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
                                    : options.first_environment + options.env_count);
   spec->set_episode_end(EpisodeEndMessageOf(options.episode_end));
   FillObservationFormat(options.observation_format, spec->mutable_observation_format());
-  spec->set_encoding(v1::ENCODING_RAW);
 }
 
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
@@ -336,11 +225,6 @@ absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered) {
         "spec.transport is TRANSPORT_SHARED_MEMORY, which this server does not offer; offered: "
         "TRANSPORT_STREAM");
   }
-  if (spec.encoding() != v1::ENCODING_UNSPECIFIED && spec.encoding() != v1::ENCODING_RAW) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("spec.encoding is ", EnumText(spec.encoding()),
-                     ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW"));
-  }
   return true;
 }
 
@@ -382,6 +266,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   FillSpec(session.options(), message.mutable_spec());
   message.mutable_spec()->set_transport(
       session.shared_ring() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
+  message.mutable_spec()->set_encoding(EncodingMessageOf(session.coding().compression()));
   const std::vector<int32_t> shape = session.options().observation_format.Shape();
   message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
   message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));

@@ -15,13 +15,12 @@
 namespace procgen {
 
 // What a spec asks of the engine; a rand_seed that is absent is drawn.
-// Errors: INVALID_ARGUMENT a value that its field does not offer; UNIMPLEMENTED one that this
-// server does not offer yet (the message says what is offered).
+// Errors: INVALID_ARGUMENT a value that its field does not offer.
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 
 // Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
-// Errors: INVALID_ARGUMENT no such transport, or one that does not go with the encoding;
-// UNIMPLEMENTED it is not offered.
+// Errors: INVALID_ARGUMENT no such transport; UNIMPLEMENTED it is not offered. Whether it goes with
+// the encoding, CompressionOf checks.
 absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered);
 
 // How long a pool is to live without a stream; `field` is what to call it. Errors: INVALID_ARGUMENT

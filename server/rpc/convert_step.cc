@@ -151,14 +151,17 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
 }
 
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
-                                        int64_t observation_bytes, int64_t response_bytes_max) {
+                                        const ObservationCoding& coding,
+                                        int64_t response_bytes_max) {
   const int observation_count =
       (request.with_observations ? 1 : 0) + (request.with_final_observations ? 1 : 0);
-  const int64_t row_bytes = kRowNumberBytes + observation_count * observation_bytes;
+  const int64_t row_bytes = kRowNumberBytes +
+                            (request.with_observations ? coding.sent_bytes_max() : 0) +
+                            (request.with_final_observations ? coding.drawn_bytes() : 0);
   const int64_t rows = (response_bytes_max - kResponseOverheadBytes) / row_bytes;
   if (rows < 1) {
     return absl::ResourceExhaustedError(absl::StrCat(
-        "the answer for one environment has ", observation_count, " x ", observation_bytes,
+        "the answer for one environment has ", observation_count, " x ", coding.drawn_bytes(),
         " bytes of observations and needs ", row_bytes + kResponseOverheadBytes, ", limit ", limit,
         " is ", response_bytes_max));
   }

@@ -12,6 +12,7 @@
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/frame_ring.h"
 #include "server/rpc/response.h"
+#include "server/session/observation_coding.h"
 #include "server/session/request.h"
 
 namespace procgen {
@@ -34,10 +35,11 @@ struct StreamRequest {
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose
-// observations have `observation_bytes` each. At least 1. Errors: RESOURCE_EXHAUSTED not even one;
-// `limit` is what to call the limit.
+// observations are sent as `coding` says, however badly they can be compressed. At least 1. Errors:
+// RESOURCE_EXHAUSTED not even one; `limit` is what to call the limit.
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
-                                        int64_t observation_bytes, int64_t response_bytes_max);
+                                        const ObservationCoding& coding,
+                                        int64_t response_bytes_max);
 
 // Makes `response` the answer for `part` of `request`, and returns where its values are to be
 // written: observations in memory of `frames`, all else in its message, whose memory is kept from

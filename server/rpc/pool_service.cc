@@ -8,6 +8,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "server/rpc/convert_observation.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/unary_call.h"
@@ -66,11 +67,38 @@ absl::Status Renew(const Sessions& sessions, absl::string_view owner,
 }
 
 // A pool whose observations fit no response would be of no use.
-absl::Status CheckAnswersFit(const PoolOptions& options, const Limits& limits) {
-  return ResponseRowsMax("response_bytes_max", StreamRequest(),
-                         static_cast<int64_t>(options.observation_format.bytes()),
-                         limits.response_bytes_max)
+absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limits) {
+  return ResponseRowsMax("response_bytes_max", StreamRequest(), coding, limits.response_bytes_max)
       .status();
+}
+
+// How a pool of `spec` is kept, and how what it answers travels.
+absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const ObservationFormat& format,
+                                      const Sessions& sessions) {
+  const absl::StatusOr<std::optional<Compression>> compression = CompressionOf(spec);
+  if (!compression.ok()) {
+    return compression.status();
+  }
+  const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions.shares_memory());
+  if (!shares_memory.ok()) {
+    return shares_memory.status();
+  }
+  if (!*shares_memory) {
+    const ObservationCoding coding(format, *compression);
+    if (absl::Status status = CheckAnswersFit(coding, sessions.limits()); !status.ok()) {
+      return status;
+    }
+  }
+  PoolTerms terms = {.compression = *compression, .shares_memory = *shares_memory};
+  if (spec.has_lease_duration()) {
+    const absl::StatusOr<absl::Duration> lease_duration =
+        LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions.limits());
+    if (!lease_duration.ok()) {
+      return lease_duration.status();
+    }
+    terms.lease_duration = *lease_duration;
+  }
+  return terms;
 }
 
 }  // namespace
@@ -81,27 +109,15 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
-    absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
-    absl::Status status = options.status();
-    const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions_->shares_memory());
-    if (status.ok()) {
-      status = shares_memory.status();
-    }
-    if (status.ok() && !*shares_memory) {
-      status = CheckAnswersFit(*options, sessions_->limits());
-    }
-    absl::StatusOr<absl::Duration> lease_duration = absl::InfiniteDuration();
-    if (status.ok() && spec.has_lease_duration()) {
-      lease_duration =
-          LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions_->limits());
-      status = lease_duration.status();
-    }
-    if (!status.ok()) {
-      call->Finish(std::move(status));
+    const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+    const absl::StatusOr<PoolTerms> terms =
+        options.ok() ? PoolTermsOf(spec, options->observation_format, *sessions_)
+                     : options.status();
+    if (!terms.ok()) {
+      call->Finish(terms.status());
       return;
     }
-    const PoolTerms terms = {.lease_duration = *lease_duration, .shares_memory = *shares_memory};
-    sessions_->Create(call->owner(), call->request().pool_id(), *options, terms,
+    sessions_->Create(call->owner(), call->request().pool_id(), *options, *terms,
                       [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                         if (!pool.ok()) {
                           call->Finish(pool.status());

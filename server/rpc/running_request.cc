@@ -48,6 +48,9 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
     answer_.clear();
   } else if (outgoing.response != nullptr) {
     CompleteResponse(pool.observation_bytes(), batch_, &outgoing.response->message);
+    if (pool.coding().compression().has_value() && request_->with_observations) {
+      Encode(pool, outgoing.response);
+    }
     outgoing.answered = IsOver() ? request_ : nullptr;
     if (keeps) {
       outgoing.bytes = Serialized(*outgoing.response);
@@ -55,6 +58,17 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
     }
   }
   return outgoing;
+}
+
+void RunningRequest::Encode(const PoolSession& pool, Response* response) {
+  if (encoder_ == nullptr) {
+    encoder_ = pool.coding().MakeEncoder(pool.env_count());
+  }
+  const v1::Batch& batch = response->message.batch();
+  const grpc::Slice& drawn = response->observations;
+  const absl::Span<const uint8_t> observations(drawn.begin(), drawn.size());
+  response->observations = grpc::Slice(
+      encoder_->Encode(batch.first_environment(), batch.environment_count(), observations));
 }
 
 void RunningRequest::SelectNextPart() {

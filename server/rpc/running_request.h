@@ -2,8 +2,10 @@
 #define SERVER_RPC_RUNNING_REQUEST_H_
 
 #include <cstdint>
+#include <memory>
 
 #include "absl/time/time.h"
+#include "server/encoding/observation_encoder.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/frame_ring.h"
 #include "server/rpc/response.h"
@@ -15,7 +17,9 @@ namespace procgen {
 
 // A request that a stream carries out, part by part: each part is stepped straight into a response,
 // and its frames are drawn into the memory that they are sent from. Where answers are kept, they
-// are gathered here. Threads: compatible; whoever has the stream's turn uses it.
+// are gathered here. Observations are encoded, if the pool has them so: each stream begins anew, so
+// that who attaches needs nothing that others received.
+// Threads: compatible; whoever has the stream's turn uses it.
 class RunningRequest {
  public:
   // The next one to carry out. REQUIRES: it was accepted.
@@ -36,8 +40,12 @@ class RunningRequest {
   int64_t sequence_number() const { return sequence_number_; }
   // What is to be kept; empty: nothing.
   Answer TakeAnswer();
+  // Lets go of what is kept from request to request; no other comes.
+  void EndStream() { encoder_ = nullptr; }
 
  private:
+  // Puts the encoded observations in place of those that were drawn.
+  void Encode(const PoolSession& pool, Response* response);
   // The range after part_, as large as all that are left.
   void SelectNextPart();
 
@@ -52,6 +60,8 @@ class RunningRequest {
   FrameRing frames_;
   Batch batch_;    // where the values of the part that runs are written
   Answer answer_;  // as far as it goes
+  // Made for the first observations; null before, and where they are not encoded.
+  std::unique_ptr<ObservationEncoder> encoder_;
 };
 
 }  // namespace procgen

@@ -191,7 +191,7 @@ absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
     return absl::OkStatus();
   }
   const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
-      "attach.response_bytes_max", *request, pool_->observation_bytes(), terms_.response_bytes_max);
+      "attach.response_bytes_max", *request, pool_->coding(), terms_.response_bytes_max);
   request->rows_max = rows_max.value_or(0);
   return rows_max.status();
 }
@@ -360,6 +360,7 @@ void StepPoolReactor::EndTurn() {
 }
 
 void StepPoolReactor::LetGo() {
+  running_.EndStream();
   pool_->Detach();
   // A learner that does not read keeps its stream, but not the pool, which may be deleted.
   pool_ = nullptr;

@@ -14,7 +14,7 @@ struct Limits {
   int32_t pool_environment_count_max = 4096;  // environments of one pool
   int32_t environment_count_max = 16384;      // environments of all pools together
   // One observation of each environment of all pools together, in bytes. Stacks of frames are kept,
-  // and what seldom moves in a picture, so memory follows it.
+  // what seldom moves in a picture, and what an encoder has told, so memory follows it.
   int64_t observation_bytes_max = int64_t{4} << 30;
   int64_t request_bytes_max = 4 << 20;    // one request message, in bytes
   int64_t response_bytes_max = 64 << 20;  // one response message, in bytes

@@ -27,10 +27,11 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
                          absl::Duration lease_duration, const PoolSurroundings& surroundings,
-                         const SharedFolder* shared_folder)
+                         std::optional<Compression> compression, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
+      coding_(pool_->options().observation_format, compression),
       surroundings_(surroundings),
       create_time_(surroundings.lease_alarm->Now()),
       counts_(pool_->options(), surroundings.metrics),
@@ -144,12 +145,13 @@ absl::Status PoolSession::ReserveAnswers(int32_t count) {
 }
 
 int64_t PoolSession::AnswerBytesMax() const {
-  // An observation and a final one, and what else a response of a single environment has.
+  // An observation and a final one, which is not encoded, and what else a response of a single
+  // environment has.
   constexpr int64_t kRowBytesMax = 512;
   if (shared_ring_ != nullptr) {
     return kRowBytesMax;  // the number of a batch
   }
-  return env_count() * (2 * observation_bytes() + kRowBytesMax);
+  return env_count() * (coding_.sent_bytes_max() + coding_.drawn_bytes() + kRowBytesMax);
 }
 
 void PoolSession::BeginStream(const AttachOptions& options, EndStream end_stream) {

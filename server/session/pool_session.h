@@ -22,6 +22,7 @@
 #include "server/session/kept_answers.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
+#include "server/session/observation_coding.h"
 #include "server/session/owners.h"
 #include "server/session/pool_counts.h"
 #include "server/session/request.h"
@@ -81,9 +82,12 @@ class PoolSession {
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
-  // closed. `shared_folder`: where it shares memory with learners; null: it shares none.
+  // closed. `compression`: of the observations; none: they are sent as they are drawn.
+  // `shared_folder`: where it shares memory with learners; null: it shares none. REQUIRES: at most
+  // one of the two.
   PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
               absl::Duration lease_duration, const PoolSurroundings& surroundings,
+              std::optional<Compression> compression = std::nullopt,
               const SharedFolder* shared_folder = nullptr);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
@@ -95,8 +99,10 @@ class PoolSession {
   const std::string& name() const { return name_; }
   const PoolOptions& options() const { return pool_->options(); }
   int32_t env_count() const { return pool_->env_count(); }
-  // Bytes of one environment's observation.
-  int64_t observation_bytes() const { return static_cast<int64_t>(pool_->observation_bytes()); }
+  // How its observations are sent, and what they take.
+  const ObservationCoding& coding() const { return coding_; }
+  // Bytes of one environment's observation, as it is drawn.
+  int64_t observation_bytes() const { return coding_.drawn_bytes(); }
   absl::Time create_time() const { return create_time_; }
   // Environment steps since it was made.
   int64_t step_count() const { return counts_.step_count(); }
@@ -197,6 +203,7 @@ class PoolSession {
   const std::string owner_;
   const std::string name_;
   const std::unique_ptr<Pool> pool_;
+  const ObservationCoding coding_;
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;
   PoolCounts counts_;                              // changed in a turn

@@ -198,7 +198,7 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
       new PoolSession(key.first, key.second, *std::move(pool), terms.lease_duration,
                       {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
                        &shared_memory_bytes_, &step_count_, metrics_},
-                      terms.shares_memory ? shared_folder_.get() : nullptr),
+                      terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
       [this](PoolSession* freed) {
         side_crew_.Run([this, freed] {
           delete freed;

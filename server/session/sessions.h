@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,10 +33,13 @@ namespace procgen {
 absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
                                 const Limits& limits);
 
-// How a pool is kept, besides what it is made of.
+// How a pool is kept, and how its batches travel, besides what it is made of.
 struct PoolTerms {
   absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
-  bool shares_memory = false;  // batches are written where learners map them
+  // Of its observations; none: they are sent as they are drawn.
+  std::optional<Compression> compression = std::nullopt;
+  // Batches are written where learners map them; then without compression.
+  bool shares_memory = false;
 };
 
 // How busy a server is.

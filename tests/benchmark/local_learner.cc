@@ -17,6 +17,7 @@ absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course, int32_t e
   options.games = {course.game};
   options.env_count = env_count;
   options.environment.distribution_mode = course.mode;
+  options.art = course.art;
   auto pool = Pool::Create(options, std::make_shared<Crew>(course.worker_count - 1));
   if (!pool.ok()) {
     return pool.status();

@@ -8,7 +8,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "envcore/pool/shared_art.h"
 #include "tests/benchmark/action_tape.h"
 
 namespace procgen {
@@ -19,6 +21,7 @@ struct Course {
   DistributionMode mode = DistributionMode::kEasy;
   int worker_count = 1;  // the calling thread is one of them
   bool drawn = true;
+  std::shared_ptr<const SharedArt> art = nullptr;  // null: the built-in art
 };
 
 // A pool in this process, the random actions that it is given, and memory for what it answers.
@@ -32,6 +35,8 @@ class LocalLearner {
 
   // Steps all environments once.
   absl::Status Step();
+  // What the environments show: [kEnvCount, 64, 64, 3], or empty where nothing is drawn.
+  absl::Span<const uint8_t> observations() const { return observations_; }
 
  private:
   LocalLearner(std::unique_ptr<Pool> pool, bool drawn);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
@@ -49,9 +50,9 @@ void FuzzedServer::ResetPools() {
   for (const Sessions::Numbered& listed : sessions_.List("", 0, 100)) {
     Require(sessions_.Delete("", listed.pool->name()).ok(), "a pool that is listed can be deleted");
   }
-  for (const auto& [id, game, env_count, episode_end] :
-       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep),
-        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled)}) {
+  for (const auto& [id, game, env_count, episode_end, compression] :
+       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep, std::optional<Compression>()),
+        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled, std::optional(Compression::kZstd))}) {
     PoolOptions options;
     options.games = {game};
     options.env_count = env_count;
@@ -59,7 +60,7 @@ void FuzzedServer::ResetPools() {
     options.environment.rand_seed = 7;
     options.episode_end = episode_end;
     absl::Notification done;
-    sessions_.Create("", id, options, {},
+    sessions_.Create("", id, options, {.compression = compression},
                      [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
                        Require(made.ok(), "there is room for pools", made.status());
                        done.Notify();

@@ -29,7 +29,7 @@ class FuzzedServer {
 
   // Makes the pools that inputs begin with, in place of all that there are: "pools/a" (two
   // environments of maze), and "pools/b" (three of coinrun, which must be reset where an episode
-  // ends).
+  // ends, and whose observations are encoded).
   void ResetPools();
   // Nobody's stream is attached to a pool. Waits for those that are about to end.
   void RequireNoStreams();

@@ -22,6 +22,15 @@ constexpr int64_t kResponseBytes = 65536;
 // The answers to one or two requests, and to some more where they bear no observations.
 constexpr int64_t kBytesBetweenFaults = 120'000;
 constexpr int64_t kSharedBytesBetweenFaults = 1'500;
+// Those to some that are encoded: the first of a stream, and then smaller ones.
+constexpr int64_t kEncodedBytesBetweenFaults = 40'000;
+
+int64_t BytesBetweenFaults(v1::Transport transport, v1::Encoding encoding) {
+  if (transport == v1::TRANSPORT_SHARED_MEMORY) {
+    return kSharedBytesBetweenFaults;
+  }
+  return encoding == v1::ENCODING_RAW ? kBytesBetweenFaults : kEncodedBytesBetweenFaults;
+}
 
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
@@ -73,9 +82,10 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-v1::PoolSpec TracedSpec(v1::Transport transport) {
+v1::PoolSpec TracedSpec(v1::Transport transport, v1::Encoding encoding) {
   v1::PoolSpec spec;
   spec.set_transport(transport);
+  spec.set_encoding(encoding);
   spec.add_games("bigfish");
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -97,19 +107,17 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
 }
 
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         v1::Transport transport) {
+                         v1::Transport transport, v1::Encoding encoding) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(TracedSpec(transport));
+  const auto pool = (*client)->CreatePool(TracedSpec(transport, encoding));
   const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
   FaultProxy proxy({.target = address,
                     .seed = seed,
-                    .bytes_between_faults = transport == v1::TRANSPORT_SHARED_MEMORY
-                                                ? kSharedBytesBetweenFaults
-                                                : kBytesBetweenFaults});
+                    .bytes_between_faults = BytesBetweenFaults(transport, encoding)});
   const std::vector<size_t> trace = TraceAt(
       proxy.address(), pool->name(),
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },

@@ -12,7 +12,8 @@
 namespace procgen {
 
 // Twelve environments of two games.
-v1::PoolSpec TracedSpec(v1::Transport transport = v1::TRANSPORT_STREAM);
+v1::PoolSpec TracedSpec(v1::Transport transport = v1::TRANSPORT_STREAM,
+                        v1::Encoding encoding = v1::ENCODING_RAW);
 
 // Steps a new pool of TracedSpec over a connection of its own to `address`, which may be a proxy's,
 // with requests sent ahead and answers of several responses, while `goes_on(number of answers)`.
@@ -23,9 +24,11 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
 
 // Steps a pool of the server at `address` through a FaultProxy until it has broken `break_count`
 // connections; then an equal pool as often without one, and expects the same trace. So each request
-// was carried out once, in its turn. The undisturbed pool is always one of TRANSPORT_STREAM.
+// was carried out once, in its turn, and its observations were decoded. The undisturbed pool is
+// always one of TRANSPORT_STREAM and ENCODING_RAW.
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         v1::Transport transport = v1::TRANSPORT_STREAM);
+                         v1::Transport transport = v1::TRANSPORT_STREAM,
+                         v1::Encoding encoding = v1::ENCODING_RAW);
 
 }  // namespace procgen
 

@@ -14,5 +14,12 @@ TEST_F(BrokenConnectionTest, NothingIsLostInFiftyBreaks) {
   ExpectNothingIsLost(server_->address(), /*seed=*/7, /*break_count=*/50);
 }
 
+TEST_F(BrokenConnectionTest, NothingIsLostOfWhatIsToldByDifferences) {
+  ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40, v1::TRANSPORT_STREAM,
+                      v1::ENCODING_ZSTD_DIFFERENCE);
+  ExpectNothingIsLost(server_->address(), /*seed=*/9, /*break_count=*/40, v1::TRANSPORT_STREAM,
+                      v1::ENCODING_LZ4_DIFFERENCE);
+}
+
 }  // namespace
 }  // namespace procgen

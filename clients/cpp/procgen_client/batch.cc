@@ -1,11 +1,19 @@
 #include "procgen_client/batch.h"
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+
 namespace procgen_client {
 
-void Batch::Begin() { first_environment_ = value().first_environment(); }
+void Batch::Begin() {
+  first_environment_ = value().first_environment();
+  parts_.assign(1, {first_environment_, environment_count(), value().observations().size()});
+}
 
 void Batch::Append(const procgen::v1::Batch& part) {
   procgen::v1::Batch* whole = response_.mutable_batch();
+  parts_.push_back(
+      {part.first_environment(), part.environment_count(), part.observations().size()});
   whole->set_environment_count(whole->environment_count() + part.environment_count());
   whole->mutable_rewards()->MergeFrom(part.rewards());
   whole->mutable_first()->MergeFrom(part.first());
@@ -19,6 +27,39 @@ void Batch::Append(const procgen::v1::Batch& part) {
   whole->mutable_fingerprints()->MergeFrom(part.fingerprints());
   whole->mutable_final_observations()->append(part.final_observations());
   whole->mutable_observations()->append(part.observations());
+}
+
+absl::Status Batch::Decode(ObservationDecoder* decoder) {
+  absl::string_view encoded = value().observations();
+  if (decoder == nullptr || encoded.empty()) {
+    decoded_.clear();
+    return absl::OkStatus();
+  }
+  int32_t rows = 0;
+  for (const Part& part : parts_) {
+    if (part.environment_count < 1 || part.environment_count > decoder->env_count() - rows) {
+      return absl::DataLossError(absl::StrCat("the answer to request ", sequence_number(),
+                                              " is of other environments than the pool's ",
+                                              decoder->env_count()));
+    }
+    rows += part.environment_count;
+  }
+  // Not cleared before, as that would write all of it once more.
+  decoded_.resize(static_cast<size_t>(rows) * decoder->observation_bytes());
+  absl::Span<uint8_t> left = absl::MakeSpan(decoded_);
+  for (const Part& part : parts_) {
+    const size_t bytes = static_cast<size_t>(part.environment_count) * decoder->observation_bytes();
+    const absl::Status status =
+        decoder->Decode(part.first_environment, part.environment_count,
+                        encoded.substr(0, part.observation_bytes), left.first(bytes));
+    if (!status.ok()) {
+      return absl::DataLossError(
+          absl::StrCat("the answer to request ", sequence_number(), ": ", status.message()));
+    }
+    encoded.remove_prefix(part.observation_bytes);
+    left.remove_prefix(bytes);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace procgen_client

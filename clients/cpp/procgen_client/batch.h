@@ -1,11 +1,15 @@
 #ifndef PROCGEN_CLIENT_BATCH_H_
 #define PROCGEN_CLIENT_BATCH_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
+#include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/observation_decoder.h"
 #include "procgen_client/shared_mapping.h"
 
 namespace procgen_client {
@@ -14,9 +18,10 @@ namespace procgen_client {
 // i. The comments of procgen.v1.Batch tell what each value means.
 // F is the shape of one observation, StepStream::pool().observation_shape(), by default 64, 64, 3.
 // The spans are good until the Batch is filled again or ends. An answer that came in one response
-// is not copied. Of a pool that shares memory they point there, and the server writes that part of
-// it again only when the Batch, and what was copied of it, is filled again or has ended; so hold no
-// more of them than StreamOptions::held_batches_max allows.
+// is not copied; observations that came encoded are decoded. Of a pool that shares memory the spans
+// point there, and the server writes that part of it again only when the Batch, and what was copied
+// of it, is filled again or has ended; so hold no more of them than StreamOptions::held_batches_max
+// allows.
 // Threads: compatible (one at a time).
 class Batch {
  public:
@@ -25,7 +30,8 @@ class Batch {
   int32_t environment_count() const { return value().environment_count(); }
 
   absl::Span<const uint8_t> observations() const {
-    return Shared(&SharedRows::observations, Bytes(value().observations()));
+    return Shared(&SharedRows::observations,
+                  decoded_.empty() ? Bytes(value().observations()) : absl::MakeConstSpan(decoded_));
   }
   //                                                          uint8  [n, F], or empty
   absl::Span<const float> rewards() const {
@@ -70,6 +76,13 @@ class Batch {
  private:
   friend class StepStream;
 
+  // The rows of one response, and what it bears of observations.
+  struct Part {
+    int32_t first_environment = 0;
+    int32_t environment_count = 0;
+    size_t observation_bytes = 0;
+  };
+
   template <typename Number>
   static absl::Span<const Number> Numbers(const google::protobuf::RepeatedField<Number>& array) {
     return absl::MakeConstSpan(array.data(), static_cast<size_t>(array.size()));
@@ -88,10 +101,15 @@ class Batch {
   // Begins with the first response of an answer; then adds the others' rows.
   void Begin();
   void Append(const procgen::v1::Batch& part);
+  // Decodes the observations of the whole answer; `decoder` null: they are as they came. Errors:
+  // DATA_LOSS they are no observations of the pool, or do not follow what was decoded before.
+  absl::Status Decode(ObservationDecoder* decoder);
 
   procgen::v1::StepPoolResponse response_;  // the first of the answer; others' rows are appended
   int32_t first_environment_ = 0;
-  std::shared_ptr<const SharedRows> shared_;  // null: the values are in response_
+  std::shared_ptr<const SharedRows> shared_;  // null: the values came in the responses
+  std::vector<Part> parts_;
+  std::vector<uint8_t> decoded_;  // [n, F]; empty: they came as they are, or none did
 };
 
 }  // namespace procgen_client

@@ -73,6 +73,14 @@ absl::Status StepStream::Attach() {
   }
   next_sequence_number_ = attached_.next_sequence_number();
   answered_sequence_number_ = next_sequence_number_ - 1;
+  const procgen::v1::Encoding encoding = pool().spec().encoding();
+  if (encoding != procgen::v1::ENCODING_UNSPECIFIED && encoding != procgen::v1::ENCODING_RAW) {
+    absl::StatusOr<ObservationDecoder> decoder = ObservationDecoder::Make(pool());
+    if (!decoder.ok()) {
+      return GiveUp(decoder.status());
+    }
+    decoder_ = std::make_unique<ObservationDecoder>(*std::move(decoder));
+  }
   if (pipeline_ == 0) {
     pipeline_ = PayingSlices(pool());
   }
@@ -308,13 +316,11 @@ absl::Status StepStream::Receive(Batch* batch) {
       return status;
     }
   }
-  if (batch->value().has_shared_batch()) {
-    auto rows = SharedRows::Hold(mapping_, held_, batch->value());
-    if (!rows.ok()) {
-      this->connection()->context.TryCancel();
-      return FinishWith(rows.status());
-    }
-    batch->shared_ = *std::move(rows);
+  // Not before all of it is there: what was read of an answer whose connection broke comes again.
+  if (absl::Status status = Understand(batch); !status.ok()) {
+    connection()->context.TryCancel();  // so that nobody goes on writing
+    absl::MutexLock sending(&send_mutex_);
+    return GiveUp(std::move(status));
   }
   absl::MutexLock lock(&mutex_);
   answered_sequence_number_ = batch->sequence_number();
@@ -341,6 +347,18 @@ bool StepStream::ReadAnswer(Batch* batch) {
   return true;
 }
 
+absl::Status StepStream::Understand(Batch* batch) {
+  absl::Status status = batch->Decode(decoder_.get());
+  if (status.ok() && batch->value().has_shared_batch()) {
+    auto rows = SharedRows::Hold(mapping_, held_, batch->value());
+    if (!rows.ok()) {
+      return rows.status();
+    }
+    batch->shared_ = *std::move(rows);
+  }
+  return status;
+}
+
 absl::Status StepStream::Over() {
   absl::MutexLock lock(&mutex_);
   return finished_ ? status_ : absl::OkStatus();
@@ -356,6 +374,14 @@ absl::Status StepStream::FinishWith(absl::Status status) {
   finished_ = true;
   status_ = std::move(status);
   return status_;
+}
+
+absl::Status StepStream::GiveUp(absl::Status status) {
+  const std::shared_ptr<Connection> connection = this->connection();
+  connection->context.TryCancel();
+  bool is_broken = false;
+  EndOf(connection.get(), &is_broken).IgnoreError();
+  return FinishWith(std::move(status));
 }
 
 absl::Status StepStream::Close() {

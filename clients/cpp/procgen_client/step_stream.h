@@ -17,6 +17,7 @@
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/observation_decoder.h"
 #include "procgen_client/shared_mapping.h"
 
 namespace procgen_client {
@@ -49,6 +50,9 @@ struct StreamOptions {
 //
 // Where the connection breaks, the stream attaches again by itself and sends again what is
 // unanswered: its user sees nothing but a pause, unless that takes longer than reconnect_timeout.
+//
+// Observations that the pool sends encoded (PoolSpec.encoding) are decoded: batches bear the same
+// bytes whatever the encoding is. Damaged ones end the stream with DATA_LOSS.
 //
 // After an error of the server the stream is over: every further call returns that same error. The
 // pool stays, and can be attached again.
@@ -129,6 +133,8 @@ class StepStream {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
   // Reads the answer to one request; false: the stream has ended.
   bool ReadAnswer(Batch* batch);
+  // Decodes the observations of a whole answer, or finds its values in shared memory.
+  absl::Status Understand(Batch* batch);
   // Why a connection ended, and whether because it broke.
   static absl::Status EndOf(Connection* connection, bool* is_broken);
   // OK while the stream goes on; afterwards what every call returns.
@@ -136,6 +142,8 @@ class StepStream {
   // What the server says of the stream; it is over.
   absl::Status Finish();
   absl::Status FinishWith(absl::Status status);
+  // Ends a stream whose answers make no sense.
+  absl::Status GiveUp(absl::Status status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
   std::shared_ptr<Connection> connection();
 
   procgen::v1::StepService::Stub* const stub_;
@@ -145,6 +153,9 @@ class StepStream {
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;      // at first
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first
+  // Null where observations are not encoded. It outlives connections: answers that are given again
+  // follow those that were decoded before the connection broke.
+  std::unique_ptr<ObservationDecoder> decoder_;
   std::atomic<int64_t> next_sequence_number_ = 1;
   std::atomic<int64_t> answered_sequence_number_ = 0;
   std::shared_ptr<const SharedMapping> mapping_;  // set by attaching; null: values are received

@@ -15,8 +15,10 @@ import grpc
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
 from procgen_client._wire import Part
+from procgen_client.encoding import decoder_for
 from procgen_client.errors import (
     AbortedError,
+    DataLossError,
     InternalError,
     ProcgenError,
     UnavailableError,
@@ -45,6 +47,8 @@ class Stream:
     Where the connection breaks it attaches again and sends again what is unanswered, for at most
     ``reconnect_timeout`` seconds: the server keeps its answers meanwhile, so no step is lost or
     taken twice. After any other error the stream is over.
+
+    Observations that the pool sends encoded are decoded.
 
     Threads: one at a time.
 
@@ -87,6 +91,13 @@ class Stream:
             self.attached = self._open()
         except _BrokenConnectionError as broken:
             raise broken.error from None
+        # Of the whole stream: answers that are given again follow those that were decoded before
+        # the connection broke.
+        try:
+            self._decoder = decoder_for(self.attached.pool)
+        except ProcgenError:
+            self.drop()
+            raise
         self._next_sequence_number = self.attached.next_sequence_number
         # Whoever has it when the connection breaks was this stream, as far as the server knows.
         self._attach.take_over = True
@@ -123,6 +134,7 @@ class Stream:
         A request that has nothing to tell is answered by none.
 
         Raises:
+            DataLossError: Its observations are damaged. The stream is over.
             ProcgenError: The stream is over.
         """
         while True:
@@ -131,6 +143,7 @@ class Stream:
             except _BrokenConnectionError as broken:
                 self._resume(broken.error)
             else:
+                self._decode(parts)
                 self._unanswered.popleft()
                 self._read_shared(parts)
                 return parts
@@ -179,6 +192,27 @@ class Stream:
                 self.drop()
                 raise InternalError(f"{self._attach.pool} shares no memory and answers as if")
             self.mapping.read(part)
+
+    def _decode(self, parts: list[Part]) -> None:
+        """Decodes a whole answer: what was read of one whose connection broke comes again."""
+        if self._decoder is None:
+            return
+        try:
+            for part in parts:
+                encoded = part.arrays["observations"]
+                if len(encoded):
+                    part.arrays["observations"] = self._decoder.decode(
+                        part.first_environment, part.environment_count, encoded.tobytes()
+                    )
+        except ProcgenError as error:
+            self.drop()
+            raise DataLossError(
+                f"the answer of {self._attach.pool} to request {parts[0].sequence_number}: "
+                f"{error.message}"
+            ) from None
+        except BaseException:  # Ctrl-C, say: what it has decoded it cannot decode again.
+            self.drop()
+            raise
 
     def _next_response(self) -> Part | step_pb2.StepPoolResponse:
         try:

@@ -20,7 +20,8 @@ class Batch:
     ``observations`` and ``final_observations`` are views of the received message: nothing is
     copied, they stay valid as long as they are referred to, they are never written again, and they
     are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
-    they are one joined array instead. All other arrays are the caller's own and writable.
+    they are one joined array instead, and observations of a pool with an encoding are decoded ones.
+    All other arrays are the caller's own and writable.
 
     Of a pool with transport "shared_memory" they are views of the memory that the server draws
     into. It does so again only when no array refers to that batch any more; so copy what is kept

@@ -24,6 +24,7 @@ from procgen_client._proto import (
 from procgen_client._requests import in_range
 from procgen_client._wire import read_response
 from procgen_client.credentials import Credentials, is_this_machine
+from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
@@ -161,6 +162,7 @@ class Client:
         grayscale_obs: bool = False,
         layout: str = "hwc",
         frame_stack: int = 1,
+        encoding: str = "raw",
         lease_duration: float | None = None,
         level_sampler: _options.LevelSampler | None = None,
         transport: str = "stream",
@@ -180,21 +182,19 @@ class Client:
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
             pipeline: In how many slices the whole pool is stepped, 1 to 64. None: as many as pay.
-            screen_size, grayscale_obs, layout, frame_stack: The form of observations, as
-                options.observation_format tells. Pool.observation_shape tells the shape.
+            screen_size, grayscale_obs, layout, frame_stack: As options.observation_format tells.
+            encoding: "raw", or for thin networks "zstd_difference" or "lz4_difference".
             lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
-            transport: "stream"; or "shared_memory" on the server's machine, as its user:
-                observations are views of memory that the server draws into.
-            held_batches_max: How many of those batches arrays may refer to between steps. 0: 2.
+            transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.
+            held_batches_max: How many shared batches arrays may refer to between steps. 0: 2.
             **options: The released ones, as procgen_client.options.EnvironmentOptions tells.
 
         Raises:
             InvalidArgumentError: A value is out of range, or a game lacks that mode.
-            NotFoundError: There is no such game.
-            AlreadyExistsError: `pool_id` is taken.
+            NotFoundError, AlreadyExistsError: No such game; `pool_id` is taken.
             ResourceExhaustedError: A limit of the server (``catalog().limits``).
-            UnimplementedError: The server does not offer this option yet.
+            UnimplementedError: The server lacks this option, or this machine the package for it.
         """
         spec = _options.pool_spec(
             games,
@@ -206,6 +206,7 @@ class Client:
             observation_format=_options.observation_format(
                 screen_size, grayscale_obs, layout, frame_stack
             ),
+            encoding=encoding,
             lease_duration=lease_duration,
             level_sampler=level_sampler,
             transport=transport,
@@ -232,6 +233,7 @@ class Client:
 
         Errors as :meth:`create_pool`.
         """
+        check_decodable(spec.encoding)
         _check_pipeline(pipeline)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
         return Pool(

@@ -109,7 +109,7 @@ class PermissionDeniedError(ProcgenError):
 
 
 class DataLossError(ProcgenError):
-    """A snapshot fails its checksum."""
+    """A snapshot or an encoded observation is damaged."""
 
     default_code = grpc.StatusCode.DATA_LOSS
 

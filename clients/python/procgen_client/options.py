@@ -18,6 +18,7 @@ DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 EPISODE_ENDS = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
 TRANSPORTS = ("stream", "shared_memory")
+ENCODINGS = ("raw", "zstd_difference", "lz4_difference")
 # Sides that an observation is drawn at, in pixels, and the most pictures in one.
 SCREEN_SIZE_MIN = 16
 SCREEN_SIZE_MAX = 512
@@ -166,6 +167,7 @@ def pool_spec(
     first_environment: int = 0,
     total_environments: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
+    encoding: str = "raw",
     lease_duration: float | None = None,
     level_sampler: LevelSampler | None = None,
     transport: str = "stream",
@@ -181,17 +183,19 @@ def pool_spec(
             whole.
         total_environments: For the same: number of environments of the whole.
         observation_format: From observation_format. None: as released.
+        encoding: How observations travel, one of ENCODINGS.
         lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
             deleted.
         level_sampler: Chooses the levels. None: the options do.
         transport: How batches reach the learner, one of TRANSPORTS.
 
     Raises:
-        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, `transport` none of TRANSPORTS,
-            or a number does not fit its field.
+        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, `encoding` none of ENCODINGS,
+            `transport` none of TRANSPORTS, or a number does not fit its field.
     """
     end = _enum_value("episode_end", episode_end, EPISODE_ENDS, pools_pb2.EpisodeEnd)
     how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
+    code = _enum_value("encoding", encoding, ENCODINGS, pools_pb2.Encoding)
     try:
         return pools_pb2.PoolSpec(
             games=[games] if isinstance(games, str) else games,
@@ -201,6 +205,7 @@ def pool_spec(
             first_environment=first_environment,
             total_environments=total_environments,
             observation_format=observation_format,
+            encoding=code,
             lease_duration=None if lease_duration is None else duration(lease_duration),
             level_sampler=None if level_sampler is None else level_sampler_message(level_sampler),
             transport=how,

@@ -373,9 +373,13 @@ class Pool(PoolResource):
 
     def _response_bytes_max(self) -> int:
         """Gives 0, for what servers send by default, or more where that has no room for a row."""
-        row = 2 * int(np.prod(self.observation_shape)) + _ROW_OVERHEAD_BYTES
         if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
             return 0  # Responses bear no values.
+        observation_bytes = int(np.prod(self.observation_shape))
+        # An encoded one may take half as much again; a final one is never encoded.
+        is_raw = self.spec.encoding == pools_pb2.ENCODING_RAW
+        sent_bytes = observation_bytes if is_raw else observation_bytes * 3 // 2
+        row = sent_bytes + observation_bytes + _ROW_OVERHEAD_BYTES
         if row <= _RESPONSE_BYTES_DEFAULT:
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)

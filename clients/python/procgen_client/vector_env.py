@@ -94,11 +94,12 @@ class ProcgenVectorEnv(VectorEnv):
                 was received; they are not written again, so they may be kept. It saves 12 kB of
                 copying for each environment. With transport "shared_memory" they are views of
                 memory that the server draws into, and only so many may be kept
-                (held_batches_max, 2 by default, and those of this step).
+                (held_batches_max, 2 by default, and those of this step). With an encoding they
+                are arrays of your own anyway.
             **options: As Client.create_pool takes them: the released options (distribution_mode,
                 num_levels, start_level, rand_seed, use_sequential_levels, ...), the form of the
-                observations (screen_size, grayscale_obs, layout, frame_stack), pipeline and the
-                transport.
+                observations (screen_size, grayscale_obs, layout, frame_stack) and how they travel
+                (encoding, pipeline, transport).
 
         Raises:
             InvalidArgumentError: An argument is out of range.

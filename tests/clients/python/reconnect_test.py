@@ -63,18 +63,34 @@ def _trace(pool: Pool, count: int) -> list[int]:
     return trace
 
 
-def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, client: Client) -> None:
-    count = 150
+@pytest.mark.parametrize(
+    "encoding,count,bytes_between_faults,least_break_count",
+    [
+        ("raw", 150, 120_000, 30),
+        ("zstd_difference", 300, 40_000, 5),
+        ("lz4_difference", 300, 40_000, 5),
+    ],
+)
+def test_nothing_is_lost_on_a_bad_network(
+    server: ServerProcess,
+    client: Client,
+    encoding: str,
+    count: int,
+    bytes_between_faults: int,
+    least_break_count: int,
+) -> None:
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
         undisturbed = _trace(pool, count)
-    proxy = Proxy(server.address, 11, 120_000)
-    with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as pool:
+    proxy = Proxy(server.address, 11, bytes_between_faults)
+    with client.create_pool(
+        ["maze", "bigfish"], _ENV_COUNT, encoding=encoding, **_OPTIONS
+    ) as pool:
         with connected(proxy.address) as learner:
             disturbed = _trace(
                 learner.get_pool(pool.name, requests_in_flight_max=3), count
             )
         assert client.get_pool(pool.name) is not None
-    assert proxy.stop() >= 30
+    assert proxy.stop() >= least_break_count
     assert disturbed == undisturbed
 
 

@@ -349,6 +349,11 @@ def test_transports_have_names(client: Client) -> None:
         client.create_pool("maze", 1, transport="pigeon")
 
 
+def test_what_is_shared_is_raw(client: Client) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="SHARED_MEMORY: ENCODING_RAW"):
+        _create(client, encoding="zstd_difference")
+
+
 def _memory(**changes: object) -> step_pb2.SharedMemory:
     """Of one environment with one byte of observation, told as it should be."""
     names = {"rewards": 5, "first": 2, "terminated": 2, "truncated": 2, "level_seeds": 3}

@@ -142,13 +142,6 @@ TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRefused) {
             "spec.observation_format.layout is number 9, allowed: LAYOUT_HWC, LAYOUT_CHW");
 }
 
-TEST(ConvertPoolTest, WhatIsNotOfferedYetSaysWhatIs) {
-  v1::PoolSpec encoded = MazeSpec();
-  encoded.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
-  EXPECT_THAT(PoolOptionsOf(encoded),
-              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: ENCODING_RAW")));
-}
-
 TEST(ConvertPoolTest, MemoryIsSharedWhereItIsAskedForAndOffered) {
   v1::PoolSpec spec = MazeSpec();
   EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(false));
@@ -158,11 +151,6 @@ TEST(ConvertPoolTest, MemoryIsSharedWhereItIsAskedForAndOffered) {
   EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(true));
   EXPECT_THAT(SharesMemory(spec, false),
               StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: TRANSPORT_STREAM")));
-  spec.set_encoding(v1::ENCODING_LZ4_DIFFERENCE);
-  EXPECT_THAT(SharesMemory(spec, true),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       "spec.encoding is ENCODING_LZ4_DIFFERENCE, allowed with "
-                       "TRANSPORT_SHARED_MEMORY: ENCODING_RAW"));
   spec.set_transport(static_cast<v1::Transport>(9));
   EXPECT_THAT(SharesMemory(spec, true),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("number 9")));

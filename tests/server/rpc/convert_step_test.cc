@@ -1,9 +1,11 @@
 #include "server/rpc/convert_step.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/limits.h"
 #include "tests/status_matchers.h"
@@ -20,6 +22,13 @@ StreamRequest WholeStep(int32_t env_count) {
   EXPECT_THAT(ReadStreamRequest(&request), IsOk());
   request.request.count = env_count;
   return request;
+}
+
+// How observations of that side are sent.
+ObservationCoding CodingOf(int32_t side_px, std::optional<Compression> compression = {}) {
+  ObservationFormat format;
+  format.frame.side_px = side_px;
+  return ObservationCoding(format, compression);
 }
 
 TEST(ConvertStepTest, RequestThatAsksForNothingIsRefused) {
@@ -57,7 +66,7 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   StreamRequest request = WholeStep(1000);
   for (const bool with_final : {false, true}) {
     request.with_final_observations = with_final;
-    const int32_t rows = *ResponseRowsMax("limit", request, kObservationBytes, limit);
+    const int32_t rows = *ResponseRowsMax("limit", request, CodingOf(64), limit);
     FrameRing frames;
     Response response;
     const Batch batch =
@@ -75,8 +84,8 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
 TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
   const StreamRequest request = WholeStep(1000);
   constexpr int64_t kLarge = 512 * 512 * 3;
-  EXPECT_EQ(*ResponseRowsMax("limit", request, 28224, kResponseBytesDefault), 148);
-  EXPECT_EQ(*ResponseRowsMax("limit", request, kLarge, kResponseBytesDefault), 5);
+  EXPECT_EQ(*ResponseRowsMax("limit", request, CodingOf(97), kResponseBytesDefault), 148);
+  EXPECT_EQ(*ResponseRowsMax("limit", request, CodingOf(512), kResponseBytesDefault), 5);
   FrameRing frames;
   Response response;
   const Batch batch = PrepareResponse(request, {0, 5}, kLarge, &frames, &response);
@@ -86,17 +95,34 @@ TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
 
 TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
   StreamRequest request = WholeStep(1);
-  EXPECT_EQ(*ResponseRowsMax("limit", request, 1000000, 1000288), 1);
-  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request, 1000000, 1000287),
+  const ObservationCoding large = CodingOf(512);
+  EXPECT_EQ(*ResponseRowsMax("limit", request, large, 786720), 1);
+  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request, large, 786719),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "the answer for one environment has 1 x 1000000 bytes of observations and "
-                       "needs 1000288, limit attach.response_bytes_max is 1000287"));
+                       "the answer for one environment has 1 x 786432 bytes of observations and "
+                       "needs 786720, limit attach.response_bytes_max is 786719"));
   request.with_final_observations = true;
-  EXPECT_THAT(ResponseRowsMax("limit", request, 1000000, 1000288),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("2 x 1000000")));
+  EXPECT_THAT(ResponseRowsMax("limit", request, large, 786720),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("2 x 786432")));
   request.with_observations = false;
   request.with_final_observations = false;
-  EXPECT_THAT(ResponseRowsMax("limit", request, 1000000, 65536), IsOk());
+  EXPECT_THAT(ResponseRowsMax("limit", request, large, 65536), IsOk());
+}
+
+TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
+  StreamRequest request = WholeStep(1000);
+  constexpr int64_t kLimit = kResponseBytesDefault;
+  for (const Compression compression : {Compression::kZstd, Compression::kLz4}) {
+    const ObservationCoding coding = CodingOf(64, compression);
+    request.with_final_observations = false;
+    const int64_t rows = *ResponseRowsMax("limit", request, coding, kLimit);
+    EXPECT_LE(rows * coding.sent_bytes_max(), kLimit);
+    EXPECT_THAT(rows, testing::AllOf(testing::Gt(300), testing::Lt(340)));
+    request.with_final_observations = true;
+    const int64_t with_final = *ResponseRowsMax("limit", request, coding, kLimit);
+    EXPECT_LE(with_final * (coding.sent_bytes_max() + kObservationBytes), kLimit);
+    EXPECT_GT(with_final, 150) << "final observations are never encoded";
+  }
 }
 
 TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {

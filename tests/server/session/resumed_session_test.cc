@@ -44,14 +44,15 @@ class ResumedSessionTest : public testing::Test {
     return Make(&surroundings_, lease);
   }
 
-  static std::unique_ptr<PoolSession> Make(TestSurroundings* surroundings, absl::Duration lease) {
+  static std::unique_ptr<PoolSession> Make(TestSurroundings* surroundings, absl::Duration lease,
+                                           std::optional<Compression> compression = {}) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
-                                         surroundings->Get());
+                                         surroundings->Get(), compression);
   }
 
   // Accepts request `number`, in a turn, and keeps an answer if it was to be carried out.
@@ -144,6 +145,13 @@ TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
   EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), bytes);
   session_ = nullptr;
   EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), 0);
+}
+
+TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
+  session_ = Make(&surroundings_, absl::InfiniteDuration(), Compression::kZstd);
+  Attach(kResumable);
+  EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(),
+            2 * kEnvCount * (session_->coding().sent_bytes_max() + 12288 + 512));
 }
 
 TEST_F(ResumedSessionTest, StreamWhoseAnswersHaveNoRoomIsRefused) {

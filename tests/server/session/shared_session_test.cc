@@ -32,7 +32,7 @@ class SharedSessionTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::InfiniteDuration(),
-                                         surroundings_.Get(), shared_folder_.get());
+                                         surroundings_.Get(), std::nullopt, shared_folder_.get());
   }
 
   absl::Status Attach(const AttachOptions& options) {

@@ -1,0 +1,331 @@
+#include "procgen_client/observation_decoder.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "procgen_client/frame_content.h"
+
+namespace procgen_client {
+namespace {
+
+constexpr int32_t kBlockSide = 8;
+constexpr int32_t kSideDefault = 64;
+constexpr int32_t kSideMax = 512;
+constexpr int32_t kStackMax = 16;
+
+uint8_t NextAge(uint8_t age) { return age == 255 ? 1 : static_cast<uint8_t>(age + 1); }
+
+int32_t CountBits(uint8_t byte) { return __builtin_popcount(byte); }
+
+// The first `count` bits, 0 <= count <= 8.
+uint32_t Bits(int32_t count) { return (1U << count) - 1; }
+
+// Puts the next of `pixels` where the mask says. Returns where the others begin.
+template <size_t kPixelBytes>
+const uint8_t* Mend(uint32_t mask, const uint8_t* pixels, uint8_t* row) {
+  for (; mask != 0; mask >>= 1, row += kPixelBytes) {
+    if ((mask & 1) != 0) {
+      std::memcpy(row, pixels, kPixelBytes);
+      pixels += kPixelBytes;
+    }
+  }
+  return pixels;
+}
+
+absl::Status Damaged(absl::string_view what) {
+  return absl::DataLossError(absl::StrCat("encoded observations: ", what));
+}
+
+// Takes parts off the front of bytes.
+class Reader {
+ public:
+  explicit Reader(absl::string_view bytes)
+      : next_(reinterpret_cast<const uint8_t*>(bytes.data())), left_(bytes.size()) {}
+
+  // The next `count` bytes; false if there are fewer.
+  bool Take(size_t count, absl::Span<const uint8_t>& part) {
+    if (count > left_) {
+      return false;
+    }
+    part = {next_, count};
+    next_ += count;
+    left_ -= count;
+    return true;
+  }
+  size_t left() const { return left_; }
+
+ private:
+  const uint8_t* next_;
+  size_t left_;
+};
+
+size_t CountAllBits(absl::Span<const uint8_t> bytes) {
+  size_t count = 0;
+  for (const uint8_t byte : bytes) {
+    count += static_cast<size_t>(CountBits(byte));
+  }
+  return count;
+}
+
+}  // namespace
+
+// A part of the sheet, in rows and pixels.
+struct ObservationDecoder::Block {
+  int32_t row = 0;
+  int32_t column = 0;
+  int32_t height = 0;
+  int32_t width = 0;
+};
+
+// The parts of the content, and how far the blocks have been read.
+struct ObservationDecoder::Content {
+  absl::Span<const uint8_t> ages;
+  absl::Span<const uint8_t> advances;
+  absl::Span<const uint8_t> changed;
+  absl::Span<const uint8_t> move_rows;
+  absl::Span<const uint8_t> move_columns;
+  absl::Span<const uint8_t> patched;
+  absl::Span<const uint8_t> masks;
+  absl::Span<const uint8_t> pixels;
+  size_t block = 0;
+  size_t mask = 0;
+  size_t pixel_byte = 0;
+};
+
+absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::Pool& pool) {
+  const procgen::v1::PoolSpec& spec = pool.spec();
+  const procgen::v1::ObservationFormat& format = spec.observation_format();
+  const int32_t given = format.width_px() != 0 ? format.width_px() : format.height_px();
+  const int32_t side = given == 0 ? kSideDefault : given;
+  const int32_t stack = std::max(format.frame_stack(), 1);
+  if (side < 1 || side > kSideMax || stack > kStackMax || spec.env_count() < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a pool of ", spec.env_count(), " environments with observations of side ",
+                     side, " in stacks of ", stack, "; decoded are sides of 1 to ", kSideMax,
+                     " and stacks of 1 to ", kStackMax));
+  }
+  if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE &&
+      spec.encoding() != procgen::v1::ENCODING_LZ4_DIFFERENCE) {
+    return FrameContent(spec.encoding(), {}, 0).status();
+  }
+  const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
+  const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;
+  Sheet sheet;
+  sheet.rows = side * stack * (planes ? channels : 1);
+  sheet.columns = side;
+  sheet.pixel_bytes = planes ? 1 : channels;
+  sheet.stack = stack;
+  return ObservationDecoder(sheet, spec.env_count(), spec.encoding());
+}
+
+ObservationDecoder::ObservationDecoder(const Sheet& sheet, int32_t env_count,
+                                       procgen::v1::Encoding encoding)
+    : sheet_(sheet),
+      encoding_(encoding),
+      ages_(static_cast<size_t>(env_count)),
+      shown_(static_cast<size_t>(env_count) * sheet.bytes()),
+      basis_(sheet.bytes()) {}
+
+int32_t ObservationDecoder::block_columns() const {
+  return (sheet_.columns + kBlockSide - 1) / kBlockSide;
+}
+
+int32_t ObservationDecoder::block_count() const {
+  return (sheet_.rows + kBlockSide - 1) / kBlockSide * block_columns();
+}
+
+ObservationDecoder::Block ObservationDecoder::BlockAt(int32_t index) const {
+  Block block;
+  block.row = index / block_columns() * kBlockSide;
+  block.column = index % block_columns() * kBlockSide;
+  block.height = std::min(kBlockSide, sheet_.rows - block.row);
+  block.width = std::min(kBlockSide, sheet_.columns - block.column);
+  return block;
+}
+
+size_t ObservationDecoder::ContentBytesMax(int32_t count) const {
+  const auto blocks = static_cast<size_t>(block_count());
+  const size_t numbers = 2 + (blocks + 7) / 8 + blocks * (3 + kBlockSide);
+  return static_cast<size_t>(count) * (numbers + sheet_.bytes());
+}
+
+absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content) const {
+  for (size_t i = 0; i < content.ages.size(); ++i) {
+    const size_t environment = static_cast<size_t>(first) + i;
+    if (content.ages[i] != 0 && content.ages[i] != ages_[environment]) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("encoded observations: environment ", environment, " is at age ",
+                       content.ages[i], ", after what was decoded before it would be ",
+                       ages_[environment], " or 0: answers are missing or came twice"));
+    }
+  }
+  for (size_t i = 0; i < content.advances.size(); ++i) {
+    if (content.advances[i] >= sheet_.stack || (content.ages[i] == 0 && content.advances[i] != 0)) {
+      return Damaged(absl::StrCat("a stack of ", sheet_.stack, " moves by ", content.advances[i]));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ObservationDecoder::CheckBlocks(int32_t count, Content& content) const {
+  size_t patched = 0;
+  size_t mask = 0;
+  for (int32_t i = 0; i < count; ++i) {
+    const size_t map = static_cast<size_t>(i) * ((static_cast<size_t>(block_count()) + 7) / 8);
+    for (int32_t index = 0; index < block_count(); ++index) {
+      if ((content.changed[map + static_cast<size_t>(index / 8)] >> (index % 8) & 1) == 0) {
+        continue;
+      }
+      const Block block = BlockAt(index);
+      const uint8_t rows = content.patched[patched++];
+      if ((rows & ~Bits(block.height)) != 0) {
+        return Damaged("a row is patched that the picture has not");
+      }
+      for (int32_t row = 0; row < CountBits(rows); ++row) {
+        const uint8_t pixels = content.masks[mask++];
+        if (pixels == 0 || (pixels & ~Bits(block.width)) != 0) {
+          return Damaged("no pixel is patched in a row, or one that the picture has not");
+        }
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
+    int32_t first, int32_t count, absl::string_view bytes) const {
+  const auto environments = static_cast<size_t>(count);
+  const size_t map_bytes = (static_cast<size_t>(block_count()) + 7) / 8;
+  Content content;
+  Reader reader(bytes);
+  if (!reader.Take(environments, content.ages) ||
+      !reader.Take(sheet_.stack > 1 ? environments : 0, content.advances) ||
+      !reader.Take(environments * map_bytes, content.changed)) {
+    return Damaged("they end in the tables of environments");
+  }
+  if (absl::Status status = CheckAges(first, content); !status.ok()) {
+    return status;
+  }
+  const auto bits_in_last = static_cast<int32_t>(block_count() - (map_bytes - 1) * 8);
+  for (size_t i = map_bytes; i <= content.changed.size(); i += map_bytes) {
+    if ((content.changed[i - 1] & ~Bits(bits_in_last)) != 0) {
+      return Damaged("a block changes that the picture has not");
+    }
+  }
+  const size_t blocks = CountAllBits(content.changed);
+  if (!reader.Take(blocks, content.move_rows) || !reader.Take(blocks, content.move_columns) ||
+      !reader.Take(blocks, content.patched) ||
+      !reader.Take(CountAllBits(content.patched), content.masks) ||
+      !reader.Take(CountAllBits(content.masks) * static_cast<size_t>(sheet_.pixel_bytes),
+                   content.pixels)) {
+    return Damaged("they end in the tables of blocks");
+  }
+  if (reader.left() != 0) {
+    return Damaged(absl::StrCat("there are ", reader.left(), " bytes too many"));
+  }
+  if (absl::Status status = CheckBlocks(count, content); !status.ok()) {
+    return status;
+  }
+  return content;
+}
+
+void ObservationDecoder::WriteBasis(size_t environment, int32_t age, int32_t advance,
+                                    uint8_t* basis) const {
+  if (age == 0) {
+    std::fill_n(basis, sheet_.bytes(), uint8_t{0});
+    return;
+  }
+  const uint8_t* shown = shown_.data() + environment * sheet_.bytes();
+  const size_t picture_bytes = sheet_.bytes() / static_cast<size_t>(sheet_.stack);
+  for (int32_t place = 0; place < sheet_.stack; ++place) {
+    const int32_t from = std::min(place + advance, sheet_.stack - 1);
+    std::memcpy(basis + static_cast<size_t>(place) * picture_bytes,
+                shown + static_cast<size_t>(from) * picture_bytes, picture_bytes);
+  }
+}
+
+void ObservationDecoder::CopyPixels(const uint8_t* row, int32_t column, int32_t width,
+                                    uint8_t* to) const {
+  const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
+  if (column >= 0 && column + width <= sheet_.columns) {
+    std::memcpy(to, row + static_cast<size_t>(column) * pixel_bytes,
+                static_cast<size_t>(width) * pixel_bytes);
+    return;
+  }
+  for (int32_t x = 0; x < width; ++x, to += pixel_bytes) {
+    const int32_t from = std::clamp(column + x, 0, sheet_.columns - 1);
+    std::memcpy(to, row + static_cast<size_t>(from) * pixel_bytes, pixel_bytes);
+  }
+}
+
+void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
+                                     uint8_t* observation) const {
+  const auto pixel_bytes = static_cast<size_t>(sheet_.pixel_bytes);
+  const int32_t row = block.row + static_cast<int8_t>(content.move_rows[content.block]);
+  const int32_t column = block.column + static_cast<int8_t>(content.move_columns[content.block]);
+  const uint32_t patched = content.patched[content.block++];
+  for (int32_t y = 0; y < block.height; ++y) {
+    const int32_t from_row = std::clamp(row + y, 0, sheet_.rows - 1);
+    const uint8_t* from = basis + static_cast<size_t>(from_row) * sheet_.row_bytes();
+    uint8_t* to = observation + static_cast<size_t>(block.row + y) * sheet_.row_bytes() +
+                  static_cast<size_t>(block.column) * pixel_bytes;
+    CopyPixels(from, column, block.width, to);
+    if ((patched >> y & 1) != 0) {
+      const uint8_t* pixels = content.pixels.data() + content.pixel_byte;
+      const uint8_t* end = pixel_bytes == 3 ? Mend<3>(content.masks[content.mask], pixels, to)
+                                            : Mend<1>(content.masks[content.mask], pixels, to);
+      content.pixel_byte += static_cast<size_t>(end - pixels);
+      ++content.mask;
+    }
+  }
+}
+
+absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::string_view encoded,
+                                        absl::Span<uint8_t> observations) {
+  if (first < 0 || count < 1 || count > static_cast<int64_t>(ages_.size()) - first) {
+    return absl::InvalidArgumentError(absl::StrCat("environments ", first, " and ", count,
+                                                   " from there; the pool has ", ages_.size()));
+  }
+  if (observations.size() != static_cast<size_t>(count) * sheet_.bytes()) {
+    return absl::InvalidArgumentError(absl::StrCat("room for ", observations.size(), " bytes, ",
+                                                   count, " observations have ",
+                                                   static_cast<size_t>(count) * sheet_.bytes()));
+  }
+  const absl::StatusOr<std::string> bytes =
+      FrameContent(encoding_, encoded, ContentBytesMax(count));
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  absl::StatusOr<Content> content = Read(first, count, *bytes);
+  if (!content.ok()) {
+    return content.status();
+  }
+  const size_t map_bytes = (static_cast<size_t>(block_count()) + 7) / 8;
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
+    const size_t environment = static_cast<size_t>(first) + i;
+    const uint8_t age = content->ages[i];
+    uint8_t* observation = observations.data() + i * sheet_.bytes();
+    uint8_t* shown = shown_.data() + environment * sheet_.bytes();
+    const uint8_t advance = content->advances.empty() ? 0 : content->advances[i];
+    const bool as_shown = age != 0 && advance == 0;
+    if (!as_shown) {
+      WriteBasis(environment, age, advance, basis_.data());
+    }
+    const uint8_t* basis = as_shown ? shown : basis_.data();
+    std::memcpy(observation, basis, sheet_.bytes());
+    const uint8_t* changed = content->changed.data() + i * map_bytes;
+    for (int32_t index = 0; index < block_count(); ++index) {
+      if ((changed[index / 8] >> (index % 8) & 1) != 0) {
+        DecodeBlock(basis, BlockAt(index), *content, observation);
+      }
+    }
+    std::memcpy(shown, observation, sheet_.bytes());
+    ages_[environment] = NextAge(age);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace procgen_client

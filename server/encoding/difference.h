@@ -1,0 +1,32 @@
+#ifndef SERVER_ENCODING_DIFFERENCE_H_
+#define SERVER_ENCODING_DIFFERENCE_H_
+
+#include <cstdint>
+
+#include "server/encoding/byte_list.h"
+#include "server/encoding/motion_search.h"
+#include "server/encoding/picture_shape.h"
+
+namespace procgen {
+
+// What tells observations by what was there before: a list for each kind of value, since values of
+// one kind compress best together. README.md beside this file defines them.
+struct Difference {
+  ByteList changed;       // a bit for each block of each observation
+  ByteList move_rows;     // of each changed block: int8
+  ByteList move_columns;  // of each changed block: int8
+  ByteList patched;       // of each changed block: a bit for each row
+  ByteList masks;         // of each patched row: a bit for each pixel
+  ByteList pixels;        // each patched pixel
+
+  void Clear();
+};
+
+// Appends to `difference` how `now` follows from `before`; both are shape.bytes() long. `search`
+// remembers how this environment's view moved.
+void AppendDifference(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
+                      MotionSearch& search, Difference& difference);
+
+}  // namespace procgen
+
+#endif  // SERVER_ENCODING_DIFFERENCE_H_

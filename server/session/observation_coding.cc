@@ -1,0 +1,31 @@
+#include "server/session/observation_coding.h"
+
+namespace procgen {
+
+PictureShape ShapeOf(const ObservationFormat& format) {
+  const bool planes = format.frame.layout == Layout::kChw;
+  const int32_t channels = format.frame.channels();
+  return {.rows = format.frame.side_px * format.frame_stack * (planes ? channels : 1),
+          .columns = format.frame.side_px,
+          .pixel_bytes = planes ? 1 : channels,
+          .stack = format.frame_stack};
+}
+
+ObservationCoding::ObservationCoding(const ObservationFormat& format,
+                                     std::optional<Compression> compression)
+    : compression_(compression),
+      shape_(ShapeOf(format)),
+      drawn_bytes_(static_cast<int64_t>(format.bytes())),
+      sent_bytes_max_(
+          compression.has_value()
+              ? static_cast<int64_t>(ObservationEncoder::EncodedBytesMax(shape_, *compression))
+              : drawn_bytes_) {}
+
+std::unique_ptr<ObservationEncoder> ObservationCoding::MakeEncoder(int32_t env_count) const {
+  if (!compression_.has_value()) {
+    return nullptr;
+  }
+  return std::make_unique<ObservationEncoder>(shape_, env_count, *compression_);
+}
+
+}  // namespace procgen

@@ -1,0 +1,290 @@
+// procgen-benchmark-encoding: how small encoded observations are, and what encoding and decoding
+// them costs, per game and mode. README.md beside this file says what the figures mean.
+//
+//   --art DIR    draws with this folder of art in place of the built-in art
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/strings/strip.h"
+#include "absl/types/span.h"
+#include "benchmark/benchmark.h"
+#include "envcore/games/game_catalog.h"
+#include "procgen_client/observation_decoder.h"
+#include "server/encoding/observation_encoder.h"
+#include "tests/benchmark/benchmark_run.h"
+#include "tests/benchmark/local_learner.h"
+#include "tests/benchmark/round_clock.h"
+
+namespace procgen {
+namespace {
+
+constexpr double kMinTimeSeconds = 1.5;
+// Bytes are counted over the same steps, however fast the machine is.
+constexpr int kCountedSteps = 200;
+constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
+constexpr PictureShape kShape = {
+    .rows = kObservationSidePx, .columns = kObservationSidePx, .pixel_bytes = 3};
+
+enum class Way { kRaw, kZstd, kLz4 };
+
+constexpr std::pair<Way, const char*> kWays[] = {
+    {Way::kRaw, "raw"}, {Way::kZstd, "zstd"}, {Way::kLz4, "lz4"}};
+
+// From observations to what is sent, and back. Raw observations are copied, as the others are.
+class Line {
+ public:
+  virtual ~Line() = default;
+  virtual std::string Encode(absl::Span<const uint8_t> observations) = 0;
+  virtual absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) = 0;
+};
+
+class RawLine final : public Line {
+ public:
+  std::string Encode(absl::Span<const uint8_t> observations) override {
+    return {observations.begin(), observations.end()};
+  }
+  absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) override {
+    std::memcpy(observations.data(), encoded.data(), observations.size());
+    return absl::OkStatus();
+  }
+};
+
+class EncodedLine final : public Line {
+ public:
+  explicit EncodedLine(Compression compression)
+      : encoder_(kShape, kEnvCount, compression), decoder_(DecoderFor(compression)) {}
+
+  std::string Encode(absl::Span<const uint8_t> observations) override {
+    return encoder_.Encode(0, kEnvCount, observations);
+  }
+  absl::Status Decode(absl::string_view encoded, absl::Span<uint8_t> observations) override {
+    return decoder_.Decode(0, kEnvCount, encoded, observations);
+  }
+
+ private:
+  static procgen_client::ObservationDecoder DecoderFor(Compression compression) {
+    procgen::v1::Pool pool;
+    pool.mutable_spec()->set_env_count(kEnvCount);
+    pool.mutable_spec()->set_encoding(compression == Compression::kZstd
+                                          ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
+                                          : procgen::v1::ENCODING_LZ4_DIFFERENCE);
+    return procgen_client::ObservationDecoder::Make(pool).value();
+  }
+
+  ObservationEncoder encoder_;
+  procgen_client::ObservationDecoder decoder_;
+};
+
+std::unique_ptr<Line> MakeLine(Way way) {
+  if (way == Way::kRaw) {
+    return std::make_unique<RawLine>();
+  }
+  return std::make_unique<EncodedLine>(way == Way::kZstd ? Compression::kZstd : Compression::kLz4);
+}
+
+// What one observation takes: the columns of the closing table.
+struct Figures {
+  double bytes = 0;
+  double encode_us = 0;
+  double decode_us = 0;
+  double encode_units = 0;
+  double decode_units = 0;
+};
+
+// By game: Google Benchmark tries each course with few iterations first, and only the last try
+// counts.
+using FiguresOfGames = std::map<std::string, Figures>;
+
+// By mode and way.
+std::map<std::string, FiguresOfGames>& AllFigures() {
+  static auto& figures = *new std::map<std::string, FiguresOfGames>;
+  return figures;
+}
+
+// A learner's steps, each encoded and decoded.
+class Trip {
+ public:
+  Trip(LocalLearner learner, Way way)
+      : learner_(std::move(learner)),
+        line_(MakeLine(way)),
+        decoded_(learner_.observations().size()) {}
+
+  // Steps and sends once. `round_ends`: whether it completed a round of either clock.
+  absl::Status Step(bool& round_ends) {
+    if (absl::Status status = learner_.Step(); !status.ok()) {
+      return status;
+    }
+    encode_.Start();
+    const std::string encoded = line_->Encode(learner_.observations());
+    round_ends = encode_.Lap();
+    decode_.Start();
+    const absl::Status status = line_->Decode(encoded, absl::MakeSpan(decoded_));
+    round_ends |= decode_.Lap();
+    if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
+      return absl::InternalError("what was decoded is not what was encoded");
+    }
+    if (step_count_ < kCountedSteps) {
+      bytes_ += static_cast<double>(encoded.size());
+      ++step_count_;
+    }
+    return status;
+  }
+
+  // Sends what stands there now, out of all counting: nobody has seen it yet.
+  absl::Status Begin() {
+    return line_->Decode(line_->Encode(learner_.observations()), absl::MakeSpan(decoded_));
+  }
+
+  void MeasureUnit() {
+    encode_.MeasureUnit();
+    decode_.MeasureUnit();
+  }
+
+  Figures Result() const {
+    return {.bytes = bytes_ / step_count_ / kEnvCount,
+            .encode_us = absl::ToDoubleMicroseconds(encode_.Best()) / kEnvCount,
+            .decode_us = absl::ToDoubleMicroseconds(decode_.Best()) / kEnvCount,
+            .encode_units = encode_.BestInUnits() / kEnvCount,
+            .decode_units = decode_.BestInUnits() / kEnvCount};
+  }
+
+ private:
+  LocalLearner learner_;
+  std::unique_ptr<Line> line_;
+  std::vector<uint8_t> decoded_;
+  RoundClock encode_{TimeKind::kThread};
+  RoundClock decode_{TimeKind::kThread};
+  double bytes_ = 0;
+  int step_count_ = 0;
+};
+
+void Report(const Figures& figures, benchmark::State& state) {
+  state.counters["bytes"] = figures.bytes;
+  state.counters["encode_us"] = figures.encode_us;
+  state.counters["decode_us"] = figures.decode_us;
+  state.counters["encode_units"] = figures.encode_units;
+  state.counters["decode_units"] = figures.decode_units;
+}
+
+void RunCourse(const Course& course, Way way, const std::string& group, benchmark::State& state) {
+  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(course);
+  if (!learner.ok()) {
+    state.SkipWithError(learner.status().ToString().c_str());
+    return;
+  }
+  Trip trip(*std::move(learner), way);
+  absl::Status status = trip.Begin();
+  for ([[maybe_unused]] const auto iteration : state) {
+    bool round_ends = false;
+    if (status.ok()) {
+      status = trip.Step(round_ends);
+    }
+    if (!status.ok()) {
+      state.SkipWithError(status.ToString().c_str());
+      return;
+    }
+    if (round_ends) {
+      state.PauseTiming();
+      trip.MeasureUnit();
+      state.ResumeTiming();
+    }
+  }
+  trip.MeasureUnit();
+  Report(trip.Result(), state);
+  AllFigures()[group][course.game] = trip.Result();
+}
+
+std::shared_ptr<const SharedArt>& Art() {
+  static auto& art = *new std::shared_ptr<const SharedArt>;
+  return art;
+}
+
+void RegisterCourses() {
+  for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
+    for (const auto& [way, way_name] : kWays) {
+      for (const GameFacts& game : GameCatalog()) {
+        const Course course = {.game = std::string(game.name), .mode = mode, .art = Art()};
+        const std::string group = absl::StrCat(DistributionModeName(mode), "/", way_name);
+        const std::string name = absl::StrCat("encoding/", game.name, "/", group);
+        benchmark::RegisterBenchmark(name.c_str(),
+                                     [course, way = way, group](benchmark::State& state) {
+                                       RunCourse(course, way, group, state);
+                                     });
+      }
+    }
+  }
+}
+
+double GeometricMean(const FiguresOfGames& all, double Figures::*figure) {
+  double sum = 0;
+  for (const auto& [game, figures] : all) {
+    sum += std::log(figures.*figure);
+  }
+  return std::exp(sum / static_cast<double>(all.size()));
+}
+
+void PrintMeans() {
+  std::cout << "\ngeometric means of one observation\n"
+            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units\n"
+            << std::fixed;
+  for (const auto& [group, all] : AllFigures()) {
+    std::cout << std::left << std::setw(13) << group << std::right << std::setw(7) << all.size()
+              << std::setprecision(1) << std::setw(10) << GeometricMean(all, &Figures::bytes)
+              << std::setprecision(3) << std::setw(11) << GeometricMean(all, &Figures::encode_us)
+              << std::setw(11) << GeometricMean(all, &Figures::decode_us) << std::setw(14)
+              << GeometricMean(all, &Figures::encode_units) << std::setw(14)
+              << GeometricMean(all, &Figures::decode_units) << "\n";
+  }
+}
+
+// Takes --art DIR or --art=DIR out of the arguments.
+std::optional<std::string> TakeArt(std::vector<char*>& arguments) {
+  for (auto at = arguments.begin() + 1; at != arguments.end(); ++at) {
+    absl::string_view argument = *at;
+    if (absl::ConsumePrefix(&argument, "--art=")) {
+      arguments.erase(at);
+      return std::string(argument);
+    }
+    if (argument == "--art" && at + 1 != arguments.end()) {
+      std::string folder = *(at + 1);
+      arguments.erase(at, at + 2);
+      return folder;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  std::vector<char*> arguments(argv, argv + argc);
+  if (const std::optional<std::string> folder = procgen::TakeArt(arguments)) {
+    auto art = procgen::SharedArt::LoadFolder(*folder);
+    if (!art.ok()) {
+      std::cerr << "procgen-benchmark-encoding: " << art.status() << "\n";
+      return 2;
+    }
+    procgen::Art() = *std::move(art);
+  }
+  const int status = procgen::RunBenchmarks(static_cast<int>(arguments.size()), arguments.data(),
+                                            procgen::kMinTimeSeconds, procgen::RegisterCourses);
+  if (status == 0) {
+    procgen::PrintMeans();
+  }
+  return status;
+}

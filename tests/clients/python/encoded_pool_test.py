@@ -1,0 +1,201 @@
+"""Pools whose observations travel encoded give what pools with raw ones give."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess
+from procgen_client._wire import Part
+from procgen_client.errors import (
+    AbortedError,
+    DataLossError,
+    InvalidArgumentError,
+    UnimplementedError,
+)
+
+_ENCODINGS = ("zstd_difference", "lz4_difference")
+_FORMATS: dict[str, dict[str, Any]] = {
+    "released": {},
+    "grey stack": {"grayscale_obs": True, "screen_size": 84, "frame_stack": 4},
+    "odd planes": {"layout": "chw", "screen_size": 43},
+}
+_OPTIONS: dict[str, Any] = {"distribution_mode": "easy", "rand_seed": 7}
+_ENV_COUNT = 5
+
+
+def assert_same(one: Batch, other: Batch) -> None:
+    for field in dataclasses.fields(Batch):
+        np.testing.assert_array_equal(
+            getattr(one, field.name), getattr(other, field.name), err_msg=field.name
+        )
+
+
+def send_any(pool: Pool, rng: np.random.Generator) -> None:
+    """Sends one of all kinds of requests, for a slice; some without pictures."""
+    first = int(rng.integers(_ENV_COUNT))
+    count = int(rng.integers(1, _ENV_COUNT - first + 1))
+    kind = int(rng.integers(6))
+    observe = bool(rng.integers(4))
+    actions = rng.integers(-1, 15, count)
+    if kind == 0:
+        pool.send_observe(first_environment=first, environment_count=count, observe=observe)
+    elif kind == 1:
+        pool.send_reset(
+            [first], first_environment=first, environment_count=count, observe=observe
+        )
+    else:
+        pool.send_step(
+            actions,
+            first_environment=first,
+            observe=observe,
+            repeat_count=kind - 1,
+            final_observations=kind % 2 == 0,
+            resets=[Reset(first)] if kind == 5 else [],
+        )
+
+
+def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> None:
+    rngs = [np.random.default_rng(seed) for _ in range(2)]
+    for _ in range(request_count):
+        for pool, rng in zip((raw, encoded), rngs, strict=True):
+            while pool.in_flight < pool.requests_in_flight_max:
+                send_any(pool, rng)
+        assert_same(raw.receive(), encoded.receive())
+    for _ in range(raw.in_flight):
+        assert_same(raw.receive(), encoded.receive())
+
+
+@pytest.mark.parametrize("encoding", _ENCODINGS)
+@pytest.mark.parametrize("form", _FORMATS)
+@pytest.mark.parametrize("game", ["coinrun", "fruitbot", "maze"])
+def test_answers_are_those_of_a_raw_pool(
+    client: Client, game: str, form: str, encoding: str
+) -> None:
+    options = _OPTIONS | _FORMATS[form]
+    with (
+        client.create_pool(game, _ENV_COUNT, **options) as raw,
+        client.create_pool(game, _ENV_COUNT, encoding=encoding, **options) as encoded,
+    ):
+        for pool in (raw, encoded):
+            pool.attach(response_bytes_max=65536)  # Most answers come in several responses.
+        assert_go_alike(raw, encoded, request_count=200, seed=3)
+
+
+@pytest.mark.parametrize("encoding", _ENCODINGS)
+def test_states_are_restored_and_streams_follow_one_another(
+    server: ServerProcess, client: Client, encoding: str
+) -> None:
+    with (
+        client.create_pool("coinrun", _ENV_COUNT, **_OPTIONS) as raw,
+        client.create_pool("coinrun", _ENV_COUNT, encoding=encoding, **_OPTIONS) as encoded,
+        Client(server.address) as other_client,
+    ):
+        assert_go_alike(raw, encoded, request_count=10, seed=1)
+        states = raw.save_states()
+        assert_go_alike(raw, encoded, request_count=10, seed=2)
+        for pool in (raw, encoded):
+            pool.restore_states(states)
+        assert_same(raw.observe(), encoded.observe())
+        assert_go_alike(raw, encoded, request_count=10, seed=3)
+
+        other = other_client.get_pool(encoded.name)
+        other.attach(take_over=True)
+        assert_go_alike(raw, other, request_count=10, seed=4)
+        with pytest.raises(AbortedError, match="took over"):
+            encoded.observe()
+        other.detach()
+        assert_go_alike(raw, encoded, request_count=10, seed=5)
+
+
+@pytest.mark.parametrize("encoding", _ENCODINGS)
+def test_vector_environments_show_the_same(client: Client, encoding: str) -> None:
+    arguments: dict[str, Any] = {"num_envs": 4, "server": client, **_OPTIONS}
+    with (
+        ProcgenVectorEnv("bigfish", **arguments) as raw,
+        ProcgenVectorEnv("bigfish", encoding=encoding, copy=False, **arguments) as encoded,
+    ):
+        np.testing.assert_array_equal(raw.reset(seed=1)[0], encoded.reset(seed=1)[0])
+        kept = []
+        for step in range(200):
+            actions = np.random.default_rng(step).integers(0, 15, 4)
+            observations = raw.step(actions)[0]
+            kept.append((observations, encoded.step(actions)[0]))
+        for expected, seen in kept:
+            np.testing.assert_array_equal(expected, seen)
+
+
+@pytest.fixture
+def damage(client: Client, monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
+    """Damages the answer to one request on its way from the server to the client."""
+
+    def damage_answer(number: int) -> None:
+        step_pool = client._step_pool
+
+        class Damaged:
+            def __init__(self, call: Any) -> None:  # noqa: ANN401
+                self._call = call
+
+            def __iter__(self) -> Iterator[Any]:
+                return self
+
+            def __next__(self) -> Any:  # noqa: ANN401
+                response = next(self._call)
+                damaged = isinstance(response, Part) and response.sequence_number == number
+                if damaged and len(response.arrays["observations"]):
+                    observations = response.arrays["observations"].copy()
+                    observations[len(observations) // 2] ^= 1
+                    response.arrays["observations"] = observations
+                return response
+
+            def cancel(self) -> None:
+                self._call.cancel()
+
+        monkeypatch.setattr(
+            client, "_step_pool", lambda *args, **kwargs: Damaged(step_pool(*args, **kwargs))
+        )
+
+    return damage_answer
+
+
+@pytest.mark.parametrize("encoding", _ENCODINGS)
+def test_a_damaged_answer_ends_the_stream(
+    client: Client, damage: Callable[[int], None], encoding: str
+) -> None:
+    damage(3)
+    with (
+        client.create_pool("coinrun", _ENV_COUNT, **_OPTIONS) as raw,
+        client.create_pool("coinrun", _ENV_COUNT, encoding=encoding, **_OPTIONS) as encoded,
+    ):
+        actions = [7] * _ENV_COUNT
+        for _ in range(2):
+            assert_same(raw.step(actions, observe=False), encoded.step(actions, observe=False))
+        with pytest.raises(DataLossError, match=f"{encoded.name} to request 3: encoded obs"):
+            encoded.step(actions)
+        assert not encoded.attached
+        raw.step(actions, observe=False)
+        encoded.attach(take_over=True)
+        assert_same(raw.step(actions), encoded.step(actions))
+
+
+def test_unknown_encodings_are_refused(client: Client) -> None:
+    with pytest.raises(InvalidArgumentError, match="encoding is 'gzip'; it is one of raw, zstd_"):
+        client.create_pool("maze", 1, encoding="gzip")
+
+
+@pytest.mark.parametrize(
+    "encoding,module", [("zstd_difference", "zstandard"), ("lz4_difference", "lz4.frame")]
+)
+def test_without_its_package_no_pool_is_made(
+    client: Client, monkeypatch: pytest.MonkeyPatch, encoding: str, module: str
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    before = client.load().pool_count
+    with pytest.raises(UnimplementedError, match="is not installed"):
+        client.create_pool("maze", 1, encoding=encoding)
+    assert client.load().pool_count == before

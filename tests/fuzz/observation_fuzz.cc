@@ -1,0 +1,110 @@
+// Fuzz target: bytes that may be encoded observations are decoded by the C++ client, as a frame of
+// zstd or LZ4 and as the content of one. Aborts where
+//   bytes are refused with a code that is not promised;
+//   what was refused has changed what is decoded next.
+//
+// An input is one byte that chooses encoding and form, and what is decoded.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "procgen/v1/pools.pb.h"
+#include "procgen_client/observation_decoder.h"
+#include "server/encoding/compressor.h"
+#include "server/encoding/observation_encoder.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::ObservationDecoder;
+
+constexpr int32_t kEnvCount = 2;
+
+void Require(bool holds, absl::string_view claim, const absl::Status& status) {
+  if (!holds) {
+    std::cerr << "observation_fuzz: " << claim << ": " << status << std::endl;
+    std::abort();
+  }
+}
+
+// What the first byte of an input chooses.
+struct Choice {
+  explicit Choice(uint8_t byte)
+      : compression((byte & 1) != 0 ? Compression::kLz4 : Compression::kZstd),
+        whole_frame((byte & 2) != 0) {
+    static constexpr PictureShape kShapes[] = {
+        {.rows = 64, .columns = 64, .pixel_bytes = 3},
+        {.rows = 19, .columns = 19, .pixel_bytes = 3},
+        {.rows = 60, .columns = 20, .pixel_bytes = 1},
+        {.rows = 3 * 17, .columns = 17, .pixel_bytes = 1, .stack = 3},
+    };
+    form = byte >> 2 & 3;
+    shape = kShapes[form];
+  }
+
+  procgen::v1::Pool Pool() const {
+    procgen::v1::Pool pool;
+    procgen::v1::PoolSpec& spec = *pool.mutable_spec();
+    spec.set_env_count(kEnvCount);
+    spec.set_encoding(compression == Compression::kZstd ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
+                                                        : procgen::v1::ENCODING_LZ4_DIFFERENCE);
+    procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
+    format.set_width_px(shape.columns);
+    format.set_frame_stack(shape.stack);
+    if (form == 2) {
+      format.set_layout(procgen::v1::LAYOUT_CHW);
+    }
+    if (form == 3) {
+      format.set_color(procgen::v1::COLOR_GRAYSCALE);
+    }
+    return pool;
+  }
+
+  Compression compression;
+  bool whole_frame;
+  int form = 0;
+  PictureShape shape;
+};
+
+void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
+  const std::string encoded = choice.whole_frame
+                                  ? std::string(bytes.begin(), bytes.end())
+                                  : Compressor::Make(choice.compression)->Compress(bytes, {});
+  ObservationDecoder decoder = ObservationDecoder::Make(choice.Pool()).value();
+  ObservationEncoder encoder(choice.shape, kEnvCount, choice.compression);
+  std::vector<uint8_t> shown(kEnvCount * choice.shape.bytes(), 7);
+  std::vector<uint8_t> decoded(shown.size());
+  const auto decode = [&](absl::string_view from) {
+    return decoder.Decode(0, kEnvCount, from, absl::MakeSpan(decoded));
+  };
+  const absl::Status first = decode(encoder.Encode(0, kEnvCount, shown));
+  Require(first.ok() && decoded == shown, "what was encoded cannot be decoded", first);
+
+  const absl::Status status = decode(encoded);
+  if (status.ok()) {
+    return;
+  }
+  Require(status.code() == absl::StatusCode::kDataLoss ||
+              status.code() == absl::StatusCode::kFailedPrecondition,
+          "refused with a code that is not promised", status);
+  shown.front() = 9;
+  const absl::Status second = decode(encoder.Encode(0, kEnvCount, shown));
+  Require(second.ok() && decoded == shown, "what was refused has changed something", second);
+}
+
+}  // namespace
+}  // namespace procgen
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  if (size > 0) {
+    procgen::TryToDecode(procgen::Choice(bytes[0]), {bytes + 1, size - 1});
+  }
+  return 0;
+}
