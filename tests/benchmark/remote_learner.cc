@@ -9,11 +9,17 @@ namespace procgen {
 namespace {
 
 constexpr int kWarmUpSteps = 50;
+constexpr char kSharedFolder[] = "/dev/shm";
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer() {
+  auto folder = SharedFolder::Open(kSharedFolder);
+  if (!folder.ok()) {
+    return folder.status();
+  }
   ServerOptions options;
+  options.shared_folder = *std::move(folder);
   options.address = "127.0.0.1:0";
   options.worker_count = kStreamWorkerCount;
   return Server::Start(options);
@@ -50,6 +56,9 @@ absl::Status RemoteLearner::MakePool() {
   spec.add_games(kStreamGame);
   spec.set_env_count(course_.env_count);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  if (course_.shares_memory) {
+    spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
+  }
   const auto pool = client_->CreatePool(spec);
   if (!pool.ok()) {
     return pool.status();

@@ -23,13 +23,14 @@ namespace procgen {
 inline constexpr char kStreamGame[] = "bigfish";
 inline constexpr int32_t kStreamWorkerCount = 2;
 
-// Such a server, on a free port of loopback.
+// Such a server, on a free port of loopback, which shares memory with who asks for it.
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer();
 
 struct RemoteCourse {
   int32_t env_count = 64;
   int requests_in_flight = 1;
-  int32_t pipeline = 1;  // as StreamOptions::pipeline
+  int32_t pipeline = 1;        // as StreamOptions::pipeline
+  bool shares_memory = false;  // else all is sent
 };
 
 // A connection to a server, a pool of its own on it, and the random actions that it is given.

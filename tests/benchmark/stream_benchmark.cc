@@ -5,7 +5,6 @@
 
 #include "server/session/event_log.h"
 #include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/shared_memory_benchmark.h"
 #include "tests/benchmark/stream_courses.h"
 #include "tests/benchmark/time_now.h"
 

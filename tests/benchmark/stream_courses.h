@@ -5,17 +5,32 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
+#include "tests/benchmark/cost.h"
 
 namespace procgen {
 
 // The benchmarks of procgen-benchmark-stream, a file each: stream_<name>.cc.
-void RegisterTcpStreams();  // stream/tcp/...
-void RegisterPipelines();   // step/...
-void RegisterLatencies();   // latency/...
-void RegisterFairness();    // fair/...
+void RegisterTcpStreams();           // stream/tcp/...
+void RegisterSharedMemoryStreams();  // stream/shm/...
+void RegisterPipelines();            // step/...
+void RegisterLatencies();            // latency/...
+void RegisterFairness();             // fair/...
 
 // How long each contestant is measured in one round.
 inline constexpr absl::Duration kContestantTime = absl::Milliseconds(50);
+
+// How many requests a learner of stream/... has unanswered: as many as the contract has by default.
+inline constexpr int kRequestsInFlight = 2;
+
+// Measures one round of whatever sends ahead.
+template <typename Sender>
+absl::Status MeasureAhead(Sender* sender, Cost* cost) {
+  absl::Status status = sender->SendAhead();
+  if (status.ok()) {
+    status = cost->MeasureRound(kContestantTime, [&] { return sender->Exchange(); });
+  }
+  return status.ok() ? sender->ReceiveRest() : status;
+}
 
 // Runs `round`, which measures all contestants in turn, as often as Google Benchmark says; `status`
 // is that of what was done before. Returns whether all went well; otherwise `state` has the error.

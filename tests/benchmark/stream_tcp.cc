@@ -19,20 +19,7 @@
 namespace procgen {
 namespace {
 
-// As the contract has by default.
-constexpr int kRequestsInFlight = 2;
-
 int64_t CoreCount() { return std::max(1U, std::thread::hardware_concurrency()); }
-
-// Whatever sends ahead, for one round.
-template <typename Sender>
-absl::Status MeasureSender(Sender* sender, Cost* cost) {
-  absl::Status status = sender->SendAhead();
-  if (status.ok()) {
-    status = cost->MeasureRound(kContestantTime, [&] { return sender->Exchange(); });
-  }
-  return status.ok() ? sender->ReceiveRest() : status;
-}
 
 // Our stream, the engine without a stream, and a stream without an engine.
 class Contest {
@@ -61,9 +48,9 @@ class Contest {
   }
 
   absl::Status RunRound() {
-    absl::Status status = MeasureSender(learner_.get(), &ours_);
+    absl::Status status = MeasureAhead(learner_.get(), &ours_);
     if (status.ok()) {
-      status = MeasureSender(wire_.get(), &wire_alone_);
+      status = MeasureAhead(wire_.get(), &wire_alone_);
     }
     return status.ok()
                ? engine_alone_.MeasureRound(kContestantTime, [this] { return engine_.Step(); })
