@@ -12,6 +12,22 @@
 #include "envcore/render/rasteriser.h"
 
 namespace procgen {
+namespace {
+
+// Of a batch that is smaller, in bytes of observations, a worker's cache still holds its part from
+// the last time; to ask for it costs more than it saves.
+constexpr size_t kCachedBytesMax = 2 << 20;
+constexpr size_t kCacheLineBytes = 64;
+
+// Has the cache fetch memory that will be written soon, so that what is done until then is not
+// followed by waiting for it.
+void FetchForWriting(absl::Span<uint8_t> memory) {
+  for (size_t i = 0; i < memory.size(); i += kCacheLineBytes) {
+    __builtin_prefetch(memory.data() + i, 1);
+  }
+}
+
+}  // namespace
 
 // What a worker needs for itself.
 struct Pool::Workbench {
@@ -28,6 +44,7 @@ class Pool::StepJob final : public CrewJob {
     input_ = input;
     batch_ = batch;
     done_ = std::move(done);
+    fetches_ahead_ = batch.observations.size() > kCachedBytesMax;
   }
 
  protected:
@@ -61,6 +78,9 @@ class Pool::StepJob final : public CrewJob {
 
   // An observation is the picture that the environment shows.
   void Run(const View& view) {
+    if (fetches_ahead_) {
+      FetchForWriting(RowOf(batch_.observations, view.row));
+    }
     Move(view, [&] {
       if (!batch_.final_observations.empty()) {
         Draw(view, RowOf(batch_.final_observations, view.row));
@@ -144,6 +164,7 @@ class Pool::StepJob final : public CrewJob {
   StepInput input_;
   Batch batch_;
   DoneCallback done_;
+  bool fetches_ahead_ = false;  // the memory of an observation while its environment moves
 };
 
 absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
