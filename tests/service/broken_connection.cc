@@ -25,13 +25,6 @@ constexpr int64_t kSharedBytesBetweenFaults = 1'500;
 // Those to some that are encoded: the first of a stream, and then smaller ones.
 constexpr int64_t kEncodedBytesBetweenFaults = 40'000;
 
-int64_t BytesBetweenFaults(v1::Transport transport, v1::Encoding encoding) {
-  if (transport == v1::TRANSPORT_SHARED_MEMORY) {
-    return kSharedBytesBetweenFaults;
-  }
-  return encoding == v1::ENCODING_RAW ? kBytesBetweenFaults : kEncodedBytesBetweenFaults;
-}
-
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
   const uint32_t mixed = static_cast<uint32_t>(request / 6 * 31 + environment * 17) * 2654435761U;
@@ -82,10 +75,17 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-v1::PoolSpec TracedSpec(v1::Transport transport, v1::Encoding encoding) {
+int64_t BytesBetweenFaults(const Carriage& carriage) {
+  if (carriage.transport == v1::TRANSPORT_SHARED_MEMORY) {
+    return kSharedBytesBetweenFaults;
+  }
+  return carriage.encoding == v1::ENCODING_RAW ? kBytesBetweenFaults : kEncodedBytesBetweenFaults;
+}
+
+v1::PoolSpec TracedSpec(const Carriage& carriage) {
   v1::PoolSpec spec;
-  spec.set_transport(transport);
-  spec.set_encoding(encoding);
+  spec.set_transport(carriage.transport);
+  spec.set_encoding(carriage.encoding);
   spec.add_games("bigfish");
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -107,17 +107,16 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
 }
 
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         v1::Transport transport, v1::Encoding encoding) {
+                         const Carriage& carriage) {
   const auto client = procgen_client::Client::Connect(address);
   ASSERT_THAT(client, IsOk());
-  const auto pool = (*client)->CreatePool(TracedSpec(transport, encoding));
+  const auto pool = (*client)->CreatePool(TracedSpec(carriage));
   const auto other_pool = (*client)->CreatePool(TracedSpec());
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
-  FaultProxy proxy({.target = address,
-                    .seed = seed,
-                    .bytes_between_faults = BytesBetweenFaults(transport, encoding)});
+  FaultProxy proxy(
+      {.target = address, .seed = seed, .bytes_between_faults = BytesBetweenFaults(carriage)});
   const std::vector<size_t> trace = TraceAt(
       proxy.address(), pool->name(),
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },

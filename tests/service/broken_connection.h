@@ -1,6 +1,7 @@
 #ifndef TESTS_SERVICE_BROKEN_CONNECTION_H_
 #define TESTS_SERVICE_BROKEN_CONNECTION_H_
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,9 +12,25 @@
 
 namespace procgen {
 
+// How a pool's observations come to its learner.
+struct Carriage {
+  v1::Transport transport = v1::TRANSPORT_STREAM;
+  v1::Encoding encoding = v1::ENCODING_RAW;
+};
+
+// All that there are.
+inline constexpr std::array<Carriage, 4> kCarriages = {{
+    {v1::TRANSPORT_STREAM, v1::ENCODING_RAW},
+    {v1::TRANSPORT_STREAM, v1::ENCODING_ZSTD_DIFFERENCE},
+    {v1::TRANSPORT_STREAM, v1::ENCODING_LZ4_DIFFERENCE},
+    {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW},
+}};
+
 // Twelve environments of two games.
-v1::PoolSpec TracedSpec(v1::Transport transport = v1::TRANSPORT_STREAM,
-                        v1::Encoding encoding = v1::ENCODING_RAW);
+v1::PoolSpec TracedSpec(const Carriage& carriage = {});
+
+// How much a FaultProxy should let through between faults, so that some answers arrive.
+int64_t BytesBetweenFaults(const Carriage& carriage);
 
 // Steps a new pool of TracedSpec over a connection of its own to `address`, which may be a proxy's,
 // with requests sent ahead and answers of several responses, while `goes_on(number of answers)`.
@@ -25,10 +42,9 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
 // Steps a pool of the server at `address` through a FaultProxy until it has broken `break_count`
 // connections; then an equal pool as often without one, and expects the same trace. So each request
 // was carried out once, in its turn, and its observations were decoded. The undisturbed pool is
-// always one of TRANSPORT_STREAM and ENCODING_RAW.
+// always carried as by default.
 void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_count,
-                         v1::Transport transport = v1::TRANSPORT_STREAM,
-                         v1::Encoding encoding = v1::ENCODING_RAW);
+                         const Carriage& carriage = {});
 
 }  // namespace procgen
 

@@ -272,7 +272,7 @@ TEST_F(SharedMemoryTest, HostileNumbersOfBatchesAreRefused) {
 }
 
 TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
-  ExpectNothingIsLost(server_->address(), 5, 30, v1::TRANSPORT_SHARED_MEMORY);
+  ExpectNothingIsLost(server_->address(), 5, 30, {.transport = v1::TRANSPORT_SHARED_MEMORY});
 }
 
 TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {

@@ -1,5 +1,6 @@
-// Dozens of learners that come and go badly, for long: each sees what it would see undisturbed, and
-// the server grows by nothing. Half an hour, or PROCGEN_SOAK_SECONDS in the environment.
+// Dozens of learners that come and go badly, for long, their observations carried in one way and
+// another: each sees what it would see undisturbed, and the server grows by nothing. Half an hour,
+// or PROCGEN_SOAK_SECONDS in the environment.
 
 #include <algorithm>
 #include <atomic>
@@ -44,8 +45,8 @@ absl::Duration SoakLength() {
   return seconds == nullptr ? absl::Minutes(30) : absl::Seconds(std::atoi(seconds));
 }
 
-v1::PoolSpec Spec() {
-  v1::PoolSpec spec = TracedSpec();
+v1::PoolSpec Spec(const Carriage& carriage = {}) {
+  v1::PoolSpec spec = TracedSpec(carriage);
   spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
   return spec;
 }
@@ -60,9 +61,10 @@ class Learners {
     for (; absl::Now() < end && !testing::Test::HasFailure(); ++count_) {
       const auto client = Client::Connect(address_);
       ASSERT_THAT(client, IsOk());
-      const auto pool = (*client)->CreatePool(Spec());
+      const Carriage& carriage = kCarriages[random_() % kCarriages.size()];
+      const auto pool = (*client)->CreatePool(Spec(carriage));
       ASSERT_THAT(pool, IsOk());
-      PlayOverABadNetwork(pool->name());
+      PlayOverABadNetwork(pool->name(), carriage);
       Leave(client->get(), pool->name());
     }
   }
@@ -71,9 +73,10 @@ class Learners {
   int break_count() const { return break_count_; }
 
  private:
-  void PlayOverABadNetwork(const std::string& pool) {
-    FaultProxy proxy(
-        {.target = address_, .seed = uint32_t(random_()), .bytes_between_faults = 200'000});
+  void PlayOverABadNetwork(const std::string& pool, const Carriage& carriage) {
+    FaultProxy proxy({.target = address_,
+                      .seed = uint32_t(random_()),
+                      .bytes_between_faults = 2 * BytesBetweenFaults(carriage)});
     const size_t length = 1 + random_() % kTraceMax;
     const std::vector<size_t> trace = TraceAt(
         proxy.address(), pool, [&](size_t answers) { return answers < length; },
