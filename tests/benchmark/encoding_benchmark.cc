@@ -3,9 +3,11 @@
 //
 //   --art DIR    draws with this folder of art in place of the built-in art
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <iomanip>
 #include <iostream>
 #include <map>
@@ -89,12 +91,41 @@ class EncodedLine final : public Line {
   procgen_client::ObservationDecoder decoder_;
 };
 
-std::unique_ptr<Line> MakeLine(Way way) {
+// What is compressed with, unless it is nothing.
+std::optional<Compression> CompressionOf(Way way) {
   if (way == Way::kRaw) {
-    return std::make_unique<RawLine>();
+    return std::nullopt;
   }
-  return std::make_unique<EncodedLine>(way == Way::kZstd ? Compression::kZstd : Compression::kLz4);
+  return way == Way::kZstd ? Compression::kZstd : Compression::kLz4;
 }
+
+std::unique_ptr<Line> MakeLine(Way way) {
+  if (const std::optional<Compression> compression = CompressionOf(way)) {
+    return std::make_unique<EncodedLine>(*compression);
+  }
+  return std::make_unique<RawLine>();
+}
+
+// What encoding is compared with: each byte less the byte before at its place, compressed.
+class PlainEncoder {
+ public:
+  explicit PlainEncoder(Compression compression)
+      : compressor_(Compressor::Make(compression)),
+        before_(kEnvCount * kShape.bytes()),
+        difference_(before_.size()) {}
+
+  std::string Encode(absl::Span<const uint8_t> observations) {
+    std::transform(observations.begin(), observations.end(), before_.begin(), difference_.begin(),
+                   std::minus<uint8_t>());
+    std::copy(observations.begin(), observations.end(), before_.begin());
+    return compressor_->Compress({}, difference_);
+  }
+
+ private:
+  std::unique_ptr<Compressor> compressor_;
+  std::vector<uint8_t> before_;
+  std::vector<uint8_t> difference_;
+};
 
 // What one observation takes: the columns of the closing table.
 struct Figures {
@@ -103,6 +134,8 @@ struct Figures {
   double decode_us = 0;
   double encode_units = 0;
   double decode_units = 0;
+  double bytes_ratio = 1;   // to the plain encoder's; 1 where nothing is encoded
+  double encode_ratio = 1;  // likewise
 };
 
 // By game: Google Benchmark tries each course with few iterations first, and only the last try
@@ -121,7 +154,11 @@ class Trip {
   Trip(LocalLearner learner, Way way)
       : learner_(std::move(learner)),
         line_(MakeLine(way)),
-        decoded_(learner_.observations().size()) {}
+        decoded_(learner_.observations().size()) {
+    if (const std::optional<Compression> compression = CompressionOf(way)) {
+      plain_.emplace(*compression);
+    }
+  }
 
   // Steps and sends once. `round_ends`: whether it completed a round of either clock.
   absl::Status Step(bool& round_ends) {
@@ -137,8 +174,10 @@ class Trip {
     if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
       return absl::InternalError("what was decoded is not what was encoded");
     }
+    const size_t plain_bytes = EncodePlainly();
     if (step_count_ < kCountedSteps) {
       bytes_ += static_cast<double>(encoded.size());
+      plain_bytes_ += static_cast<double>(plain_bytes);
       ++step_count_;
     }
     return status;
@@ -146,6 +185,9 @@ class Trip {
 
   // Sends what stands there now, out of all counting: nobody has seen it yet.
   absl::Status Begin() {
+    if (plain_.has_value()) {
+      plain_->Encode(learner_.observations());
+    }
     return line_->Decode(line_->Encode(learner_.observations()), absl::MakeSpan(decoded_));
   }
 
@@ -155,20 +197,39 @@ class Trip {
   }
 
   Figures Result() const {
-    return {.bytes = bytes_ / step_count_ / kEnvCount,
-            .encode_us = absl::ToDoubleMicroseconds(encode_.Best()) / kEnvCount,
-            .decode_us = absl::ToDoubleMicroseconds(decode_.Best()) / kEnvCount,
-            .encode_units = encode_.BestInUnits() / kEnvCount,
-            .decode_units = decode_.BestInUnits() / kEnvCount};
+    Figures figures = {.bytes = bytes_ / step_count_ / kEnvCount,
+                       .encode_us = absl::ToDoubleMicroseconds(encode_.Best()) / kEnvCount,
+                       .decode_us = absl::ToDoubleMicroseconds(decode_.Best()) / kEnvCount,
+                       .encode_units = encode_.BestInUnits() / kEnvCount,
+                       .decode_units = decode_.BestInUnits() / kEnvCount};
+    if (plain_.has_value()) {
+      figures.bytes_ratio = bytes_ / plain_bytes_;
+      figures.encode_ratio = absl::FDivDuration(encode_.Best(), encode_plainly_.Best());
+    }
+    return figures;
   }
 
  private:
+  // Encodes what stands there for comparison; returns how many bytes that took.
+  size_t EncodePlainly() {
+    if (!plain_.has_value()) {
+      return 0;
+    }
+    encode_plainly_.Start();
+    const std::string encoded = plain_->Encode(learner_.observations());
+    encode_plainly_.Lap();
+    return encoded.size();
+  }
+
   LocalLearner learner_;
   std::unique_ptr<Line> line_;
+  std::optional<PlainEncoder> plain_;
   std::vector<uint8_t> decoded_;
   RoundClock encode_{TimeKind::kThread};
   RoundClock decode_{TimeKind::kThread};
+  RoundClock encode_plainly_{TimeKind::kThread};
   double bytes_ = 0;
+  double plain_bytes_ = 0;
   int step_count_ = 0;
 };
 
@@ -178,6 +239,8 @@ void Report(const Figures& figures, benchmark::State& state) {
   state.counters["decode_us"] = figures.decode_us;
   state.counters["encode_units"] = figures.encode_units;
   state.counters["decode_units"] = figures.decode_units;
+  state.counters["bytes_ratio"] = figures.bytes_ratio;
+  state.counters["encode_ratio"] = figures.encode_ratio;
 }
 
 void RunCourse(const Course& course, Way way, const std::string& group, benchmark::State& state) {
@@ -239,7 +302,8 @@ double GeometricMean(const FiguresOfGames& all, double Figures::*figure) {
 
 void PrintMeans() {
   std::cout << "\ngeometric means of one observation\n"
-            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units\n"
+            << "mode/encoding  games     bytes  encode_us  decode_us  encode_units  decode_units  "
+            << "bytes_ratio  encode_ratio\n"
             << std::fixed;
   for (const auto& [group, all] : AllFigures()) {
     std::cout << std::left << std::setw(13) << group << std::right << std::setw(7) << all.size()
@@ -247,7 +311,9 @@ void PrintMeans() {
               << std::setprecision(3) << std::setw(11) << GeometricMean(all, &Figures::encode_us)
               << std::setw(11) << GeometricMean(all, &Figures::decode_us) << std::setw(14)
               << GeometricMean(all, &Figures::encode_units) << std::setw(14)
-              << GeometricMean(all, &Figures::decode_units) << "\n";
+              << GeometricMean(all, &Figures::decode_units) << std::setw(13)
+              << GeometricMean(all, &Figures::bytes_ratio) << std::setw(14)
+              << GeometricMean(all, &Figures::encode_ratio) << "\n";
   }
 }
 
