@@ -72,9 +72,10 @@ void Crew::WorkLoop(int32_t worker) {
   const auto has_work = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return stopping_ || !waiting_.empty();
   };
+  Patience patience;
   while (true) {
     CrewJob* job = nullptr;
-    AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
+    patience.Await([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
       absl::MutexLock lock(&mutex_, absl::Condition(&has_work));
       if (waiting_.empty()) {
@@ -83,6 +84,7 @@ void Crew::WorkLoop(int32_t worker) {
       job = waiting_.front();
       ++job->workers_inside_;
     }
+    patience.EndWait();
     Work(*job, worker);
     Leave(*job);
   }
