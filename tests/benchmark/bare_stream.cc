@@ -1,41 +1,56 @@
 #include "tests/benchmark/bare_stream.h"
 
+#include <array>
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "grpcpp/channel.h"
 #include "grpcpp/client_context.h"
-#include "grpcpp/completion_queue.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/generic/async_generic_service.h"
-#include "grpcpp/generic/generic_stub.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/channel_arguments.h"
+#include "grpcpp/support/sync_stream.h"
+#include "procgen/v1/step.grpc.pb.h"
 
 namespace procgen {
 namespace {
 
-constexpr char kMethod[] = "/procgen.benchmark.Bare/Stream";
+// One that is written, one that is on its way and one that was just sent.
+constexpr size_t kPlaceCount = 3;
 
-grpc::ByteBuffer MessageOf(size_t bytes) {
-  const grpc::Slice slice(std::string(bytes, 'x'));
+// Messages of so many bytes, and a few that tell what they are; of none: empty ones.
+v1::StepPoolRequest RequestOf(size_t bytes) {
+  v1::StepPoolRequest request;
+  if (bytes > 0) {
+    request.mutable_step()->mutable_actions()->Resize(static_cast<int>(bytes), 0);
+  }
+  return request;
+}
+grpc::ByteBuffer ResponseOf(size_t bytes) {
+  v1::StepPoolResponse response;
+  if (bytes > 0) {
+    response.mutable_batch()->mutable_observations()->assign(bytes, 'x');
+  }
+  const grpc::Slice slice(response.SerializeAsString());
   return {&slice, 1};
 }
 
-// Answers every message with the same one.
+using Responses = std::array<grpc::ByteBuffer, kPlaceCount>;
+
+// Answers every message with the next response.
 class AnsweringReactor final : public grpc::ServerGenericBidiReactor {
  public:
-  explicit AnsweringReactor(const grpc::ByteBuffer& response) : response_(response) {
+  explicit AnsweringReactor(const Responses& responses) : responses_(responses) {
     StartRead(&request_);
   }
 
   void OnReadDone(bool ok) override {
     if (ok) {
-      StartWrite(&response_);
+      StartWrite(&responses_[next_++ % kPlaceCount]);
     } else {
       Finish(grpc::Status::OK);
     }
@@ -50,37 +65,39 @@ class AnsweringReactor final : public grpc::ServerGenericBidiReactor {
   void OnDone() override { delete this; }
 
  private:
-  const grpc::ByteBuffer& response_;
+  const Responses& responses_;
+  size_t next_ = 0;
   grpc::ByteBuffer request_;
 };
 
 class AnsweringService final : public grpc::CallbackGenericService {
  public:
-  explicit AnsweringService(size_t response_bytes) : response_(MessageOf(response_bytes)) {}
+  explicit AnsweringService(size_t response_bytes) {
+    for (grpc::ByteBuffer& response : responses_) {
+      response = ResponseOf(response_bytes);
+    }
+  }
 
   grpc::ServerGenericBidiReactor* CreateReactor(
       grpc::GenericCallbackServerContext* /*context*/) override {
     // gRPC owns it until OnDone.
-    return new AnsweringReactor(response_);
+    return new AnsweringReactor(responses_);
   }
 
  private:
-  const grpc::ByteBuffer response_;
+  Responses responses_;
 };
 
 class LoopbackStream final : public BareStream {
  public:
   explicit LoopbackStream(const StreamShape& shape)
-      : shape_(shape), request_(MessageOf(shape.request_bytes)), service_(shape.response_bytes) {}
+      : shape_(shape), request_(RequestOf(shape.request_bytes)), service_(shape.response_bytes) {}
 
   ~LoopbackStream() override {
     context_.TryCancel();
-    if (call_ != nullptr) {
-      grpc::Status status;
-      call_->Finish(&status, this);
-      Wait();
+    if (stream_ != nullptr) {
+      stream_->Finish();
     }
-    queue_.Shutdown();
     if (server_ != nullptr) {
       server_->Shutdown();
     }
@@ -97,11 +114,10 @@ class LoopbackStream final : public BareStream {
     }
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
-    stub_ = std::make_unique<grpc::GenericStub>(grpc::CreateCustomChannel(
+    stub_ = v1::StepService::NewStub(grpc::CreateCustomChannel(
         absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials(), arguments));
-    call_ = stub_->PrepareCall(&context_, kMethod, &queue_);
-    call_->StartCall(this);
-    return Wait() ? absl::OkStatus() : absl::UnavailableError("the bare stream cannot connect");
+    stream_ = stub_->StepPool(&context_);
+    return absl::OkStatus();
   }
 
   absl::Status SendAhead() override {
@@ -126,31 +142,23 @@ class LoopbackStream final : public BareStream {
   }
 
  private:
-  // Waits for the one operation that was started.
-  bool Wait() {
-    void* tag = nullptr;
-    bool ok = false;
-    return queue_.Next(&tag, &ok) && ok;
-  }
-  absl::Status Write() {
-    call_->Write(request_, this);
-    return Wait() ? absl::OkStatus() : Broken();
-  }
+  absl::Status Write() { return stream_->Write(request_) ? absl::OkStatus() : Broken(); }
   absl::Status Read() {
-    grpc::ByteBuffer response;
-    call_->Read(&response, this);
-    return Wait() && response.Length() == shape_.response_bytes ? absl::OkStatus() : Broken();
+    return stream_->Read(&response_) &&
+                   response_.batch().observations().size() == shape_.response_bytes
+               ? absl::OkStatus()
+               : Broken();
   }
   static absl::Status Broken() { return absl::UnavailableError("the bare stream broke"); }
 
   const StreamShape shape_;
-  const grpc::ByteBuffer request_;
+  const v1::StepPoolRequest request_;
+  v1::StepPoolResponse response_;
   AnsweringService service_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<grpc::GenericStub> stub_;
+  std::unique_ptr<v1::StepService::Stub> stub_;
   grpc::ClientContext context_;
-  grpc::CompletionQueue queue_;
-  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
 };
 
 }  // namespace

@@ -17,8 +17,10 @@ struct StreamShape {
   int requests_in_flight = 1;
 };
 
-// A gRPC stream over loopback TCP, server and client, that does nothing but send: no message is
-// parsed, filled or copied by us. The most that any server behind gRPC can reach here.
+// A gRPC stream over loopback TCP that does nothing but send the messages of StepPool: the server
+// looks at none and answers with bytes that lie ready, in several places in turn, as those of
+// batches do that are stepped while others are on their way; the client is the generated one, which
+// hands out parsed messages. The most that any server behind gRPC can give such a client here.
 // Threads: compatible (one thread at a time).
 class BareStream {
  public:
