@@ -72,10 +72,9 @@ void Crew::WorkLoop(int32_t worker) {
   const auto has_work = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return stopping_ || !waiting_.empty();
   };
-  Patience patience;
   while (true) {
     CrewJob* job = nullptr;
-    patience.Await([this] { return work_waits_.load(std::memory_order_relaxed); });
+    AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
       absl::MutexLock lock(&mutex_, absl::Condition(&has_work));
       if (waiting_.empty()) {
@@ -84,7 +83,6 @@ void Crew::WorkLoop(int32_t worker) {
       job = waiting_.front();
       ++job->workers_inside_;
     }
-    patience.EndWait();
     Work(*job, worker);
     Leave(*job);
   }
