@@ -15,7 +15,7 @@ struct ServerFacts {
   bool shares_memory = false;  // with learners on its machine
 };
 
-v1::Catalog CatalogMessageOf(const ServerFacts& facts, const Limits& limits);
+v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits);
 
 v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams);
 

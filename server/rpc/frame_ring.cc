@@ -35,7 +35,7 @@ class FrameRing::Shelf {
       }
     }
     // Left as it is: it is drawn over.
-    return {std::unique_ptr<uint8_t[]>(new uint8_t[size]), size};
+    return {std::make_unique_for_overwrite<uint8_t[]>(size), size};
   }
 
   void PutBack(Memory memory) {
@@ -66,7 +66,9 @@ Frames FrameRing::Take(size_t size) {
     const std::unique_ptr<Lent> lent(static_cast<Lent*>(held));
     lent->shelf->PutBack(std::move(lent->memory));
   };
-  auto lent = std::make_unique<Lent>(Lent{shelf_->Take(size), shelf_});
+  auto lent = std::make_unique<Lent>();
+  lent->memory = shelf_->Take(size);
+  lent->shelf = shelf_;
   uint8_t* const bytes = lent->memory.bytes.get();
   return {grpc::Slice(bytes, size, take_back, lent.release()), absl::MakeSpan(bytes, size)};
 }

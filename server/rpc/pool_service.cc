@@ -167,7 +167,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContex
       LogEvent(LogLevel::kInfo, "pool_deleted",
                {{"pool", call->request().name()}, {"owner", call->owner()}});
     }
-    call->Finish(std::move(status));
+    call->Finish(status);
   });
 }
 

@@ -84,9 +84,9 @@ void Render(const std::shared_ptr<PoolSession>& pool, RenderCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   const absl::Span<const int32_t> environments =
       absl::MakeConstSpan(call->request().environments().data(), images.size());
-  pool->Render(environments, side, std::move(images), [pool, call](absl::Status status) {
+  pool->Render(environments, side, std::move(images), [pool, call](const absl::Status& status) {
     pool->EndTurn();
-    call->Finish(std::move(status));
+    call->Finish(status);
   });
 }
 
@@ -103,12 +103,12 @@ grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
       status = CheckRender(call->request(), **pool, sessions_->limits());
     }
     if (!status.ok()) {
-      call->Finish(std::move(status));
+      call->Finish(status);
       return;
     }
-    (*pool)->TakeTurn([pool = *pool, call](absl::Status turn) {
+    (*pool)->TakeTurn([pool = *pool, call](const absl::Status& turn) {
       if (!turn.ok()) {
-        call->Finish(std::move(turn));
+        call->Finish(turn);
         return;
       }
       Render(pool, call);

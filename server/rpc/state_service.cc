@@ -28,11 +28,11 @@ using Snapshots = std::vector<std::string>;
 // Takes a turn at `pool` for `call` and calls `begin` in it; or ends the call with an error.
 template <typename Call, typename Begin>
 void InTurn(const SharedPool& pool, Call* call, Begin begin) {
-  pool->TakeTurn([pool, call, begin = std::move(begin)](absl::Status turn) mutable {
+  pool->TakeTurn([pool, call, begin = std::move(begin)](const absl::Status& turn) mutable {
     if (turn.ok()) {
       begin();
     } else {
-      call->Finish(std::move(turn));
+      call->Finish(turn);
     }
   });
 }
@@ -40,9 +40,9 @@ void InTurn(const SharedPool& pool, Call* call, Begin begin) {
 // Ends a turn and the call that it was taken for.
 template <typename Call>
 PoolSession::Done EndOf(const SharedPool& pool, Call* call) {
-  return [pool, call](absl::Status status) {
+  return [pool, call](const absl::Status& status) {
     pool->EndTurn();
-    call->Finish(std::move(status));
+    call->Finish(status);
   };
 }
 
@@ -50,7 +50,7 @@ PoolSession::Done EndOf(const SharedPool& pool, Call* call) {
 void SavePage(const SharedPool& pool, std::unique_ptr<StatesPage> page, SaveCall* call) {
   if (absl::Status status = page->Open(pool->change_number()); !status.ok()) {
     pool->EndTurn();
-    call->Finish(std::move(status));
+    call->Finish(status);
     return;
   }
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
@@ -143,12 +143,12 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
           filled->snapshots.push_back(std::move(snapshot));
           return true;
         },
-        [source, target, saved = std::move(saved), call](absl::Status status) {
+        [source, target, saved = std::move(saved), call](const absl::Status& status) {
           source->EndTurn();
           if (status.ok()) {
             RestoreTargets(target, saved->environments, std::move(saved->snapshots), call);
           } else {
-            call->Finish(std::move(status));
+            call->Finish(status);
           }
         });
   });
@@ -223,7 +223,7 @@ void Clone(const Sessions& sessions, const CloneSources& sources,
                                   (*source)->name(), (*source)->env_count());
   }
   if (!status.ok()) {
-    call->Finish(std::move(status));
+    call->Finish(status);
   } else if (*source == *target) {
     CloneWithin(*target, environments, call);
   } else {
@@ -271,7 +271,7 @@ grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerCo
           (*pool)->name(), (*pool)->env_count());
     }
     if (!status.ok()) {
-      call->Finish(std::move(status));
+      call->Finish(status);
       return;
     }
     InTurn(*pool, call, [pool = *pool, states = std::move(states), call]() mutable {

@@ -42,7 +42,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   Response* response() { return &response_; }
 
   // Answers with the response, or with an error.
-  void Finish(absl::Status status) {
+  void Finish(const absl::Status& status) {
     if (status.ok()) {
       bool own_buffer = false;
       const grpc::Status serialized =
@@ -67,7 +67,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
       status = ParseMessage(*request, &call->request_);
     }
     if (!status.ok()) {
-      call->Finish(std::move(status));
+      call->Finish(status);
     } else {
       serve(call);
     }

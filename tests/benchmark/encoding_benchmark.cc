@@ -116,7 +116,7 @@ class PlainEncoder {
 
   std::string Encode(absl::Span<const uint8_t> observations) {
     std::transform(observations.begin(), observations.end(), before_.begin(), difference_.begin(),
-                   std::minus<uint8_t>());
+                   std::minus<>());
     std::copy(observations.begin(), observations.end(), before_.begin());
     return compressor_->Compress({}, difference_);
   }
@@ -169,7 +169,7 @@ class Trip {
     const std::string encoded = line_->Encode(learner_.observations());
     round_ends = encode_.Lap();
     decode_.Start();
-    const absl::Status status = line_->Decode(encoded, absl::MakeSpan(decoded_));
+    absl::Status status = line_->Decode(encoded, absl::MakeSpan(decoded_));
     round_ends |= decode_.Lap();
     if (status.ok() && absl::MakeConstSpan(decoded_) != learner_.observations()) {
       return absl::InternalError("what was decoded is not what was encoded");

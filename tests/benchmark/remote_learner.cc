@@ -68,10 +68,11 @@ absl::Status RemoteLearner::MakePool() {
   options.requests_in_flight_max = course_.requests_in_flight;
   options.pipeline = course_.pipeline;
   auto stream = client_->Attach(pool_, options);
-  if (stream.ok()) {
-    stream_ = *std::move(stream);
+  if (!stream.ok()) {
+    return stream.status();
   }
-  return stream.status();
+  stream_ = *std::move(stream);
+  return absl::OkStatus();
 }
 
 absl::Status RemoteLearner::Step() { return stream_->Step(actions_.Next(), &batch_); }

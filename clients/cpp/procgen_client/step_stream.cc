@@ -145,10 +145,11 @@ absl::Status StepStream::MapShared(const procgen::v1::Attached& attached) {
                                            mapping_->path(), ": it is another of the same name"));
   }
   absl::StatusOr<std::shared_ptr<const SharedMapping>> mapping = SharedMapping::Open(memory);
-  if (mapping.ok()) {
-    mapping_ = *std::move(mapping);
+  if (!mapping.ok()) {
+    return mapping.status();
   }
-  return mapping.status();
+  mapping_ = *std::move(mapping);
+  return absl::OkStatus();
 }
 
 absl::Status StepStream::CheckHeld(int64_t unanswered) const {
