@@ -10,7 +10,7 @@ bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& c
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
       // A server that drains says so, and that it is not to be asked again.
-      return context.GetServerTrailingMetadata().count("procgen-drains") == 0;
+      return !context.GetServerTrailingMetadata().contains("procgen-drains");
     case grpc::StatusCode::UNKNOWN:  // "Stream removed": gRPC's word where a socket was reset
     case grpc::StatusCode::OK:       // the server took the connection's end for the stream's
       return true;
