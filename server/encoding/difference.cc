@@ -25,9 +25,9 @@ struct Pens {
 };
 
 // Appends what of a row `now` is not as in `moved`: the pixels, and the mask that tells which.
-// Returns whether there is any. Pixels are written whether they count or not, which is quicker.
+// Pixels are written whether they count or not, which is quicker. REQUIRES: the rows differ.
 template <int kPixelBytes>
-bool AppendRow(const uint8_t* moved, const uint8_t* now, int32_t width, Pens& pens) {
+void AppendRow(const uint8_t* moved, const uint8_t* now, int32_t width, Pens& pens) {
   uint32_t mask = 0;
   for (int32_t x = 0; x < width; ++x, moved += kPixelBytes, now += kPixelBytes) {
     uint32_t differs = 0;
@@ -39,9 +39,7 @@ bool AppendRow(const uint8_t* moved, const uint8_t* now, int32_t width, Pens& pe
     mask |= bit << x;
     pens.pixels += bit * kPixelBytes;
   }
-  *pens.masks = static_cast<uint8_t>(mask);
-  pens.masks += mask != 0 ? 1 : 0;
-  return mask != 0;
+  *pens.masks++ = static_cast<uint8_t>(mask);
 }
 
 template <int kPixelBytes>
@@ -121,10 +119,9 @@ void AppendDifference(const PictureShape& shape, const uint8_t* before, const ui
   std::fill_n(changed, shape.block_map_bytes(), uint8_t{0});
   difference.changed.Extend(shape.block_map_bytes());
   const auto blocks = static_cast<size_t>(shape.block_count());
-  // One more mask and pixel than there can be: what is written and does not count.
+  // One more pixel than there can be: what is written and does not count.
   const Pens begin = {difference.move_rows.Room(blocks), difference.move_columns.Room(blocks),
-                      difference.patched.Room(blocks),
-                      difference.masks.Room(blocks * kBlockSide + 1),
+                      difference.patched.Room(blocks), difference.masks.Room(blocks * kBlockSide),
                       difference.pixels.Room(shape.bytes() + 3)};
   Pens pens = begin;
   search.BeginObservation();
