@@ -1,8 +1,13 @@
 #ifndef TESTS_BENCHMARK_STREAM_COURSES_H_
 #define TESTS_BENCHMARK_STREAM_COURSES_H_
 
+#include <cstdint>
+#include <initializer_list>
+
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/cost.h"
@@ -36,6 +41,23 @@ absl::Status MeasureAhead(Sender* sender, Cost* cost) {
 // is that of what was done before. Returns whether all went well; otherwise `state` has the error.
 bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
                benchmark::State& state);
+
+// Registers `course`/environments:N for each size: a Contest::Start(N) whose RunRound is repeated
+// and which then tells in Report(N, state) what it measured.
+template <typename Contest>
+void RegisterContests(absl::string_view course, std::initializer_list<int32_t> sizes) {
+  for (const int32_t env_count : sizes) {
+    benchmark::RegisterBenchmark(absl::StrCat(course, "/environments:", env_count).c_str(),
+                                 [env_count](benchmark::State& state) {
+                                   const auto contest = Contest::Start(env_count);
+                                   const auto round = [&] { return (*contest)->RunRound(); };
+                                   if (RunRounds(contest.status(), round, state)) {
+                                     (*contest)->Report(env_count, state);
+                                   }
+                                 })
+        ->UseManualTime();
+  }
+}
 
 }  // namespace procgen
 

@@ -5,7 +5,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/cost.h"
@@ -63,23 +62,8 @@ class Contest {
   Cost in_process_;
 };
 
-void RunSharedMemory(int32_t env_count, benchmark::State& state) {
-  const auto contest = Contest::Start(env_count);
-  const auto round = [&] { return (*contest)->RunRound(); };
-  if (RunRounds(contest.status(), round, state)) {
-    (*contest)->Report(env_count, state);
-  }
-}
-
 }  // namespace
 
-void RegisterSharedMemoryStreams() {
-  for (const int32_t env_count : {16, 64, 256, 1024}) {
-    benchmark::RegisterBenchmark(
-        absl::StrCat("stream/shm/environments:", env_count).c_str(),
-        [env_count](benchmark::State& state) { RunSharedMemory(env_count, state); })
-        ->UseManualTime();
-  }
-}
+void RegisterSharedMemoryStreams() { RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024}); }
 
 }  // namespace procgen

@@ -7,7 +7,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/bare_stream.h"
@@ -87,23 +86,8 @@ class Contest {
   Cost engine_alone_;
 };
 
-void RunTcpStream(int32_t env_count, benchmark::State& state) {
-  const auto contest = Contest::Start(env_count);
-  const auto round = [&] { return (*contest)->RunRound(); };
-  if (RunRounds(contest.status(), round, state)) {
-    (*contest)->Report(env_count, state);
-  }
-}
-
 }  // namespace
 
-void RegisterTcpStreams() {
-  for (const int32_t env_count : {1, 16, 64, 256}) {
-    benchmark::RegisterBenchmark(
-        absl::StrCat("stream/tcp/environments:", env_count).c_str(),
-        [env_count](benchmark::State& state) { RunTcpStream(env_count, state); })
-        ->UseManualTime();
-  }
-}
+void RegisterTcpStreams() { RegisterContests<Contest>("stream/tcp", {1, 16, 64, 256}); }
 
 }  // namespace procgen
