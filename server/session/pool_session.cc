@@ -25,7 +25,7 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 
 }  // namespace
 
-PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
                          absl::Duration lease_duration, const PoolSurroundings& surroundings,
                          std::optional<Compression> compression, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
@@ -359,11 +359,11 @@ absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
 }
 
 void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+  if (part.first == request.first) {
+    pool_->BeginRequest(request, batch);
+  }
   if (request.kind == Request::Kind::kSample) {
-    surroundings_.side_crew->Run(
-        [this, sampler = request.level_sampler, done = std::move(done)]() mutable {
-          done(pool_->SetLevelSampler(std::move(sampler)));
-        });
+    pool_->SetLevelSampler(request.level_sampler, std::move(done));
     return;
   }
   SelectPart(request.next_levels, part, &part_next_levels_);
@@ -394,45 +394,22 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  surroundings_.side_crew->Run(
-      [this, environments, take = std::move(take), done = std::move(done)]() mutable {
-        absl::Status status;
-        for (const int32_t environment : environments) {
-          absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
-          status = snapshots.status();
-          if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
-            break;
-          }
-        }
-        done(std::move(status));
-      });
+  pool_->SaveStates(environments, std::move(take), std::move(done));
 }
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
-  surroundings_.side_crew->Run(
-      [this, states = std::move(states), done = std::move(done)]() mutable {
-        done(pool_->RestoreStates(states));
-      });
+  pool_->RestoreStates(std::move(states), std::move(done));
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   ++change_number_;
-  surroundings_.side_crew->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
-    done(pool_->CloneStates(pairs));
-  });
+  pool_->CloneStates(std::move(pairs), std::move(done));
 }
 
 void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
                          std::vector<absl::Span<uint8_t>> frames, Done done) {
-  surroundings_.side_crew->Run(
-      [this, environments, side_px, frames = std::move(frames), done = std::move(done)]() mutable {
-        absl::Status status;
-        for (size_t i = 0; i < environments.size() && status.ok(); ++i) {
-          status = pool_->Render(environments[i], side_px, frames[i]);
-        }
-        done(std::move(status));
-      });
+  pool_->Render(environments, side_px, std::move(frames), std::move(done));
 }
 
 }  // namespace procgen

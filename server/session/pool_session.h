@@ -19,6 +19,7 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/kept_answers.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
@@ -77,15 +78,15 @@ class PoolSession {
   // Calls that tell a stream that it must end, and with what; called once at most, and not after
   // Detach.
   using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
-  using Done = absl::AnyInvocable<void(absl::Status)>;
+  using Done = HostedPool::Done;
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
-  using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
+  using TakeState = HostedPool::TakeState;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
   // closed. `compression`: of the observations; none: they are sent as they are drawn.
   // `shared_folder`: where it shares memory with learners; null: it shares none. REQUIRES: at most
   // one of the two.
-  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+  PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
               absl::Duration lease_duration, const PoolSurroundings& surroundings,
               std::optional<Compression> compression = std::nullopt,
               const SharedFolder* shared_folder = nullptr);
@@ -202,7 +203,7 @@ class PoolSession {
 
   const std::string owner_;
   const std::string name_;
-  const std::unique_ptr<Pool> pool_;
+  const std::unique_ptr<HostedPool> pool_;
   const ObservationCoding coding_;
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "server/session/event_log.h"
+#include "server/session/local_pool.h"
 
 namespace procgen {
 namespace {
@@ -92,15 +93,14 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
                    std::shared_ptr<const SharedArt> art, Clock clock,
                    std::shared_ptr<const SharedFolder> shared_folder)
     : limits_(limits),
-      worker_count_(worker_count),
       metrics_(metrics),
       art_(std::move(art)),
       owners_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       shared_folder_(std::move(shared_folder)),
-      crew_(std::make_shared<Crew>(worker_count)),
       side_crew_(kSideThreadCount),
+      host_(std::make_unique<LocalPoolHost>(worker_count, art_, &side_crew_)),
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
@@ -123,11 +123,9 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
     done(key.status());
     return;
   }
-  PoolOptions drawn = options;
-  drawn.art = art_;
-  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), terms,
-                  done = std::move(done)]() mutable {
-    Finish(key, Pool::Create(drawn, crew_), terms, std::move(done));
+  host_->Create(options, [this, key = *std::move(key), terms, done = std::move(done)](
+                             absl::StatusOr<std::unique_ptr<HostedPool>> pool) mutable {
+    Finish(key, std::move(pool), terms, std::move(done));
   });
 }
 
@@ -182,7 +180,7 @@ void Sessions::EraseLocked(const Key& key) {
   entries_.erase(entry);
 }
 
-void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
                       const PoolTerms& terms, CreateDone done) {
   if (!pool.ok()) {
     {
@@ -346,7 +344,7 @@ std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {
 
 Load Sessions::load() const {
   Load load;
-  load.worker_count = worker_count_;
+  load.worker_count = host_->worker_count();
   load.step_count = step_count_;
   load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
   absl::MutexLock lock(&mutex_);

@@ -19,6 +19,7 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
@@ -140,8 +141,8 @@ class Sessions {
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, const PoolTerms& terms,
-              CreateDone done);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+              const PoolTerms& terms, CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const
@@ -149,7 +150,6 @@ class Sessions {
   std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Limits limits_;
-  const int32_t worker_count_;
   Metrics* const metrics_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
@@ -167,8 +167,8 @@ class Sessions {
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
 
   // Last, so that their threads end before what they use.
-  const std::shared_ptr<Crew> crew_;
   SideCrew side_crew_;
+  const std::unique_ptr<PoolHost> host_;
   LeaseAlarm lease_alarm_;
 };
 
