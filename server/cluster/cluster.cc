@@ -102,9 +102,8 @@ class DdsCluster final : public Cluster {
   std::vector<NodeStatus> NodesLocked() const ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
     std::vector<NodeStatus> nodes = others_;
     nodes.insert(nodes.end(), own_.begin(), own_.end());
-    std::sort(nodes.begin(), nodes.end(), [](const NodeStatus& a, const NodeStatus& b) {
-      return a.node_id < b.node_id;
-    });
+    std::sort(nodes.begin(), nodes.end(),
+              [](const NodeStatus& a, const NodeStatus& b) { return a.node_id < b.node_id; });
     return nodes;
   }
 
@@ -132,9 +131,10 @@ class DdsCluster final : public Cluster {
   void Look() {
     std::vector<NodeStatus> others = participant_->ReadNodes();
     // How this node is it knows best.
-    others.erase(std::remove_if(others.begin(), others.end(),
-                                [this](const NodeStatus& node) { return node.node_id == node_id_; }),
-                 others.end());
+    others.erase(
+        std::remove_if(others.begin(), others.end(),
+                       [this](const NodeStatus& node) { return node.node_id == node_id_; }),
+        others.end());
     std::vector<PoolPlacement> placements = participant_->ReadPlacements();
     const auto key = [](const PoolPlacement& placement) {
       return std::tie(placement.fleet_id, placement.pool, placement.shard);

@@ -9,8 +9,7 @@
 namespace procgen {
 namespace {
 
-constexpr absl::string_view kAllowedName =
-    "1 to 64 letters, digits, '.', '_' and '-' of ASCII";
+constexpr absl::string_view kAllowedName = "1 to 64 letters, digits, '.', '_' and '-' of ASCII";
 constexpr size_t kHostLengthMax = 253;
 
 bool HasNameLettersOnly(const std::string& text) {
@@ -51,14 +50,14 @@ bool IsClusterName(const std::string& text) {
 
 absl::Status CheckClusterOptions(const ClusterOptions& options) {
   if (!IsClusterName(options.name)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("cluster is '", options.name.substr(0, kClusterNameLengthMax),
-                     "', allowed: ", kAllowedName));
+    return absl::InvalidArgumentError(absl::StrCat("cluster is '",
+                                                   options.name.substr(0, kClusterNameLengthMax),
+                                                   "', allowed: ", kAllowedName));
   }
   if (!IsClusterName(options.node_id)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("node_id is '", options.node_id.substr(0, kClusterNameLengthMax),
-                     "', allowed: ", kAllowedName));
+    return absl::InvalidArgumentError(absl::StrCat("node_id is '",
+                                                   options.node_id.substr(0, kClusterNameLengthMax),
+                                                   "', allowed: ", kAllowedName));
   }
   if (options.domain_id < 0 || options.domain_id > kClusterDomainMax) {
     return absl::InvalidArgumentError(absl::StrCat("cluster_domain is ", options.domain_id,

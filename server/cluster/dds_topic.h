@@ -30,8 +30,7 @@ class DdsTopic {
   };
 
   static absl::StatusOr<DdsTopic> Create(const Parents& parents, const char* name,
-                                         const dds_topic_descriptor_t& type,
-                                         const dds_qos_t& qos) {
+                                         const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
     DdsTopic made;
     const auto own = [name](DdsEntity* part, dds_entity_t handle) {
       absl::StatusOr<DdsEntity> owned = DdsEntity::Own(handle, absl::StrCat("topic ", name));
@@ -41,8 +40,7 @@ class DdsTopic {
       return owned.status();
     };
     absl::Status status = own(
-        &made.topic_,
-        dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr));
+        &made.topic_, dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr));
     status.Update(own(&made.writer_, dds_create_writer(parents.publisher.handle(),
                                                        made.topic_.handle(), &qos, nullptr)));
     status.Update(own(&made.reader_, dds_create_reader(parents.subscriber.handle(),
@@ -74,17 +72,16 @@ class DdsTopic {
   // What becomes ready when there is something that ReadAlive has not seen.
   absl::StatusOr<DdsEntity> MakeUnreadCondition() const {
     return DdsEntity::Own(
-        dds_create_readcondition(
-            reader_.handle(),
-            DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ANY_INSTANCE_STATE),
+        dds_create_readcondition(reader_.handle(), DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
+                                                       DDS_ANY_INSTANCE_STATE),
         "condition");
   }
 
  private:
   static constexpr uint32_t kAnyView = DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE;
   static constexpr uint32_t kAlive = kAnyView | DDS_ALIVE_INSTANCE_STATE;
-  static constexpr uint32_t kDead = kAnyView | DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE |
-                                    DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+  static constexpr uint32_t kDead =
+      kAnyView | DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE | DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
 
   static absl::Status StatusOf(dds_return_t code) {
     return code >= 0 ? absl::OkStatus() : absl::InternalError(dds_strretcode(code));

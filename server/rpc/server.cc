@@ -69,7 +69,8 @@ class GrpcServer final : public Server {
   explicit GrpcServer(const ServerOptions& options)
       : tls_(options.tls),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                  options.shared_folder),
+                  options.shared_folder,
+                  options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
                  &metrics_),
         services_(&sessions_, &callers_, options.clone_sources) {

@@ -3,14 +3,17 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/encoding/compressor.h"
 #include "server/session/request.h"
 
 namespace procgen {
@@ -51,6 +54,23 @@ class HostedPool {
                       std::vector<absl::Span<uint8_t>> frames, Done done) = 0;
 };
 
+// How a pool is kept, and how its batches travel, besides what it is made of.
+struct PoolTerms {
+  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
+  // Of its observations; none: they are sent as they are drawn.
+  std::optional<Compression> compression = std::nullopt;
+  // Batches are written where learners map them; then without compression.
+  bool shares_memory = false;
+};
+
+// A pool that is to be made.
+struct PoolOrder {
+  std::string owner;
+  std::string name;
+  PoolOptions options;
+  PoolTerms terms;
+};
+
 // Where the pools of a server are made. Threads: any method from any thread.
 class PoolHost {
  public:
@@ -58,9 +78,9 @@ class PoolHost {
 
   virtual ~PoolHost() = default;
 
-  // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what keeps
-  // the host from having it.
-  virtual void Create(const PoolOptions& options, CreateDone done) = 0;
+  // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
+  // keeps the host from having it.
+  virtual void Create(const PoolOrder& order, CreateDone done) = 0;
   // Threads that step environments.
   virtual int32_t worker_count() const = 0;
 };

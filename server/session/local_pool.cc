@@ -60,8 +60,8 @@ LocalPoolHost::LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedA
                              SideCrew* side_crew)
     : crew_(std::make_shared<Crew>(worker_count)), art_(std::move(art)), side_crew_(side_crew) {}
 
-void LocalPoolHost::Create(const PoolOptions& options, CreateDone done) {
-  side_crew_->Run([this, drawn = options, done = std::move(done)]() mutable {
+void LocalPoolHost::Create(const PoolOrder& order, CreateDone done) {
+  side_crew_->Run([this, drawn = order.options, done = std::move(done)]() mutable {
     drawn.art = art_;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, crew_);
     if (pool.ok()) {

@@ -41,7 +41,7 @@ class LocalPoolHost final : public PoolHost {
   // `side_crew` must outlive this and its pools.
   LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art, SideCrew* side_crew);
 
-  void Create(const PoolOptions& options, CreateDone done) override;
+  void Create(const PoolOrder& order, CreateDone done) override;
   int32_t worker_count() const override { return crew_->thread_count(); }
 
  private:

@@ -156,8 +156,9 @@ class PoolSession {
   // Keeps the answer to an accepted request of a resumable stream.
   void Keep(int64_t sequence_number, Answer answer);
   // Carries out a part of an accepted request (kSample: all of it). Returns at once; `done` is
-  // called once, on another thread or, with an error, on this one. `request` and the memory of
-  // `batch` must stay valid until then.
+  // called once, on another thread or, with an error, on this one: then the whole request has
+  // changed nothing, and its number is the next again. `request` and the memory of `batch` must
+  // stay valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
   // A number that is another one whenever environments were stepped, reset or restored, or their
   // choice of levels changed.
@@ -183,6 +184,8 @@ class PoolSession {
   };
 
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
+  // `done`, where an error gives the number of `request` back.
+  Done OrTakeBack(const Request& request, Done done);
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
   // Lets go of what the stream has done with, answers and batches of shared memory, and fills in

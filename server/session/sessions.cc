@@ -91,7 +91,8 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 
 Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
                    std::shared_ptr<const SharedArt> art, Clock clock,
-                   std::shared_ptr<const SharedFolder> shared_folder)
+                   std::shared_ptr<const SharedFolder> shared_folder,
+                   std::unique_ptr<PoolHost> host)
     : limits_(limits),
       metrics_(metrics),
       art_(std::move(art)),
@@ -100,7 +101,8 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       shared_folder_(std::move(shared_folder)),
       side_crew_(kSideThreadCount),
-      host_(std::make_unique<LocalPoolHost>(worker_count, art_, &side_crew_)),
+      host_(host != nullptr ? std::move(host)
+                            : std::make_unique<LocalPoolHost>(worker_count, art_, &side_crew_)),
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
@@ -123,8 +125,9 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
     done(key.status());
     return;
   }
-  host_->Create(options, [this, key = *std::move(key), terms, done = std::move(done)](
-                             absl::StatusOr<std::unique_ptr<HostedPool>> pool) mutable {
+  const PoolOrder order = {key->first, key->second, options, terms};
+  host_->Create(order, [this, key = *std::move(key), terms, done = std::move(done)](
+                           absl::StatusOr<std::unique_ptr<HostedPool>> pool) mutable {
     Finish(key, std::move(pool), terms, std::move(done));
   });
 }

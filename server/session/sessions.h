@@ -34,15 +34,6 @@ namespace procgen {
 absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
                                 const Limits& limits);
 
-// How a pool is kept, and how its batches travel, besides what it is made of.
-struct PoolTerms {
-  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
-  // Of its observations; none: they are sent as they are drawn.
-  std::optional<Compression> compression = std::nullopt;
-  // Batches are written where learners map them; then without compression.
-  bool shares_memory = false;
-};
-
 // How busy a server is.
 struct Load {
   int32_t pool_count = 0;
@@ -65,10 +56,12 @@ class Sessions {
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
   // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
-  // `shared_folder`: where pools share memory with learners; null: none does.
+  // `shared_folder`: where pools share memory with learners; null: none does. `host`: where pools
+  // are made, with art and workers of its own; null: in this process.
   Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
            std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
-           std::shared_ptr<const SharedFolder> shared_folder = nullptr);
+           std::shared_ptr<const SharedFolder> shared_folder = nullptr,
+           std::unique_ptr<PoolHost> host = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;

@@ -32,7 +32,9 @@ ARROWS = {
     "server/shared_memory": ("envcore/pool",),
     "server/session": ("envcore/pool", "server/encoding", "server/metrics",
                        "server/shared_memory"),
-    "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
+    # A client of other servers, which speaks the same contract as server/rpc, in its conversions.
+    "server/fleet": ("envcore/pool", "server/session", "server/cluster", "server/metrics",
+                     "server/rpc", "proto", "clients/cpp"),
     "server/rpc": ("envcore/pool", "server/cluster", "server/encoding", "server/session",
                    "server/metrics", "server/shared_memory", "proto"),
     "server/web": ("envcore/pool", "server/session"),

@@ -26,8 +26,8 @@ using ::testing::IsEmpty;
 // A cluster that no other test has, and ports that few have.
 ClusterOptions Options(const std::string& node_id) {
   ClusterOptions options;
-  options.name = absl::StrCat(
-      ::testing::UnitTest::GetInstance()->current_test_info()->name(), "-", getpid());
+  options.name =
+      absl::StrCat(::testing::UnitTest::GetInstance()->current_test_info()->name(), "-", getpid());
   options.domain_id = getpid() % 100;
   options.node_id = node_id;
   options.address = "127.0.0.1:50051";
@@ -112,9 +112,8 @@ TEST(ClusterTest, ChangesAreSeen) {
   NodeStatus status = SomeStatus("127.0.0.1:3");
   status.draining = false;
   b->Publish(status);
-  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] {
-    return a->Nodes().front().address == "127.0.0.1:3" && !a->Nodes().front().draining;
-  }));
+  EXPECT_TRUE(ClusterWatch(a.get()).Await(
+      [&] { return a->Nodes().front().address == "127.0.0.1:3" && !a->Nodes().front().draining; }));
 }
 
 TEST(ClusterTest, ANodeThatLeavesIsGoneAtOnce) {
@@ -179,9 +178,8 @@ TEST(ClusterTest, PlacementsAreTheFleetsUntilTheyAreWithdrawnOrItGoes) {
   }));
   fleet->WithdrawPlacement("pools/1", 0);
   rival = nullptr;
-  EXPECT_TRUE(watch.Await([&] {
-    return a->Placements() == Placements{of(placed("pools/1", 1, 2), "fleet")};
-  }));
+  EXPECT_TRUE(watch.Await(
+      [&] { return a->Placements() == Placements{of(placed("pools/1", 1, 2), "fleet")}; }));
   fleet = nullptr;
   EXPECT_TRUE(watch.Await([&] { return a->Placements().empty(); }));
 }

@@ -1,0 +1,107 @@
+#ifndef SERVER_FLEET_FLEET_POOL_H_
+#define SERVER_FLEET_FLEET_POOL_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+#include "server/fleet/request_log.h"
+#include "server/fleet/shard.h"
+#include "server/session/hosted_pool.h"
+#include "server/session/side_crew.h"
+
+namespace procgen {
+
+// A pool whose environments are on the nodes of a fleet: contiguous shards, which step what concerns
+// them at the same time. What it answers is what one server would, to the last bit, whatever becomes
+// of the nodes; Shard sees to that.
+class FleetPool final : public HostedPool {
+ public:
+  // Checks all that Pool::Create would, in the same words. Errors: those of Pool::Create.
+  static absl::StatusOr<std::unique_ptr<Pool>> Check(const PoolOptions& options);
+
+  // `model`: of Check, to try states on. `goes` is called when it begins to go. `side_crew` must
+  // outlive it.
+  FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model, const ShardTerms& terms,
+            const std::vector<FleetNodes::Share>& shares, SideCrew* side_crew,
+            std::function<void(FleetPool*)> goes);
+  ~FleetPool() override;
+
+  // Puts all of it on nodes; the first call. Errors: those of Shard::Run.
+  void Place(Done done);
+  // Nodes have changed. Threads: any, at any time.
+  void Look();
+
+  const PoolOptions& options() const override { return options_; }
+  bool AwaitsReset(int32_t environment) const override {
+    return awaits_reset_[static_cast<size_t>(environment)];
+  }
+  void BeginRequest(const Request& request, const Batch& first_part) override;
+  void StepAsync(const StepInput& part, const Batch& batch, Done done) override;
+  void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override;
+  void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
+  void RestoreStates(std::vector<StateToRestore> states, Done done) override;
+  void CloneStates(std::vector<StateToClone> pairs, Done done) override;
+  void Render(absl::Span<const int32_t> environments, int32_t side_px,
+              std::vector<absl::Span<uint8_t>> frames, Done done) override;
+
+ private:
+  enum class Progress : uint8_t { kUntouched, kRunning, kDone };
+
+  // Environments of one shard, in its numbers, and where they stand in a list of the pool's.
+  struct Chosen {
+    std::vector<int32_t> environments;
+    std::vector<size_t> places;
+  };
+
+  size_t ShardOf(int32_t environment) const;
+  absl::Status CheckIndex(int32_t environment) const;
+  // Has the shards of `part` carry out the last entry of the log.
+  void RunShards(int64_t number, const std::function<bool(const Shard&)>& concerns);
+  void OnShardDone(size_t shard, const absl::Status& status);
+  // Answers the part that waits, if all that it waits for is there.
+  void AnswerPart();
+  bool CanAnswerLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void CopyRows(const Shard& shard, Part part, const Batch& batch);
+  void ForgetLog();
+  // By shard.
+  std::vector<Chosen> Choose(absl::Span<const int32_t> environments) const;
+  // Gets snapshots, in the order of `environments`.
+  void Gather(std::vector<int32_t> environments,
+              std::function<void(absl::StatusOr<std::vector<std::string>>)> done);
+  // Checks states and puts them in; on the side crew.
+  void Put(std::vector<v1::State> states, std::shared_ptr<Done> done);
+  absl::Status CheckStates(const std::vector<v1::State>& states);
+
+  const PoolOptions options_;
+  const std::unique_ptr<Pool> model_;  // an environment of each game, to try states on
+  const std::shared_ptr<const ShardTerms> terms_;
+  SideCrew* const side_crew_;
+  const std::function<void(FleetPool*)> goes_;
+  RequestLog log_;
+  std::vector<bool> awaits_reset_;  // [N]
+  std::vector<std::unique_ptr<Shard>> shards_;
+
+  absl::Mutex mutex_;
+  // Of what runs.
+  int64_t number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the log; 0: none of it
+  Part request_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Progress> progress_ ABSL_GUARDED_BY(mutex_);  // by shard
+  int32_t running_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);  // the first error
+  Part part_ ABSL_GUARDED_BY(mutex_);
+  Batch batch_ ABSL_GUARDED_BY(mutex_);
+  Done part_done_ ABSL_GUARDED_BY(mutex_);  // null: no part waits
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_FLEET_POOL_H_
