@@ -99,9 +99,8 @@ void Fleet::OnNodesChanged() {
 }
 
 void Fleet::Watch() {
-  const auto awaited = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return stops_ || changed_;
-  };
+  const auto awaited = [this]()
+                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;

@@ -175,9 +175,8 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
     }
   }
   const std::vector<NodeStatus> nodes = options_.nodes();
-  const auto node = std::find_if(nodes.begin(), nodes.end(), [&](const NodeStatus& each) {
-    return each.node_id == node_id;
-  });
+  const auto node = std::find_if(nodes.begin(), nodes.end(),
+                                 [&](const NodeStatus& each) { return each.node_id == node_id; });
   if (node == nodes.end()) {
     return absl::UnavailableError(absl::StrCat("node ", node_id, " is gone"));
   }
@@ -200,8 +199,8 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   if (!catalog.ok()) {
     return catalog.status();
   }
-  auto connected = std::make_shared<NodeClient>(
-      NodeClient{node_id, *std::move(client), catalog->limits()});
+  auto connected =
+      std::make_shared<NodeClient>(NodeClient{node_id, *std::move(client), catalog->limits()});
   absl::MutexLock lock(&mutex_);
   clients_[node_id] = connected;
   return connected;

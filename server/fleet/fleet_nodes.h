@@ -105,7 +105,7 @@ class FleetNodes {
 
   mutable absl::Mutex mutex_;
   int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);        // environments, by node
   std::map<std::string, absl::Time> suspects_ ABSL_GUARDED_BY(mutex_);  // until when
   std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
 };

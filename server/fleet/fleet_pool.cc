@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -11,9 +12,14 @@
 #include "absl/strings/strip.h"
 #include "envcore/pool/pool_input.h"
 #include "server/fleet/shard_request.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
+
+// Another division is worth it where so large a part of the environments would move.
+constexpr double kWorthMoving = 0.15;
+constexpr int32_t kLooksBeforeDividing = 2;
 
 Part Overlap(Part left, Part right) {
   const int32_t first = std::max(left.first, right.first);
@@ -84,19 +90,11 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
       side_crew_(side_crew),
       goes_(std::move(goes)),
       awaits_reset_(static_cast<size_t>(options.env_count)) {
-  ShardBase base;
   if (options.level_sampler != nullptr) {
-    base.sampler =
+    sampler_ =
         std::make_shared<const v1::LevelSampler>(LevelSamplerMessageOf(*options.level_sampler));
   }
-  Part range;
-  for (const FleetNodes::Share& share : shares) {
-    range = {range.first + range.count, share.env_count};
-    shards_.push_back(std::make_unique<Shard>(terms_, static_cast<int32_t>(shards_.size()), range,
-                                              base, share.node_id));
-  }
-  absl::MutexLock lock(&mutex_);
-  progress_.resize(shards_.size());
+  MakeShards(shares, {0, {}, sampler_});
 }
 
 FleetPool::~FleetPool() { goes_(this); }
@@ -108,10 +106,55 @@ void FleetPool::Place(Done done) {
   }
 }
 
+void FleetPool::MakeShards(const std::vector<FleetNodes::Share>& shares, const ShardBase& base) {
+  std::vector<std::unique_ptr<Shard>> shards;
+  Part range;
+  for (const FleetNodes::Share& share : shares) {
+    range = {range.first + range.count, share.env_count};
+    ShardBase own = {base.number, {}, base.sampler};
+    if (!base.states.empty()) {
+      const auto first = base.states.begin() + range.first;
+      own.states.assign(first, first + range.count);
+    }
+    shards.push_back(
+        std::make_unique<Shard>(terms_, ++shard_number_, range, std::move(own), share.node_id));
+  }
+  absl::MutexLock lock(&shards_mutex_);
+  shards_ = std::move(shards);
+}
+
 void FleetPool::Look() {
+  absl::MutexLock lock(&shards_mutex_);
+  std::vector<FleetNodes::Share> now;
   for (const std::unique_ptr<Shard>& shard : shards_) {
     shard->Look();
+    now.push_back({shard->node_id(), shard->range().count});
   }
+  // What nodes tell of themselves may be old, so a single look is not enough.
+  looks_worth_dividing_ = IsWorthDividing(now) ? looks_worth_dividing_ + 1 : 0;
+  if (looks_worth_dividing_ >= kLooksBeforeDividing) {
+    looks_worth_dividing_ = 0;
+    divides_ = true;
+  }
+}
+
+bool FleetPool::IsWorthDividing(const std::vector<FleetNodes::Share>& now) const {
+  std::map<std::string, int32_t> counts;
+  for (const FleetNodes::Share& share : now) {
+    if (!terms_->nodes->IsUsable(share.node_id)) {
+      return false;  // a shard is on its way
+    }
+    counts[share.node_id] += share.env_count;
+  }
+  const auto better = terms_->nodes->Divide(env_count(), now);
+  if (!better.ok()) {
+    return false;
+  }
+  int32_t moving = 0;
+  for (const FleetNodes::Share& share : *better) {
+    moving += std::max(0, share.env_count - counts[share.node_id]);
+  }
+  return moving >= kWorthMoving * env_count();
 }
 
 size_t FleetPool::ShardOf(int32_t environment) const {
@@ -125,14 +168,79 @@ size_t FleetPool::ShardOf(int32_t environment) const {
 void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
   ForgetLog();
   const int64_t number = log_.Append({RequestMessageOf(request, first_part), {}, 0});
-  const Part slice = {request.first, request.count};
   {
     absl::MutexLock lock(&mutex_);
-    request_ = slice;
+    request_ = {request.first, request.count};
     status_ = absl::OkStatus();
+    progress_.assign(shards_.size(), Progress::kRunning);
+    running_count_ = 1;  // so that no part is answered before shards have begun
+  }
+  if (divides_.exchange(false) && !division_.has_value()) {
+    BeginDivision(number);
+  } else if (division_.has_value() && division_->pictures.IsComplete()) {
+    side_crew_->Run([this, number] {
+      Divide(std::move(division_->base));
+      division_.reset();
+      RunRequest(number);
+    });
+  } else {
+    RunRequest(number);
+  }
+}
+
+void FleetPool::BeginDivision(int64_t number) {
+  std::vector<int32_t> all(static_cast<size_t>(env_count()));
+  std::iota(all.begin(), all.end(), 0);
+  Gather(std::move(all), [this, number](absl::StatusOr<std::vector<std::string>> states) {
+    // Not on the thread of a shard, which may have to go.
+    side_crew_->Run([this, number, states = std::move(states)]() mutable {
+      if (states.ok()) {
+        ShardBase base = {number - 1, *std::move(states), sampler_};
+        PictureCount pictures({0, env_count()}, options_.observation_format.frame_stack);
+        if (pictures.IsComplete()) {
+          Divide(std::move(base));
+        } else {
+          division_ = Division{std::move(base), std::move(pictures)};
+        }
+      }
+      RunRequest(number);
+    });
+  });
+}
+
+void FleetPool::Divide(ShardBase base) {
+  std::vector<FleetNodes::Share> now;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    now.push_back({shard->node_id(), shard->range().count});
+  }
+  const auto shares = terms_->nodes->Divide(env_count(), now);
+  if (!shares.ok()) {
+    return;  // nodes have gone in the meantime
+  }
+  std::vector<std::unique_ptr<Shard>> old;
+  {
+    absl::MutexLock lock(&shards_mutex_);
+    old.swap(shards_);
+  }
+  old.clear();  // before the others, who need the room
+  LogEvent(LogLevel::kInfo, "pool_divided",
+           {{"pool", terms_->label},
+            {"shards", absl::StrCat(shares->size())},
+            {"from", absl::StrCat(base.number)}});
+  MakeShards(*shares, base);
+}
+
+void FleetPool::RunRequest(int64_t number) {
+  const RequestLog::Entry logged = log_.Find(number);
+  if (logged->request.has_level_sampler()) {
+    sampler_ = {logged, &logged->request.level_sampler()};
+  }
+  const Part slice = SliceOf(logged->request, env_count());
+  if (division_.has_value() && logged->request.has_step()) {
+    division_->pictures.AddStep(slice);
   }
   // Now and then all of them, so that none needs the log of long ago.
-  const bool all = request.kind == Request::Kind::kSample ||
+  const bool all = logged->request.has_level_sampler() ||
                    number % std::max<int64_t>(terms_->options->snapshot_requests, 1) == 0;
   RunShards(number, [all, slice](const Shard& shard) {
     return all || Overlap(slice, shard.range()).count > 0;
@@ -144,6 +252,7 @@ void FleetPool::RunShards(int64_t number, const std::function<bool(const Shard&)
   {
     absl::MutexLock lock(&mutex_);
     number_ = number;
+    progress_.resize(shards_.size());
     for (size_t i = 0; i < shards_.size(); ++i) {
       const bool runs = concerns(*shards_[i]);
       progress_[i] = runs ? Progress::kRunning : Progress::kUntouched;
@@ -210,6 +319,7 @@ void FleetPool::AnswerPart() {
       shard->Forget(number - 1);
     }
     log_.TakeBack();
+    division_.reset();
   }
   done(std::move(status));
 }
@@ -272,6 +382,9 @@ void FleetPool::ForgetLog() {
   int64_t needed = shards_.front()->base_number();
   for (const std::unique_ptr<Shard>& shard : shards_) {
     needed = std::min(needed, shard->base_number());
+  }
+  if (division_.has_value()) {
+    needed = std::min(needed, division_->base.number);
   }
   log_.ForgetUpTo(needed);
 }
@@ -345,18 +458,18 @@ void FleetPool::Gather(std::vector<int32_t> environments,
 void FleetPool::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
   auto shared_take = std::make_shared<TakeState>(std::move(take));
   auto shared_done = std::make_shared<Done>(std::move(done));
-  Gather({environments.begin(), environments.end()},
-         [environments, shared_take,
-          shared_done](absl::StatusOr<std::vector<std::string>> snapshots) {
-           if (snapshots.ok()) {
-             for (size_t i = 0; i < environments.size(); ++i) {
-               if (!(*shared_take)(environments[i], std::move((*snapshots)[i]))) {
-                 break;
-               }
-             }
-           }
-           (*shared_done)(snapshots.status());
-         });
+  Gather(
+      {environments.begin(), environments.end()},
+      [environments, shared_take, shared_done](absl::StatusOr<std::vector<std::string>> snapshots) {
+        if (snapshots.ok()) {
+          for (size_t i = 0; i < environments.size(); ++i) {
+            if (!(*shared_take)(environments[i], std::move((*snapshots)[i]))) {
+              break;
+            }
+          }
+        }
+        (*shared_done)(snapshots.status());
+      });
 }
 
 absl::Status FleetPool::CheckStates(const std::vector<v1::State>& states) {
@@ -413,16 +526,16 @@ void FleetPool::Put(std::vector<v1::State> states, std::shared_ptr<Done> done) {
 }
 
 void FleetPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  side_crew_->Run([this, states = std::move(states),
-                   done = std::make_shared<Done>(std::move(done))] {
-    std::vector<v1::State> messages;
-    for (const StateToRestore& state : states) {
-      messages.emplace_back();
-      messages.back().set_environment(state.environment);
-      messages.back().set_snapshot(std::string(state.snapshot));
-    }
-    Put(std::move(messages), done);
-  });
+  side_crew_->Run(
+      [this, states = std::move(states), done = std::make_shared<Done>(std::move(done))] {
+        std::vector<v1::State> messages;
+        for (const StateToRestore& state : states) {
+          messages.emplace_back();
+          messages.back().set_environment(state.environment);
+          messages.back().set_snapshot(std::string(state.snapshot));
+        }
+        Put(std::move(messages), done);
+      });
 }
 
 void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
@@ -434,22 +547,21 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
       sources.push_back(pair.source_environment);
     }
   }
-  Gather(std::move(sources),
-         [this, pairs = std::move(pairs), places = std::move(places),
-          done = std::make_shared<Done>(std::move(done))](
-             absl::StatusOr<std::vector<std::string>> snapshots) {
-           if (!snapshots.ok()) {
-             (*done)(snapshots.status());
-             return;
-           }
-           std::vector<v1::State> states;
-           for (const StateToClone& pair : pairs) {
-             states.emplace_back();
-             states.back().set_environment(pair.target_environment);
-             states.back().set_snapshot((*snapshots)[places.at(pair.source_environment)]);
-           }
-           side_crew_->Run([this, states = std::move(states), done] { Put(states, done); });
-         });
+  Gather(std::move(sources), [this, pairs = std::move(pairs), places = std::move(places),
+                              done = std::make_shared<Done>(std::move(done))](
+                                 absl::StatusOr<std::vector<std::string>> snapshots) {
+    if (!snapshots.ok()) {
+      (*done)(snapshots.status());
+      return;
+    }
+    std::vector<v1::State> states;
+    for (const StateToClone& pair : pairs) {
+      states.emplace_back();
+      states.back().set_environment(pair.target_environment);
+      states.back().set_snapshot((*snapshots)[places.at(pair.source_environment)]);
+    }
+    side_crew_->Run([this, states = std::move(states), done] { Put(states, done); });
+  });
 }
 
 void FleetPool::Render(absl::Span<const int32_t> environments, int32_t side_px,

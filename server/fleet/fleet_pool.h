@@ -1,9 +1,11 @@
 #ifndef SERVER_FLEET_FLEET_POOL_H_
 #define SERVER_FLEET_FLEET_POOL_H_
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/fleet/picture_count.h"
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard.h"
 #include "server/session/hosted_pool.h"
@@ -20,9 +23,9 @@
 
 namespace procgen {
 
-// A pool whose environments are on the nodes of a fleet: contiguous shards, which step what concerns
-// them at the same time. What it answers is what one server would, to the last bit, whatever becomes
-// of the nodes; Shard sees to that.
+// A pool whose environments are on the nodes of a fleet: contiguous shards, which step what
+// concerns them at the same time. What it answers is what one server would, to the last bit,
+// whatever becomes of the nodes; Shard sees to that.
 class FleetPool final : public HostedPool {
  public:
   // Checks all that Pool::Create would, in the same words. Errors: those of Pool::Create.
@@ -37,7 +40,8 @@ class FleetPool final : public HostedPool {
 
   // Puts all of it on nodes; the first call. Errors: those of Shard::Run.
   void Place(Done done);
-  // Nodes have changed. Threads: any, at any time.
+  // Nodes may have changed: looks whether another division would be worth it, which the next
+  // request then brings about. Threads: any, at any time.
   void Look();
 
   const PoolOptions& options() const override { return options_; }
@@ -62,9 +66,23 @@ class FleetPool final : public HostedPool {
     std::vector<size_t> places;
   };
 
+  // What it needs to divide itself anew: all states at one moment.
+  struct Division {
+    ShardBase base;
+    PictureCount pictures;  // since then
+  };
+
+  // Whether so much would move that it is worth it.
+  bool IsWorthDividing(const std::vector<FleetNodes::Share>& now) const;
+  // Saves all states, then divides if that is all that it takes, and then runs `number`.
+  void BeginDivision(int64_t number);
+  // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
+  void Divide(ShardBase base);
+  void MakeShards(const std::vector<FleetNodes::Share>& shares, const ShardBase& base);
+  // Has the shards that a request concerns carry it out.
+  void RunRequest(int64_t number);
   size_t ShardOf(int32_t environment) const;
   absl::Status CheckIndex(int32_t environment) const;
-  // Has the shards of `part` carry out the last entry of the log.
   void RunShards(int64_t number, const std::function<bool(const Shard&)>& concerns);
   void OnShardDone(size_t shard, const absl::Status& status);
   // Answers the part that waits, if all that it waits for is there.
@@ -87,8 +105,15 @@ class FleetPool final : public HostedPool {
   SideCrew* const side_crew_;
   const std::function<void(FleetPool*)> goes_;
   RequestLog log_;
-  std::vector<bool> awaits_reset_;  // [N]
-  std::vector<std::unique_ptr<Shard>> shards_;
+  std::vector<bool> awaits_reset_;                   // [N]
+  std::shared_ptr<const v1::LevelSampler> sampler_;  // in force; null: none
+  int32_t shard_number_ = 0;                         // of the last shard that was made
+  std::optional<Division> division_;                 // that waits for pictures
+  std::vector<std::unique_ptr<Shard>> shards_;       // changed under shards_mutex_
+
+  absl::Mutex shards_mutex_;  // of who changes them, and who looks on without having the turn
+  int32_t looks_worth_dividing_ ABSL_GUARDED_BY(shards_mutex_) = 0;  // one after the other
+  std::atomic<bool> divides_ = false;                                // with the next request
 
   absl::Mutex mutex_;
   // Of what runs.

@@ -49,9 +49,8 @@ void Leftovers::Run() {
     std::set<std::string> todo;
     {
       absl::MutexLock lock(&mutex_);
-      const auto wanted = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-        return stops_ || changed_;
-      };
+      const auto wanted = [this]()
+                              ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
       mutex_.AwaitWithTimeout(absl::Condition(&wanted),
                               unclean_.empty() ? absl::InfiniteDuration() : kRetry);
       changed_ = false;

@@ -46,9 +46,9 @@ class Leftovers {
   FleetNodes* const nodes_;
 
   absl::Mutex mutex_;
-  std::set<std::string> used_ ABSL_GUARDED_BY(mutex_);      // ids of pools
-  std::set<std::string> unclean_ ABSL_GUARDED_BY(mutex_);   // nodes to be looked through
-  std::set<std::string> present_ ABSL_GUARDED_BY(mutex_);   // nodes, when it last looked
+  std::set<std::string> used_ ABSL_GUARDED_BY(mutex_);     // ids of pools
+  std::set<std::string> unclean_ ABSL_GUARDED_BY(mutex_);  // nodes to be looked through
+  std::set<std::string> present_ ABSL_GUARDED_BY(mutex_);  // nodes, when it last looked
   bool changed_ ABSL_GUARDED_BY(mutex_) = true;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread thread_;

@@ -20,7 +20,8 @@ constexpr int kAttemptsMax = 3;
 // How long to wait between tries to find a node, if nothing changes.
 constexpr absl::Duration kPlaceRetry = absl::Milliseconds(200);
 
-// Whether an error may be of the node, so that another may do better; otherwise it would come again.
+// Whether an error may be of the node, so that another may do better; otherwise it would come
+// again.
 bool IsOfNode(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kInvalidArgument:
@@ -106,8 +107,8 @@ void Shard::Render(std::vector<int32_t> environments, int32_t side_px,
       const std::string& image = rendered->frames(0).image();
       if (image.size() != frames[i].size()) {
         return absl::InternalError(absl::StrCat("node ", placement_->node->node_id, " draws ",
-                                                image.size(), " bytes, wanted: ",
-                                                frames[i].size()));
+                                                image.size(),
+                                                " bytes, wanted: ", frames[i].size()));
       }
       std::memcpy(frames[i].data(), image.data(), image.size());
     }
@@ -238,10 +239,10 @@ absl::Status Shard::Do(Task* task) {
 }
 
 absl::Status Shard::TimeIsUp(const absl::Status& last) const {
-  return absl::DeadlineExceededError(absl::StrCat(
-      "environments ", Environments(), " of ", terms_->label, " have had no node for ",
-      absl::FormatDuration(terms_->options->wait_max), ", limit fleet_wait_max; the last error: ",
-      last.message()));
+  return absl::DeadlineExceededError(
+      absl::StrCat("environments ", Environments(), " of ", terms_->label, " have had no node for ",
+                   absl::FormatDuration(terms_->options->wait_max),
+                   ", limit fleet_wait_max; the last error: ", last.message()));
 }
 
 absl::Status Shard::Reach(int64_t number) {
@@ -382,8 +383,7 @@ absl::Status Shard::PutStates(const LoggedRequest& logged) {
   }
   std::vector<v1::State> states;
   for (const v1::State& state : logged.states) {
-    if (state.environment() >= range_.first &&
-        state.environment() < range_.first + range_.count) {
+    if (state.environment() >= range_.first && state.environment() < range_.first + range_.count) {
       states.push_back(state);
       states.back().set_environment(state.environment() - range_.first);
     }
@@ -447,10 +447,9 @@ void Shard::PromoteBase(int64_t number) {
 }
 
 void Shard::SaveBase() {
-  const bool is_due =
-      position_ - base_.number >= terms_->options->snapshot_requests ||
-      (position_ > base_.number &&
-       terms_->log->BytesAfter(base_.number) >= terms_->options->snapshot_bytes);
+  const bool is_due = position_ - base_.number >= terms_->options->snapshot_requests ||
+                      (position_ > base_.number &&
+                       terms_->log->BytesAfter(base_.number) >= terms_->options->snapshot_bytes);
   if (!is_due || next_base_.has_value() || !placement_.has_value()) {
     return;
   }

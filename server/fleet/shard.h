@@ -44,8 +44,8 @@ struct ShardTerms {
 // From where on a shard can be made anew: its states after a number of the log.
 struct ShardBase {
   int64_t number = 0;
-  std::vector<std::string> states;                    // of each environment; none: as it was made
-  std::shared_ptr<const v1::LevelSampler> sampler;    // in force then; null: none
+  std::vector<std::string> states;                  // of each environment; none: as it was made
+  std::shared_ptr<const v1::LevelSampler> sampler;  // in force then; null: none
 };
 
 // Some of a pool's environments, on one node at a time. It does what it is asked whatever becomes
@@ -149,9 +149,9 @@ class Shard {
   std::optional<ShardBase> next_base_;  // saved, but not yet to be begun from
   PictureCount pictures_since_next_;
   std::optional<Placement> placement_;
-  int32_t unanswered_ = 0;       // requests sent ahead
-  int64_t position_ = 0;         // of the log, of what is on the node
-  int64_t asked_position_ = 0;   // where it was asked to be
+  int32_t unanswered_ = 0;                           // requests sent ahead
+  int64_t position_ = 0;                             // of the log, of what is on the node
+  int64_t asked_position_ = 0;                       // where it was asked to be
   std::shared_ptr<const v1::LevelSampler> sampler_;  // in force
   procgen_client::Batch answer_;
   std::atomic<int64_t> base_number_;

@@ -146,8 +146,7 @@ v1::LevelSampler LevelSamplerMessageOf(const LevelSampler& level_sampler) {
   v1::LevelSampler message;
   message.mutable_level_seeds()->Assign(level_sampler.level_seeds().begin(),
                                         level_sampler.level_seeds().end());
-  message.mutable_weights()->Assign(level_sampler.weights().begin(),
-                                    level_sampler.weights().end());
+  message.mutable_weights()->Assign(level_sampler.weights().begin(), level_sampler.weights().end());
   message.set_rand_seed(level_sampler.rand_seed());
   return message;
 }

@@ -1,6 +1,8 @@
-// A fleet server whose nodes are processes, told of them by the test: what a learner sees is what one
-// server would show it, whatever becomes of the nodes. Here the fleet finds out by its connections
-// alone; fleet_cluster_test.cc has a real cluster.
+// A fleet server whose nodes are processes, told of them by the test: what a learner sees is what
+// one server would show it, whatever becomes of the nodes. Here the fleet finds out by its
+// connections alone; fleet_cluster_test.cc has a real cluster.
+
+#include "server/fleet/fleet.h"
 
 #include <algorithm>
 #include <csignal>
@@ -16,7 +18,6 @@
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/fleet/fleet.h"
 #include "server/rpc/server.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
@@ -103,7 +104,10 @@ class FleetTest : public testing::Test {
   }
 
   static std::unique_ptr<procgen_client::Client> Connect(const Server& server) {
-    return *procgen_client::Client::Connect(server.address());
+    return Connect(server.address());
+  }
+  static std::unique_ptr<procgen_client::Client> Connect(const std::string& address) {
+    return *procgen_client::Client::Connect(address);
   }
 
   // Plays the script on one server and on the fleet, and compares.
@@ -217,6 +221,30 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   EXPECT_EQ(drained->Wait(), 0);
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
 }
+
+class FleetJoinTest : public FleetTest, public testing::WithParamInterface<int> {};
+
+TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
+  StartNode("a");
+  StartFleet();
+  LearnerScript script = Script();
+  script.spec.mutable_observation_format()->set_frame_stack(GetParam());
+  v1::Load load;
+  ExpectSameTrace(script, [&](int index) {
+    if (index == 100) {
+      StartNode("b");
+    }
+    if (index > 100 && index < 350) {
+      absl::SleepFor(absl::Milliseconds(15));  // a learner that thinks
+    }
+    if (index == 350) {
+      load = Connect(list_.Nodes().back().address)->GetLoad().value();
+    }
+  });
+  EXPECT_EQ(load.environment_count(), 12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
 
 TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
   StartNode("a");

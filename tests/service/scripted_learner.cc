@@ -17,7 +17,8 @@ using procgen_client::StepStream;
 constexpr int32_t kActionCount = 15;
 constexpr int32_t kLevelSeeds = 1000;
 
-// What of a batch has equal values if all of it has. Equal in one process, which is all that counts.
+// What of a batch has equal values if all of it has. Equal in one process, which is all that
+// counts.
 uint64_t HashOf(const Batch& batch) {
   return absl::HashOf(batch.first_environment(), batch.environment_count(), batch.observations(),
                       batch.rewards(), batch.first(), batch.terminated(), batch.truncated(),
@@ -79,7 +80,9 @@ class Player {
 
  private:
   uint32_t Draw(uint32_t below) { return static_cast<uint32_t>(random_() % below); }
-  int32_t DrawEnvironment() { return static_cast<int32_t>(Draw(static_cast<uint32_t>(env_count_))); }
+  int32_t DrawEnvironment() {
+    return static_cast<int32_t>(Draw(static_cast<uint32_t>(env_count_)));
+  }
   int32_t DrawLevel() { return static_cast<int32_t>(Draw(kLevelSeeds)); }
 
   v1::Slice DrawSlice() {
@@ -87,8 +90,8 @@ class Player {
     if (Draw(3) == 0) {
       const int32_t first = DrawEnvironment();
       slice.set_first_environment(first);
-      slice.set_environment_count(1 + static_cast<int32_t>(
-                                          Draw(static_cast<uint32_t>(env_count_ - first))));
+      slice.set_environment_count(
+          1 + static_cast<int32_t>(Draw(static_cast<uint32_t>(env_count_ - first))));
     } else {
       slice.set_environment_count(env_count_);
     }
@@ -173,10 +176,9 @@ class Player {
       v1::ClonePair pair;
       pair.set_source_environment(DrawEnvironment());
       const uint32_t turns = static_cast<uint32_t>(env_count_) / games;
-      pair.set_target_environment(
-          static_cast<int32_t>((static_cast<uint32_t>(pair.source_environment()) +
-                                games * Draw(turns)) %
-                               (games * turns)));
+      pair.set_target_environment(static_cast<int32_t>(
+          (static_cast<uint32_t>(pair.source_environment()) + games * Draw(turns)) %
+          (games * turns)));
       status = client_->CloneStates(pool_, {&pair, 1});
     } else if (saved_.empty() || Draw(2) == 0) {
       const int32_t environments[] = {DrawEnvironment()};
@@ -186,8 +188,8 @@ class Player {
         saved_.insert(saved_.end(), states->begin(), states->end());
       }
     } else {
-      status = client_->RestoreStates(
-          pool_, {&saved_[Draw(static_cast<uint32_t>(saved_.size()))], 1});
+      status =
+          client_->RestoreStates(pool_, {&saved_[Draw(static_cast<uint32_t>(saved_.size()))], 1});
     }
     if (!status.ok()) {
       return status;

@@ -11,8 +11,8 @@
 namespace procgen {
 
 // What a learner does is drawn from `seed`: steps of all environments and of slices, repeated ones,
-// resets, levels to play next, new level samplers, pictures or none, states that are saved, put back
-// and cloned. So two learners of one seed see the same, whatever server they have.
+// resets, levels to play next, new level samplers, pictures or none, states that are saved, put
+// back and cloned. So two learners of one seed see the same, whatever server they have.
 struct LearnerScript {
   uint32_t seed = 1;
   int request_count = 1000;
