@@ -32,13 +32,18 @@ class Fleet final : public PoolHost {
   // Errors: those of FleetPool::Check; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes have
   // too little room.
   void Create(const PoolOrder& order, CreateDone done) override;
+  std::vector<ResumedPool> TakeResumed() override;
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
   // Nodes have changed. Does not block.
   void OnNodesChanged();
 
  private:
+  // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
+  // Keeps it, if pools are kept.
+  absl::Status Keep(const PoolOrder& order, const std::string& path, FleetPool* pool);
+  absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
   // Has everybody look at the nodes when these have changed, and now and then.
   void Watch();
 

@@ -3,11 +3,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/node_status.h"
+#include "server/fleet/fleet_state.h"
 
 namespace procgen {
 
@@ -26,6 +29,10 @@ struct FleetOptions {
   // After how many requests, or bytes of requests, the states of a shard are saved anew.
   int64_t snapshot_requests = 256;
   int64_t snapshot_bytes = int64_t{8} << 20;
+  // Where pools are kept, so that another process can go on with them; null: nowhere.
+  std::shared_ptr<FleetState> state;
+  // How many answers a learner whose connection broke may ask for again, at most.
+  int32_t requests_in_flight_max = 16;
   // How long a request waits for nodes that can carry it out.
   absl::Duration wait_max = absl::Minutes(10);
 };

@@ -27,6 +27,30 @@ Part Overlap(Part left, Part right) {
   return {first, std::max(0, end - first)};
 }
 
+// Shards of these shares, which all begin with `base`, that of the whole pool.
+ShardBases BasesOf(const std::vector<FleetNodes::Share>& shares, const ShardBase& base) {
+  ShardBases bases;
+  Part range;
+  for (const FleetNodes::Share& share : shares) {
+    range = {range.first + range.count, share.env_count};
+    ShardBase own = {base.number, {}, base.sampler};
+    if (!base.states.empty()) {
+      const auto first = base.states.begin() + range.first;
+      own.states.assign(first, first + range.count);
+    }
+    bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(own))};
+  }
+  return bases;
+}
+
+std::vector<std::string> NodesOf(const std::vector<FleetNodes::Share>& shares) {
+  std::vector<std::string> nodes;
+  for (const FleetNodes::Share& share : shares) {
+    nodes.push_back(share.node_id);
+  }
+  return nodes;
+}
+
 // Waits for several that are done at their own times, and then calls `done` with the first error.
 class Countdown {
  public:
@@ -78,13 +102,18 @@ absl::StatusOr<std::unique_ptr<Pool>> FleetPool::Check(const PoolOptions& option
 }
 
 FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
-                     const ShardTerms& terms, const std::vector<FleetNodes::Share>& shares,
-                     SideCrew* side_crew, std::function<void(FleetPool*)> goes)
+                     const ShardTerms& terms, SideCrew* side_crew,
+                     std::function<void(FleetPool*)> goes)
     : options_(options),
       model_(std::move(model)),
       terms_([&] {
         auto own = std::make_shared<ShardTerms>(terms);
         own->log = &log_;
+        own->on_base = [this](Part range, std::shared_ptr<const ShardBase> base) {
+          if (journal_ != nullptr) {
+            journal_->SetBase(range, std::move(base));
+          }
+        };
         return own;
       }()),
       side_crew_(side_crew),
@@ -94,30 +123,92 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
     sampler_ =
         std::make_shared<const v1::LevelSampler>(LevelSamplerMessageOf(*options.level_sampler));
   }
-  MakeShards(shares, {0, {}, sampler_});
 }
 
 FleetPool::~FleetPool() { goes_(this); }
 
-void FleetPool::Place(Done done) {
+void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares, Done done) {
+  MakeShards(BasesOf(shares, {0, {}, sampler_}), NodesOf(shares));
   auto countdown = std::make_shared<Countdown>(shards_.size(), std::move(done));
   for (const std::unique_ptr<Shard>& shard : shards_) {
     shard->Run(0, [countdown](const absl::Status& status) { countdown->Count(status); });
   }
 }
 
-void FleetPool::MakeShards(const std::vector<FleetNodes::Share>& shares, const ShardBase& base) {
-  std::vector<std::unique_ptr<Shard>> shards;
-  Part range;
-  for (const FleetNodes::Share& share : shares) {
-    range = {range.first + range.count, share.env_count};
-    ShardBase own = {base.number, {}, base.sampler};
-    if (!base.states.empty()) {
-      const auto first = base.states.begin() + range.first;
-      own.states.assign(first, first + range.count);
+absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
+  JournaledPool journaled;
+  journaled.pool = pool;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    journaled.bases[shard->range().first] = {shard->range(), shard->base()};
+  }
+  auto journal = Journal::Create(path, journaled);
+  if (!journal.ok()) {
+    return journal.status();
+  }
+  journal_ = *std::move(journal);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::string& path,
+                                                                   const JournaledPool& journaled,
+                                                                   int64_t answer_count) {
+  auto journal = Journal::Create(path, journaled);
+  if (!journal.ok()) {
+    return journal.status();
+  }
+  journal_ = *std::move(journal);
+  int64_t latest = 0;  // base; what comes after it may have replaced the sampler
+  for (const auto& [first, base] : journaled.bases) {
+    if (base.second->number >= latest) {
+      latest = base.second->number;
+      sampler_ = base.second->sampler;
     }
+  }
+  log_.BeginAfter(journaled.log_begin);
+  again_number_ = journaled.log_begin;
+  std::vector<v1::StepPoolRequest> requests;
+  for (const LoggedRequest& logged : journaled.log) {
+    const int64_t number = log_.Append(logged);
+    const RequestLog::Entry entry = log_.Find(number);
+    if (entry->request.has_level_sampler() && number > latest) {
+      sampler_ = {entry, &entry->request.level_sampler()};
+    }
+    if (entry->request.sequence_number() > 0 && number > latest) {
+      requests.push_back(entry->request);
+    }
+  }
+  const auto count = static_cast<int64_t>(requests.size());
+  requests.erase(requests.begin(), requests.begin() + std::max<int64_t>(0, count - answer_count));
+  MakeShards(journaled.bases, {});
+  return requests;
+}
+
+void FleetPool::Discard() {
+  if (journal_ != nullptr) {
+    journal_->Remove();
+  }
+}
+
+int64_t FleetPool::Log(LoggedRequest logged) {
+  if (journal_ != nullptr) {
+    journal_->Append(logged);
+  }
+  return log_.Append(std::move(logged));
+}
+
+void FleetPool::TakeBackLogged() {
+  if (journal_ != nullptr) {
+    journal_->TakeBack();
+  }
+  log_.TakeBack();
+}
+
+void FleetPool::MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes) {
+  std::vector<std::unique_ptr<Shard>> shards;
+  for (const auto& [first, base] : bases) {
+    const std::string node = nodes.empty() ? "" : nodes[shards.size()];
     shards.push_back(
-        std::make_unique<Shard>(terms_, ++shard_number_, range, std::move(own), share.node_id));
+        std::make_unique<Shard>(terms_, ++shard_number_, base.first, base.second, node));
   }
   absl::MutexLock lock(&shards_mutex_);
   shards_ = std::move(shards);
@@ -167,17 +258,30 @@ size_t FleetPool::ShardOf(int32_t environment) const {
 
 void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
   ForgetLog();
-  const int64_t number = log_.Append({RequestMessageOf(request, first_part), {}, 0});
+  int64_t number = 0;
+  if (request.again) {
+    number = again_number_ + 1;
+    while (log_.Find(number)->request.sequence_number() != request.sequence_number) {
+      ++number;  // states, or what nobody can ask for again
+    }
+    again_number_ = number - 1;  // until it is done
+  } else {
+    number = Log({RequestMessageOf(request, first_part), {}, 0});
+  }
   {
     absl::MutexLock lock(&mutex_);
     request_ = {request.first, request.count};
     status_ = absl::OkStatus();
+    is_again_ = request.again;
+    number_ = number;
     progress_.assign(shards_.size(), Progress::kRunning);
     running_count_ = 1;  // so that no part is answered before shards have begun
   }
-  if (divides_.exchange(false) && !division_.has_value()) {
+  if (request.again) {
+    RunRequest(number);
+  } else if (divides_.exchange(false) && !division_.has_value()) {
     BeginDivision(number);
-  } else if (division_.has_value() && division_->pictures.IsComplete()) {
+  } else if (CanDivide(number)) {
     side_crew_->Run([this, number] {
       Divide(std::move(division_->base));
       division_.reset();
@@ -197,15 +301,20 @@ void FleetPool::BeginDivision(int64_t number) {
       if (states.ok()) {
         ShardBase base = {number - 1, *std::move(states), sampler_};
         PictureCount pictures({0, env_count()}, options_.observation_format.frame_stack);
-        if (pictures.IsComplete()) {
-          Divide(std::move(base));
-        } else {
-          division_ = Division{std::move(base), std::move(pictures)};
-        }
+        division_ = Division{std::move(base), std::move(pictures)};
+      }
+      if (CanDivide(number)) {
+        Divide(std::move(division_->base));
+        division_.reset();
       }
       RunRequest(number);
     });
   });
+}
+
+bool FleetPool::CanDivide(int64_t number) const {
+  return division_.has_value() && division_->pictures.IsComplete() &&
+         number > division_->base.number + terms_->answers_kept;
 }
 
 void FleetPool::Divide(ShardBase base) {
@@ -227,7 +336,11 @@ void FleetPool::Divide(ShardBase base) {
            {{"pool", terms_->label},
             {"shards", absl::StrCat(shares->size())},
             {"from", absl::StrCat(base.number)}});
-  MakeShards(*shares, base);
+  ShardBases bases = BasesOf(*shares, base);
+  MakeShards(bases, NodesOf(*shares));
+  if (journal_ != nullptr) {
+    journal_->SetBases(std::move(bases));
+  }
 }
 
 void FleetPool::RunRequest(int64_t number) {
@@ -251,7 +364,6 @@ void FleetPool::RunShards(int64_t number, const std::function<bool(const Shard&)
   std::vector<size_t> concerned;
   {
     absl::MutexLock lock(&mutex_);
-    number_ = number;
     progress_.resize(shards_.size());
     for (size_t i = 0; i < shards_.size(); ++i) {
       const bool runs = concerns(*shards_[i]);
@@ -299,6 +411,7 @@ void FleetPool::AnswerPart() {
   Batch batch;
   absl::Status status;
   int64_t number = 0;
+  bool is_again = false;
   {
     absl::MutexLock lock(&mutex_);
     if (!CanAnswerLocked()) {
@@ -309,6 +422,7 @@ void FleetPool::AnswerPart() {
     batch = batch_;
     status = status_;
     number = number_;
+    is_again = is_again_;
   }
   if (status.ok()) {
     for (const std::unique_ptr<Shard>& shard : shards_) {
@@ -318,7 +432,9 @@ void FleetPool::AnswerPart() {
     for (const std::unique_ptr<Shard>& shard : shards_) {
       shard->Forget(number - 1);
     }
-    log_.TakeBack();
+    if (!is_again) {
+      TakeBackLogged();
+    }
     division_.reset();
   }
   done(std::move(status));
@@ -508,14 +624,14 @@ void FleetPool::Put(std::vector<v1::State> states, std::shared_ptr<Done> done) {
     concerned.insert(ShardOf(state.environment()));
   }
   ForgetLog();
-  const int64_t number = log_.Append({{}, std::move(states), 0});
+  const int64_t number = Log({{}, std::move(states), 0});
   auto countdown = std::make_shared<Countdown>(
       concerned.size(), [this, number, awaited_reset, done](absl::Status status) {
         if (!status.ok()) {
           for (const std::unique_ptr<Shard>& shard : shards_) {
             shard->Forget(number - 1);
           }
-          log_.TakeBack();
+          TakeBackLogged();
           awaits_reset_ = awaited_reset;
         }
         (*done)(std::move(status));

@@ -15,6 +15,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/fleet/journal.h"
 #include "server/fleet/picture_count.h"
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard.h"
@@ -32,18 +33,26 @@ class FleetPool final : public HostedPool {
   static absl::StatusOr<std::unique_ptr<Pool>> Check(const PoolOptions& options);
 
   // `model`: of Check, to try states on. `goes` is called when it begins to go. `side_crew` must
-  // outlive it.
+  // outlive it. Begin or Resume comes first.
   FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model, const ShardTerms& terms,
-            const std::vector<FleetNodes::Share>& shares, SideCrew* side_crew,
-            std::function<void(FleetPool*)> goes);
+            SideCrew* side_crew, std::function<void(FleetPool*)> goes);
   ~FleetPool() override;
 
-  // Puts all of it on nodes; the first call. Errors: those of Shard::Run.
-  void Place(Done done);
+  // Makes a new one and puts all of it on nodes. Errors: those of Shard::Run.
+  void Begin(const std::vector<FleetNodes::Share>& shares, Done done);
+  // Keeps a new one, which is called so, in a file from now on. Errors: those of Journal::Create.
+  absl::Status KeepIn(const std::string& path, const v1::Pool& pool);
+  // Goes on where another process had it, and keeps it there. It stands before the first of the
+  // requests that are returned, the last `answer_count` ones or fewer, which are to be carried out
+  // again. Errors: those of Journal::Create.
+  absl::StatusOr<std::vector<v1::StepPoolRequest>> Resume(const std::string& path,
+                                                          const JournaledPool& journaled,
+                                                          int64_t answer_count);
   // Nodes may have changed: looks whether another division would be worth it, which the next
   // request then brings about. Threads: any, at any time.
   void Look();
 
+  void Discard() override;
   const PoolOptions& options() const override { return options_; }
   bool AwaitsReset(int32_t environment) const override {
     return awaits_reset_[static_cast<size_t>(environment)];
@@ -76,9 +85,15 @@ class FleetPool final : public HostedPool {
   bool IsWorthDividing(const std::vector<FleetNodes::Share>& now) const;
   // Saves all states, then divides if that is all that it takes, and then runs `number`.
   void BeginDivision(int64_t number);
+  // Whether what was saved for a division is enough to begin from, at `number`.
+  bool CanDivide(int64_t number) const;
   // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
   void Divide(ShardBase base);
-  void MakeShards(const std::vector<FleetNodes::Share>& shares, const ShardBase& base);
+  // A shard for each of `bases`; `nodes`: where they are put if they can be, in the same order.
+  void MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes);
+  // Adds to the log, or takes back what was added last.
+  int64_t Log(LoggedRequest logged);
+  void TakeBackLogged();
   // Has the shards that a request concerns carry it out.
   void RunRequest(int64_t number);
   size_t ShardOf(int32_t environment) const;
@@ -107,6 +122,8 @@ class FleetPool final : public HostedPool {
   RequestLog log_;
   std::vector<bool> awaits_reset_;                   // [N]
   std::shared_ptr<const v1::LevelSampler> sampler_;  // in force; null: none
+  std::unique_ptr<Journal> journal_;                 // null: it is not kept
+  int64_t again_number_ = 0;                         // of the last request that was repeated
   int32_t shard_number_ = 0;                         // of the last shard that was made
   std::optional<Division> division_;                 // that waits for pictures
   std::vector<std::unique_ptr<Shard>> shards_;       // changed under shards_mutex_
@@ -117,7 +134,8 @@ class FleetPool final : public HostedPool {
 
   absl::Mutex mutex_;
   // Of what runs.
-  int64_t number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the log; 0: none of it
+  int64_t number_ ABSL_GUARDED_BY(mutex_) = 0;     // of the log
+  bool is_again_ ABSL_GUARDED_BY(mutex_) = false;  // it was in the log before
   Part request_ ABSL_GUARDED_BY(mutex_);
   std::vector<Progress> progress_ ABSL_GUARDED_BY(mutex_);  // by shard
   int32_t running_count_ ABSL_GUARDED_BY(mutex_) = 0;

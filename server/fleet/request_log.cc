@@ -37,6 +37,11 @@ RequestLog::Entry RequestLog::Find(int64_t number) const {
   return entries_[static_cast<size_t>(number - first_)];
 }
 
+void RequestLog::BeginAfter(int64_t number) {
+  absl::MutexLock lock(&mutex_);
+  first_ = number + 1;
+}
+
 int64_t RequestLog::end() const {
   absl::MutexLock lock(&mutex_);
   return first_ + static_cast<int64_t>(entries_.size()) - 1;

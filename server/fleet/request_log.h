@@ -29,9 +29,8 @@ class RequestLog {
  public:
   using Entry = std::shared_ptr<const LoggedRequest>;  // shared with who carries it out
 
-  // Goes on after `end`, the number of the last request that is not in it.
-  explicit RequestLog(int64_t end = 0) : first_(end + 1) {}
-
+  // Has the first one bear the number after this. REQUIRES: none has been added.
+  void BeginAfter(int64_t number);
   // Adds one and returns its number.
   int64_t Append(LoggedRequest request);
   // Takes the last one back.
@@ -48,7 +47,7 @@ class RequestLog {
 
  private:
   mutable absl::Mutex mutex_;
-  int64_t first_ ABSL_GUARDED_BY(mutex_);  // the number of the first entry
+  int64_t first_ ABSL_GUARDED_BY(mutex_) = 1;  // the number of the first entry
   std::deque<Entry> entries_ ABSL_GUARDED_BY(mutex_);
   // Bytes of all that ever came, up to each entry.
   std::deque<int64_t> byte_sums_ ABSL_GUARDED_BY(mutex_);

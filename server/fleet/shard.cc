@@ -37,16 +37,16 @@ bool IsOfNode(const absl::Status& status) {
 
 }  // namespace
 
-Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range, ShardBase base,
-             std::string preferred_node)
+Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+             std::shared_ptr<const ShardBase> base, std::string preferred_node)
     : terms_(std::move(terms)),
       number_(number),
       range_(range),
       preferred_node_(std::move(preferred_node)),
       base_(std::move(base)),
       pictures_since_next_(range, std::max(1, terms_->spec.observation_format().frame_stack())),
-      asked_position_(base_.number),
-      base_number_(base_.number),
+      asked_position_(base_->number),
+      base_number_(base_->number),
       thread_([this] { Loop(); }) {}
 
 Shard::~Shard() {
@@ -180,8 +180,8 @@ void Shard::GoBack(int64_t number) {
     Leave();
   }
   asked_position_ = std::min(asked_position_, number);
-  if (next_base_.has_value() && next_base_->number > number) {
-    next_base_.reset();
+  if (next_base_ != nullptr && next_base_->number > number) {
+    next_base_ = nullptr;
   }
 }
 
@@ -290,8 +290,8 @@ absl::Status Shard::Place() {
     terms_->leftovers->EndUse(placement.pool_id, node_id);
     return status;
   }
-  position_ = base_.number;
-  sampler_ = base_.sampler;
+  position_ = base_->number;
+  sampler_ = base_->sampler;
   unanswered_ = 0;
   preferred_node_ = node_id;
   LogEvent(LogLevel::kInfo, "shard_placed",
@@ -299,7 +299,7 @@ absl::Status Shard::Place() {
             {"environments", Environments()},
             {"node", node_id},
             {"shard", placement.pool},
-            {"from", absl::StrCat(base_.number)}});
+            {"from", absl::StrCat(base_->number)}});
   absl::MutexLock lock(&mutex_);
   node_id_ = node_id;
   stream_ = placement.stream;
@@ -315,8 +315,8 @@ absl::Status Shard::Fill(Placement* placement) {
   spec.set_first_environment(spec.first_environment() + range_.first);
   spec.mutable_lease_duration()->set_seconds(
       std::min(kLeaseSeconds, limits.lease_duration_max().seconds()));
-  if (base_.sampler != nullptr) {
-    *spec.mutable_level_sampler() = *base_.sampler;
+  if (base_->sampler != nullptr) {
+    *spec.mutable_level_sampler() = *base_->sampler;
   }
   const absl::StatusOr<v1::Pool> pool = client->CreatePool(spec, placement->pool_id);
   if (!pool.ok()) {
@@ -333,10 +333,10 @@ absl::Status Shard::Fill(Placement* placement) {
     return stream.status();
   }
   placement->stream = *std::move(stream);
-  std::vector<v1::State> states(base_.states.size());
+  std::vector<v1::State> states(base_->states.size());
   for (size_t i = 0; i < states.size(); ++i) {
     states[i].set_environment(static_cast<int32_t>(i));
-    states[i].set_snapshot(base_.states[i]);
+    states[i].set_snapshot(base_->states[i]);
   }
   return states.empty() ? absl::OkStatus() : client->RestoreStates(placement->pool, states);
 }
@@ -438,19 +438,25 @@ void Shard::Leave() {
 }
 
 void Shard::PromoteBase(int64_t number) {
-  // All shards have done what was before `number`, so nobody will go back beyond that.
-  if (next_base_.has_value() && next_base_->number < number && pictures_since_next_.IsComplete()) {
-    base_ = *std::move(next_base_);
-    next_base_.reset();
-    base_number_ = base_.number;
+  // All shards have done what was before `number`, so nobody will go back beyond that, but to
+  // answer again.
+  if (next_base_ == nullptr || next_base_->number + terms_->answers_kept >= number ||
+      !pictures_since_next_.IsComplete()) {
+    return;
   }
+  base_ = std::move(next_base_);
+  next_base_ = nullptr;
+  if (terms_->on_base != nullptr) {
+    terms_->on_base(range_, base_);
+  }
+  base_number_ = base_->number;
 }
 
 void Shard::SaveBase() {
-  const bool is_due = position_ - base_.number >= terms_->options->snapshot_requests ||
-                      (position_ > base_.number &&
-                       terms_->log->BytesAfter(base_.number) >= terms_->options->snapshot_bytes);
-  if (!is_due || next_base_.has_value() || !placement_.has_value()) {
+  const bool is_due = position_ - base_->number >= terms_->options->snapshot_requests ||
+                      (position_ > base_->number &&
+                       terms_->log->BytesAfter(base_->number) >= terms_->options->snapshot_bytes);
+  if (!is_due || next_base_ != nullptr || !placement_.has_value()) {
     return;
   }
   auto states = placement_->node->client->SaveStates(placement_->pool, {},
@@ -458,10 +464,11 @@ void Shard::SaveBase() {
   if (!states.ok()) {
     return;  // it will be asked for something soon, and find out
   }
-  next_base_ = ShardBase{position_, {}, sampler_};
+  ShardBase base = {position_, {}, sampler_};
   for (v1::State& state : *states) {
-    next_base_->states.push_back(std::move(*state.mutable_snapshot()));
+    base.states.push_back(std::move(*state.mutable_snapshot()));
   }
+  next_base_ = std::make_shared<const ShardBase>(std::move(base));
   pictures_since_next_.Clear();
 }
 

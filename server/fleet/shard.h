@@ -24,6 +24,7 @@
 #include "server/fleet/leftovers.h"
 #include "server/fleet/picture_count.h"
 #include "server/fleet/request_log.h"
+#include "server/fleet/shard_base.h"
 #include "server/metrics/metrics.h"
 #include "server/session/request.h"
 
@@ -39,13 +40,10 @@ struct ShardTerms {
   Leftovers* leftovers = nullptr;
   Metrics* metrics = nullptr;
   const RequestLog* log = nullptr;
-};
-
-// From where on a shard can be made anew: its states after a number of the log.
-struct ShardBase {
-  int64_t number = 0;
-  std::vector<std::string> states;                  // of each environment; none: as it was made
-  std::shared_ptr<const v1::LevelSampler> sampler;  // in force then; null: none
+  // How many requests a shard must be able to carry out again with their answers.
+  int64_t answers_kept = 0;
+  // Is told where a shard begins anew from now on; null: nobody is.
+  std::function<void(Part range, std::shared_ptr<const ShardBase> base)> on_base;
 };
 
 // Some of a pool's environments, on one node at a time. It does what it is asked whatever becomes
@@ -63,8 +61,8 @@ class Shard {
 
   // `number` is that of the shard in the life of its pool; `preferred_node`: where it is put if it
   // can be.
-  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range, ShardBase base,
-        std::string preferred_node);
+  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+        std::shared_ptr<const ShardBase> base, std::string preferred_node);
   // Frees what it has on its node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
@@ -89,6 +87,8 @@ class Shard {
   // Nodes have changed: it leaves one that is gone or drains, when it is not busy at once.
   void Look();
 
+  // Where it begins anew. REQUIRES: no call runs.
+  std::shared_ptr<const ShardBase> base() const { return base_; }
   // What is before it, this shard needs no more of the log.
   int64_t base_number() const { return base_number_; }
   // Where it is; empty: nowhere.
@@ -145,8 +145,8 @@ class Shard {
   // Of its thread.
   std::string preferred_node_;
   int32_t epoch_ = 0;
-  ShardBase base_;
-  std::optional<ShardBase> next_base_;  // saved, but not yet to be begun from
+  std::shared_ptr<const ShardBase> base_;
+  std::shared_ptr<const ShardBase> next_base_;  // saved, but not yet to be begun from
   PictureCount pictures_since_next_;
   std::optional<Placement> placement_;
   int32_t unanswered_ = 0;                           // requests sent ahead

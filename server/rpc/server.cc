@@ -11,6 +11,7 @@
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
+#include "server/rpc/answer_replay.h"
 #include "server/rpc/listener.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
@@ -102,6 +103,10 @@ class GrpcServer final : public Server {
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC does not start a server");
+    }
+    for (Sessions::Resumed& resumed : sessions_.Resume()) {
+      ReplayAnswers(std::move(resumed.pool), std::move(resumed.requests),
+                    options.limits.response_bytes_max);
     }
     listener_ = *std::move(listener);
     address_ = BoundAddress(options.address, listener_->port());

@@ -32,6 +32,10 @@ class HostedPool {
 
   virtual ~HostedPool() = default;
 
+  // It was deleted, or its lease has run out: what is kept of it beyond this process need not be
+  // kept any longer. Threads: any, at any time.
+  virtual void Discard() {}
+
   virtual const PoolOptions& options() const = 0;
   int32_t env_count() const { return options().env_count; }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
@@ -71,6 +75,16 @@ struct PoolOrder {
   PoolTerms terms;
 };
 
+// A pool that goes on where an earlier process had it.
+struct ResumedPool {
+  PoolOrder order;
+  std::unique_ptr<HostedPool> pool;
+  int64_t next_sequence_number = 1;
+  // The last requests that were accepted, serialised as they were sent. The pool stands before the
+  // first of them; whoever has it carries them out `again`, since learners may ask for the answers.
+  std::vector<std::string> requests;
+};
+
 // Where the pools of a server are made. Threads: any method from any thread.
 class PoolHost {
  public:
@@ -81,6 +95,8 @@ class PoolHost {
   // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
   // keeps the host from having it.
   virtual void Create(const PoolOrder& order, CreateDone done) = 0;
+  // The pools that earlier processes left here; once.
+  virtual std::vector<ResumedPool> TakeResumed() { return {}; }
   // Threads that step environments.
   virtual int32_t worker_count() const = 0;
 };

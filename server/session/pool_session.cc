@@ -57,6 +57,11 @@ bool PoolSession::attached() const {
   return attached_;
 }
 
+bool PoolSession::closed() const {
+  absl::MutexLock lock(&mutex_);
+  return !closed_.ok();
+}
+
 absl::Duration PoolSession::lease_duration() const {
   absl::MutexLock lock(&mutex_);
   return lease_duration_;
@@ -239,6 +244,7 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
 }
 
 void PoolSession::TellClosed(const absl::Status& reason) {
+  pool_->Discard();
   std::deque<Done> waiting;
   std::optional<Successor> successor;
   {
@@ -385,25 +391,31 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   }
   const Batch counted = counts_.WithMemory(batch, part.count);
   pool_->StepAsync(input, counted,
-                   [this, part, counted, number = request.sequence_number,
+                   [this, part, counted, number = request.sequence_number, again = request.again,
                     done = std::move(done)](absl::Status status) mutable {
                      if (status.ok()) {
                        *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
                      } else {
-                       next_sequence_number_ = number;
+                       TakeBack(number, again);
                      }
                      done(std::move(status));
                    });
 }
 
 PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
-  return [this, number = request.sequence_number,
+  return [this, number = request.sequence_number, again = request.again,
           done = std::move(done)](absl::Status status) mutable {
     if (!status.ok()) {
-      next_sequence_number_ = number;
+      TakeBack(number, again);
     }
     done(std::move(status));
   };
+}
+
+void PoolSession::TakeBack(int64_t sequence_number, bool again) {
+  if (!again && sequence_number > 0) {
+    next_sequence_number_ = sequence_number;
+  }
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {

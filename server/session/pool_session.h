@@ -108,6 +108,7 @@ class PoolSession {
   // Environment steps since it was made.
   int64_t step_count() const { return counts_.step_count(); }
   bool attached() const;
+  bool closed() const;
   absl::Duration lease_duration() const;
   // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
   absl::Time expire_time() const;
@@ -115,6 +116,9 @@ class PoolSession {
   int64_t next_sequence_number() const { return next_sequence_number_; }
   // The least number of which the answer is kept; the next one if none is.
   int64_t oldest_kept_sequence_number() const;
+
+  // Has it go on where another process had it, before it is used: with this number.
+  void ResumeAt(int64_t next_sequence_number) { next_sequence_number_ = next_sequence_number; }
 
   // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
   // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
@@ -186,6 +190,7 @@ class PoolSession {
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
   // `done`, where an error gives the number of `request` back.
   Done OrTakeBack(const Request& request, Done done);
+  void TakeBack(int64_t sequence_number, bool again);
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
   // Lets go of what the stream has done with, answers and batches of shared memory, and fills in

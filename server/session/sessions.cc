@@ -5,6 +5,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "server/session/event_log.h"
@@ -193,26 +194,64 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>
     done(pool.status());
     return;
   }
-  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
-  // last to let go may be a worker, which the pool's crew cannot do without.
-  std::shared_ptr<PoolSession> session(
-      new PoolSession(key.first, key.second, *std::move(pool), terms.lease_duration,
-                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
-                       &shared_memory_bytes_, &step_count_, metrics_},
-                      terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
-      [this](PoolSession* freed) {
-        side_crew_.Run([this, freed] {
-          delete freed;
-          absl::MutexLock lock(&mutex_);
-          --unfreed_count_;
-        });
-      });
+  std::shared_ptr<PoolSession> session =
+      MakeSession({key.first, key.second, (*pool)->options(), terms}, *std::move(pool));
   {
     absl::MutexLock lock(&mutex_);
-    ++unfreed_count_;
     entries_.find(key)->second.pool = session;
   }
   done(std::move(session));
+}
+
+std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
+                                                   std::unique_ptr<HostedPool> pool) {
+  {
+    absl::MutexLock lock(&mutex_);
+    ++unfreed_count_;
+  }
+  const PoolTerms& terms = order.terms;
+  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
+  // last to let go may be a worker, which the pool's crew cannot do without.
+  return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
+                          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
+                           &shared_memory_bytes_, &step_count_, metrics_},
+                          terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
+          [this](PoolSession* freed) {
+            side_crew_.Run([this, freed] {
+              delete freed;
+              absl::MutexLock lock(&mutex_);
+              --unfreed_count_;
+            });
+          }};
+}
+
+std::vector<Sessions::Resumed> Sessions::Resume() {
+  std::vector<Resumed> all;
+  for (ResumedPool& resumed : host_->TakeResumed()) {
+    const PoolOrder& order = resumed.order;
+    Resumed session = {MakeSession(order, std::move(resumed.pool)), std::move(resumed.requests)};
+    session.pool->ResumeAt(resumed.next_sequence_number);
+    absl::StatusOr<Owners::Share> share =
+        owners_.Take(order.owner, {.pool_count = 1, .environment_count = order.options.env_count});
+    all.push_back(session);
+    const int64_t observation_bytes = ObservationBytesOf(order.options);
+    absl::MutexLock lock(&mutex_);
+    Entry entry = {next_number_++,
+                   order.options.env_count,
+                   observation_bytes,
+                   share.ok() ? *std::move(share) : Owners::Share(),
+                   false,
+                   session.pool};
+    environment_count_ += entry.env_count;
+    observation_bytes_ += observation_bytes;
+    // Numbered pools that come get no name that is taken.
+    int64_t named = 0;
+    if (absl::SimpleAtoi(absl::StripPrefix(order.name, kNamePrefix), &named)) {
+      next_number_ = std::max(next_number_, named + 1);
+    }
+    entries_.insert_or_assign(Key(order.owner, order.name), std::move(entry));
+  }
+  return all;
 }
 
 absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view owner,

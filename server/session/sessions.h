@@ -86,6 +86,15 @@ class Sessions {
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
               const PoolTerms& terms, CreateDone done);
 
+  // The pools that earlier processes of this server left, which are there again, to be called once
+  // at the start; what is to be carried out `again` is for the caller to do, and no turn of another
+  // comes before that. Those that exceed limits that have become less are there all the same.
+  struct Resumed {
+    std::shared_ptr<PoolSession> pool;
+    std::vector<std::string> requests;
+  };
+  std::vector<Resumed> Resume();
+
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
                                                     absl::string_view name) const;
@@ -134,6 +143,9 @@ class Sessions {
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
+  // A session that is freed where it can be.
+  std::shared_ptr<PoolSession> MakeSession(const PoolOrder& order,
+                                           std::unique_ptr<HostedPool> pool);
   void Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
               const PoolTerms& terms, CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
