@@ -37,7 +37,8 @@ class ProcessLog {
 
   void BeginToCollect() {
     absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(+[](bool* collects) { return !*collects; }, &collects_));
+    mutex_.Await(absl::Condition(
+        +[](bool* collects) { return !*collects; }, &collects_));
     collects_ = true;
     complaints_.clear();
   }
@@ -56,8 +57,8 @@ class ProcessLog {
   ProcessLog() { dds_set_log_sink(Sink, this); }
 
   static void Sink(void* log, const dds_log_data_t* line) {
-    const absl::string_view message = absl::StripAsciiWhitespace(
-        absl::string_view(line->message, line->size));
+    const absl::string_view message =
+        absl::StripAsciiWhitespace(absl::string_view(line->message, line->size));
     const bool is_error = (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) != 0;
     static_cast<ProcessLog*>(log)->Report(is_error, message);
   }

@@ -30,8 +30,7 @@ class DdsTopic {
   };
 
   static absl::StatusOr<DdsTopic> Create(const Parents& parents, const char* name,
-                                         const dds_topic_descriptor_t& type,
-                                         const dds_qos_t& qos) {
+                                         const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
     DdsTopic made;
     const auto own = [name](DdsEntity* part, dds_entity_t handle) {
       absl::StatusOr<DdsEntity> owned = DdsEntity::Own(handle, absl::StrCat("topic ", name));
@@ -41,8 +40,7 @@ class DdsTopic {
       return owned.status();
     };
     absl::Status status = own(
-        &made.topic_,
-        dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr));
+        &made.topic_, dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr));
     status.Update(own(&made.writer_, dds_create_writer(parents.publisher.handle(),
                                                        made.topic_.handle(), &qos, nullptr)));
     status.Update(own(&made.reader_, dds_create_reader(parents.subscriber.handle(),
@@ -57,9 +55,12 @@ class DdsTopic {
   absl::Status Write(const Sample& sample) const {
     return StatusOf(dds_write(writer_.handle(), &sample));
   }
-  // Tells the others that the instance of this key, which was written here, is no more.
+  // Tells the others, those that come later too, that the instance of this key, which was written
+  // here, is no more.
   absl::Status Withdraw(const Sample& key) const {
-    return StatusOf(dds_unregister_instance(writer_.handle(), &key));
+    absl::Status status = StatusOf(dds_dispose(writer_.handle(), &key));
+    status.Update(StatusOf(dds_unregister_instance(writer_.handle(), &key)));
+    return status;
   }
 
   // Calls `use(sample)` for each instance that somebody alive has written and not withdrawn.
@@ -74,17 +75,16 @@ class DdsTopic {
   // What becomes ready when there is something that ReadAlive has not seen.
   absl::StatusOr<DdsEntity> MakeUnreadCondition() const {
     return DdsEntity::Own(
-        dds_create_readcondition(
-            reader_.handle(),
-            DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ANY_INSTANCE_STATE),
+        dds_create_readcondition(reader_.handle(), DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
+                                                       DDS_ANY_INSTANCE_STATE),
         "condition");
   }
 
  private:
   static constexpr uint32_t kAnyView = DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE;
   static constexpr uint32_t kAlive = kAnyView | DDS_ALIVE_INSTANCE_STATE;
-  static constexpr uint32_t kDead = kAnyView | DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE |
-                                    DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+  static constexpr uint32_t kDead =
+      kAnyView | DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE | DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
 
   static absl::Status StatusOf(dds_return_t code) {
     return code >= 0 ? absl::OkStatus() : absl::InternalError(dds_strretcode(code));

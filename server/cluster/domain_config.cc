@@ -90,7 +90,7 @@ std::string DomainConfig(const ClusterOptions& options,
                          const std::vector<std::string>& peer_addresses) {
   const std::string interface = InterfaceOf(options.address);
   std::vector<std::string> peers = peer_addresses;
-  if (interface == kLoopback && peers.empty()) {
+  if (interface == kLoopback && options.peers.empty()) {
     peers.emplace_back(kLoopback);  // it has no multicast
   }
   std::string peer_list;
@@ -101,8 +101,7 @@ std::string DomainConfig(const ClusterOptions& options,
   const std::string interfaces =
       interface.empty()
           ? ""
-          : Element("Interfaces",
-                    absl::StrCat("<NetworkInterface address=\"", interface, "\"/>"));
+          : Element("Interfaces", absl::StrCat("<NetworkInterface address=\"", interface, "\"/>"));
   return absl::StrCat(
       "<CycloneDDS><Domain>",
       Element("General",
@@ -110,14 +109,13 @@ std::string DomainConfig(const ClusterOptions& options,
                            // What finds the others is sent to all, what they say to each.
                            Element("AllowMulticast", asks_peers ? "false" : "spdp"))),
       Element("Discovery",
-              absl::StrCat(
-                  Element("ExternalDomainId", absl::StrCat(options.domain_id)),
-                  Element("LeaseDuration", Milliseconds(kNodeLease)),
-                  Element("SPDPInterval", Milliseconds(kPresenceInterval)),
-                  // Ports that peers can guess, a node of a machine each.
-                  Element("ParticipantIndex", "auto"),
-                  Element("MaxAutoParticipantIndex", absl::StrCat(kNodesOfMachineMax - 1)),
-                  Element("Peers", peer_list))),
+              absl::StrCat(Element("ExternalDomainId", absl::StrCat(options.domain_id)),
+                           Element("LeaseDuration", Milliseconds(kNodeLease)),
+                           Element("SPDPInterval", Milliseconds(kPresenceInterval)),
+                           // Ports that peers can guess, a node of a machine each.
+                           Element("ParticipantIndex", "auto"),
+                           Element("MaxAutoParticipantIndex", absl::StrCat(kNodesOfMachineMax - 1)),
+                           Element("Peers", peer_list))),
       "</Domain></CycloneDDS>");
 }
 

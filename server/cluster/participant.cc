@@ -145,8 +145,7 @@ absl::Status Participant::CreateTopics(const ClusterOptions& options) {
 }
 
 absl::Status Participant::CreateWaiting() {
-  absl::Status status =
-      Own(dds_create_waitset(participant_.handle()), "wait set", &waiting_);
+  absl::Status status = Own(dds_create_waitset(participant_.handle()), "wait set", &waiting_);
   status.Update(Own(dds_create_guardcondition(participant_.handle()), "condition", &wake_));
   if (!status.ok()) {
     return status;
@@ -169,8 +168,8 @@ absl::Status Participant::WaitFor(absl::StatusOr<DdsEntity> condition) {
 
 absl::Status Participant::Write(const NodeStatus& status) const {
   absl::Status written = nodes_.Write(SampleOf(status));
-  written.Update(rates_.Write(
-      {.node_id = Text(status.node_id), .steps_per_second = status.steps_per_second}));
+  written.Update(
+      rates_.Write({.node_id = Text(status.node_id), .steps_per_second = status.steps_per_second}));
   return written;
 }
 

@@ -15,10 +15,11 @@ namespace procgen {
 class ClusterWatch {
  public:
   // `cluster` must outlive this.
-  explicit ClusterWatch(Cluster* cluster) : subscription_(cluster->Subscribe([this] {
-    absl::MutexLock lock(&mutex_);
-    changed_ = true;
-  })) {}
+  explicit ClusterWatch(Cluster* cluster)
+      : subscription_(cluster->Subscribe([this] {
+          absl::MutexLock lock(&mutex_);
+          changed_ = true;
+        })) {}
 
   // Whether `is_so()` within `timeout`; asked at first and after each change.
   bool Await(const std::function<bool()>& is_so, absl::Duration timeout = absl::Seconds(20)) {
