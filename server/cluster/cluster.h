@@ -21,6 +21,13 @@ namespace procgen {
 inline constexpr absl::Duration kNodeLease = absl::Milliseconds(1500);
 // One that is heard, but has published nothing for this long, is gone, too: it hangs.
 inline constexpr absl::Duration kStatusLifespan = absl::Seconds(4);
+// How quick changes are told of in a row; the first is told at once.
+inline constexpr absl::Duration kTellIntervalMin = absl::Milliseconds(100);
+
+// The addresses (IPv4) of a host, in any order; none if it has none, now. May block.
+using HostResolver = std::function<std::vector<std::string>(const std::string& host)>;
+// Asks the system's resolver.
+std::vector<std::string> ResolveHost(const std::string& host);
 
 // This process as a node of a cluster: tells the others how it is, and knows how they are. Nodes
 // find each other by themselves, and what one says reaches those that come later, too.
@@ -32,10 +39,18 @@ class Cluster {
   // Errors: INVALID_ARGUMENT as CheckClusterOptions; FAILED_PRECONDITION files of security that
   // cannot be used, no network, or more nodes of the domain on this machine than
   // kNodesOfMachineMax; the message says what Cyclone DDS said.
-  static absl::StatusOr<std::unique_ptr<Cluster>> Join(const ClusterOptions& options);
+  // `resolve`, asked for the peers at first and from time to time, must be callable while there is
+  // a cluster.
+  static absl::StatusOr<std::unique_ptr<Cluster>> Join(const ClusterOptions& options,
+                                                       HostResolver resolve = ResolveHost);
+  // Joins nothing: the node is all there is, and what is told reaches nobody but those of this
+  // process who ask. For a server without a cluster.
+  static std::unique_ptr<Cluster> Alone(const std::string& node_id);
   // Leaves: the others see this node go at once.
   virtual ~Cluster() = default;
 
+  // Which cluster; empty: none.
+  virtual const std::string& name() const = 0;
   // Who this is.
   virtual const std::string& node_id() const = 0;
 
@@ -55,8 +70,8 @@ class Cluster {
   virtual std::vector<PoolPlacement> Placements() const = 0;
 
   // `changed` is called after a node or a placement came, went or changed, on a thread of the
-  // cluster's; it must not block. It is not called for each change where they come in quick
-  // succession, but always after the last.
+  // cluster's or of who publishes; it must not block. It is called kTellIntervalMin apart at least,
+  // so not for each change where they come in quick succession, but always after the last.
   virtual Subscription Subscribe(absl::AnyInvocable<void()> changed) = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "server/cluster/cluster_options.h"
 
 #include <algorithm>
+#include <fstream>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -9,13 +10,21 @@
 namespace procgen {
 namespace {
 
-constexpr absl::string_view kAllowedName = "1 to 64 letters, digits, '.', '_' and '-' of ASCII";
 constexpr size_t kHostLengthMax = 253;
 
 bool HasNameLettersOnly(const std::string& text) {
   return std::all_of(text.begin(), text.end(), [](unsigned char letter) {
     return absl::ascii_isalnum(letter) || letter == '.' || letter == '_' || letter == '-';
   });
+}
+
+absl::Status CheckName(absl::string_view flag, const std::string& text) {
+  if (text.empty() || text.size() > kClusterNameLengthMax || !HasNameLettersOnly(text)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--", flag, " is '", text.substr(0, kClusterNameLengthMax), "', allowed: 1 to ",
+        kClusterNameLengthMax, " letters, digits, '.', '_' and '-' of ASCII"));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckSecurity(const ClusterSecurity& security) {
@@ -29,14 +38,17 @@ absl::Status CheckSecurity(const ClusterSecurity& security) {
                         {"permissions_ca", security.permissions_ca},
                         {"governance", security.governance},
                         {"permissions", security.permissions}};
-  const auto is_given = [](const File& file) { return !file.path.empty(); };
-  if (std::none_of(std::begin(files), std::end(files), is_given)) {
+  if (security.IsOff()) {
     return absl::OkStatus();
   }
   for (const File& file : files) {
-    if (!is_given(file)) {
+    if (file.path.empty()) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "cluster_", file.name, " is missing, allowed: all six files of security, or none"));
+          "--cluster_", file.name, " is missing, allowed: all six files of security, or none"));
+    }
+    if (!std::ifstream(file.path).is_open()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--cluster_", file.name, ": cannot read ", file.path));
     }
   }
   return absl::OkStatus();
@@ -44,29 +56,23 @@ absl::Status CheckSecurity(const ClusterSecurity& security) {
 
 }  // namespace
 
-bool IsClusterName(const std::string& text) {
-  return !text.empty() && text.size() <= kClusterNameLengthMax && HasNameLettersOnly(text);
-}
+absl::Status CheckNodeId(const std::string& node_id) { return CheckName("node_id", node_id); }
 
 absl::Status CheckClusterOptions(const ClusterOptions& options) {
-  if (!IsClusterName(options.name)) {
-    return absl::InvalidArgumentError(absl::StrCat("cluster is '",
-                                                   options.name.substr(0, kClusterNameLengthMax),
-                                                   "', allowed: ", kAllowedName));
+  if (absl::Status status = CheckName("cluster", options.name); !status.ok()) {
+    return status;
   }
-  if (!IsClusterName(options.node_id)) {
-    return absl::InvalidArgumentError(absl::StrCat("node_id is '",
-                                                   options.node_id.substr(0, kClusterNameLengthMax),
-                                                   "', allowed: ", kAllowedName));
+  if (absl::Status status = CheckNodeId(options.node_id); !status.ok()) {
+    return status;
   }
   if (options.domain_id < 0 || options.domain_id > kClusterDomainMax) {
-    return absl::InvalidArgumentError(absl::StrCat("cluster_domain is ", options.domain_id,
+    return absl::InvalidArgumentError(absl::StrCat("--cluster_domain is ", options.domain_id,
                                                    ", allowed: 0 to ", kClusterDomainMax));
   }
   for (const std::string& peer : options.peers) {
     if (peer.empty() || peer.size() > kHostLengthMax || !HasNameLettersOnly(peer)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("cluster_peers has '", peer.substr(0, kHostLengthMax),
+          absl::StrCat("--cluster_peers has '", peer.substr(0, kHostLengthMax),
                        "', allowed: names and IPv4 addresses of hosts, without a port"));
     }
   }

@@ -24,7 +24,9 @@ struct ClusterSecurity {
   std::string governance;            // S/MIME: what is protected, and how
   std::string permissions;           // S/MIME: which node may say what
 
-  bool IsOn() const { return !identity_ca.empty(); }
+  bool IsOff() const { return *this == ClusterSecurity(); }
+
+  friend bool operator==(const ClusterSecurity&, const ClusterSecurity&) = default;
 };
 
 // Which cluster to join, and as whom.
@@ -34,7 +36,7 @@ struct ClusterOptions {
   // Hosts, by name or address of IPv4, that are asked who is there; for networks without multicast.
   // Empty: whoever hears a multicast.
   std::vector<std::string> peers;
-  std::string node_id;  // of this node; no other may have it; as a name
+  std::string node_id = "node";  // of this node; no other may have it; as a name
   // Where this node answers gRPC, "HOST:PORT" or "unix:PATH". The cluster speaks where that host
   // is: on loopback only, for one; on an interface that has just this address; or where the
   // system sends what goes elsewhere. The port is of no interest here.
@@ -42,11 +44,11 @@ struct ClusterOptions {
   ClusterSecurity security;
 };
 
-// Whether `text` can be the name of a cluster, or of a node.
-bool IsClusterName(const std::string& text);
+// Errors: INVALID_ARGUMENT what cannot be the id of a node; the message says what is allowed.
+absl::Status CheckNodeId(const std::string& node_id);
 
-// Errors: INVALID_ARGUMENT a value that cannot be; the message names the field, what was given and
-// what is allowed.
+// Errors: INVALID_ARGUMENT a value that cannot be; the message names the server's flag, what was
+// given and what is allowed; or a file that cannot be read.
 absl::Status CheckClusterOptions(const ClusterOptions& options);
 
 }  // namespace procgen

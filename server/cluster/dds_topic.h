@@ -55,9 +55,12 @@ class DdsTopic {
   absl::Status Write(const Sample& sample) const {
     return StatusOf(dds_write(writer_.handle(), &sample));
   }
-  // Tells the others that the instance of this key, which was written here, is no more.
+  // Tells the others, those that come later too, that the instance of this key, which was written
+  // here, is no more.
   absl::Status Withdraw(const Sample& key) const {
-    return StatusOf(dds_unregister_instance(writer_.handle(), &key));
+    absl::Status status = StatusOf(dds_dispose(writer_.handle(), &key));
+    status.Update(StatusOf(dds_unregister_instance(writer_.handle(), &key)));
+    return status;
   }
 
   // Calls `use(sample)` for each instance that somebody alive has written and not withdrawn.

@@ -90,7 +90,7 @@ std::string DomainConfig(const ClusterOptions& options,
                          const std::vector<std::string>& peer_addresses) {
   const std::string interface = InterfaceOf(options.address);
   std::vector<std::string> peers = peer_addresses;
-  if (interface == kLoopback && peers.empty()) {
+  if (interface == kLoopback && options.peers.empty()) {
     peers.emplace_back(kLoopback);  // it has no multicast
   }
   std::string peer_list;

@@ -9,10 +9,6 @@
 
 namespace procgen {
 
-// The addresses (IPv4) of a host, sorted; none if it has none, now. Asks the system's resolver, and
-// blocks for as long as that takes.
-std::vector<std::string> ResolveHost(const std::string& host);
-
 // The address of the interface on which a node speaks that answers gRPC at `address`: the loopback
 // one for nodes that only this machine can reach; one that is just this address; else empty, which
 // leaves it to Cyclone DDS.

@@ -32,6 +32,8 @@ DdsQos LastOfEachKey() {
   DdsQos qos = MakeQos();
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
   dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, absl::ToInt64Nanoseconds(kNodeLease));
+  // Who goes takes back what it alone has written: a node of the same id may have taken its place.
+  dds_qset_writer_data_lifecycle(qos.get(), /*autodispose=*/false);
   return qos;
 }
 
@@ -47,7 +49,7 @@ DdsQos LastOfEachKeyForAll() {
 DdsQos ParticipantQos(const ClusterOptions& options) {
   DdsQos qos = MakeQos();
   const ClusterSecurity& security = options.security;
-  if (!security.IsOn()) {
+  if (security.IsOff()) {
     return qos;
   }
   SetPlugin("auth", "dds_security_auth", "authentication", qos.get());

@@ -13,12 +13,14 @@
 #include "absl/types/span.h"
 #include "grpcpp/channel.h"
 #include "procgen/v1/catalog.grpc.pb.h"
+#include "procgen/v1/cluster.grpc.pb.h"
 #include "procgen/v1/pools.grpc.pb.h"
 #include "procgen/v1/render.grpc.pb.h"
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/credentials.h"
+#include "procgen_client/node_watch.h"
 #include "procgen_client/step_stream.h"
 
 namespace procgen_client {
@@ -64,6 +66,10 @@ class Client {
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
   absl::StatusOr<procgen::v1::Load> GetLoad();
 
+  // The servers of its cluster, or it alone: now, and again when that changes.
+  absl::StatusOr<procgen::v1::ListNodesResponse> ListNodes();
+  std::unique_ptr<NodeWatch> WatchNodes();
+
   // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
   // it is deleted or its lease (PoolSpec.lease_duration) runs out.
   absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
@@ -104,6 +110,7 @@ class Client {
 
   const CallTerms terms_;
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
+  const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;
   const std::unique_ptr<procgen::v1::StateService::Stub> states_;

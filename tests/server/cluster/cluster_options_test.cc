@@ -28,7 +28,8 @@ TEST(ClusterOptionsTest, GoodOnesPass) {
   EXPECT_THAT(CheckClusterOptions(options), IsOk());
   options.domain_id = kClusterDomainMax;
   options.peers = {"10.0.0.1", "node-1.nodes.default.svc"};
-  options.security = {"a", "b", "c", "d", "e", "f"};
+  const std::string file = PROCGEN_SOURCE_DIR "/README.md";
+  options.security = {file, file, file, file, file, file};
   EXPECT_THAT(CheckClusterOptions(options), IsOk());
 }
 
@@ -36,10 +37,10 @@ TEST(ClusterOptionsTest, NamesHaveNoWildcards) {
   for (const char* name : {"", "a*", "a b", "a/b", "a?", "\xc3\xa9"}) {
     ClusterOptions options = GoodOptions();
     options.name = name;
-    EXPECT_THAT(MessageOf(options), HasSubstr("cluster is '")) << name;
+    EXPECT_THAT(MessageOf(options), HasSubstr("--cluster is '")) << name;
     options = GoodOptions();
     options.node_id = name;
-    EXPECT_THAT(MessageOf(options), HasSubstr("node_id is '")) << name;
+    EXPECT_THAT(MessageOf(options), HasSubstr("--node_id is '")) << name;
   }
   ClusterOptions options = GoodOptions();
   options.name = std::string(kClusterNameLengthMax + 1, 'a');
@@ -58,16 +59,19 @@ TEST(ClusterOptionsTest, PeersAreHosts) {
   for (const char* peer : {"", "host:7400", "<Peer/>", "a b"}) {
     ClusterOptions options = GoodOptions();
     options.peers = {"10.0.0.1", peer};
-    EXPECT_THAT(MessageOf(options), HasSubstr("cluster_peers has '")) << peer;
+    EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_peers has '")) << peer;
   }
 }
 
 TEST(ClusterOptionsTest, SecurityIsWholeOrNone) {
   ClusterOptions options = GoodOptions();
   options.security.permissions = "permissions.p7s";
-  EXPECT_THAT(MessageOf(options), HasSubstr("cluster_identity_ca is missing"));
-  options.security = {"a", "b", "c", "d", "", "f"};
-  EXPECT_THAT(MessageOf(options), HasSubstr("cluster_governance is missing"));
+  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_identity_ca is missing"));
+  const std::string file = PROCGEN_SOURCE_DIR "/README.md";
+  options.security = {file, file, file, file, "", file};
+  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_governance is missing"));
+  options.security.governance = "/no/such/file";
+  EXPECT_THAT(MessageOf(options), HasSubstr("--cluster_governance: cannot read /no/such/file"));
 }
 
 }  // namespace

@@ -184,6 +184,35 @@ TEST(ClusterTest, PlacementsAreTheFleetsUntilTheyAreWithdrawnOrItGoes) {
   EXPECT_TRUE(watch.Await([&] { return a->Placements().empty(); }));
 }
 
+TEST(ClusterTest, WhoComesLaterIsNotToldOfWhatWasWithdrawn) {
+  const auto fleet = Join(Options("fleet"));
+  PoolPlacement placement;
+  placement.node_id = "a";
+  for (const char* pool : {"pools/1", "pools/2"}) {
+    placement.pool = pool;
+    fleet->PublishPlacement(placement);
+  }
+  fleet->WithdrawPlacement("pools/1", 0);
+  const auto a = Join(Options("a"));
+  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
+  EXPECT_EQ(a->Placements()[0].pool, "pools/2");
+}
+
+TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
+  const auto a = Join(Options("a"));
+  auto before = Join(Options("b"));
+  const auto after = Join(Options("b"));
+  before->Publish(SomeStatus("127.0.0.1:2"));
+  after->Publish(SomeStatus("127.0.0.1:3"));
+  ClusterWatch watch(a.get());
+  EXPECT_TRUE(watch.Await(
+      [&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == "127.0.0.1:3"; }));
+  before = nullptr;
+  after->PublishPlacement(PoolPlacement());  // said after the other has gone
+  EXPECT_TRUE(watch.Await([&] { return !a->Placements().empty(); }));
+  EXPECT_THAT(IdsOf(a->Nodes()), ElementsAre("b"));
+}
+
 TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
   const auto a = Join(Options("a"));
   std::atomic<int> told = 0;
@@ -199,6 +228,46 @@ TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
   a->Publish(SomeStatus("127.0.0.1:2"));
   EXPECT_TRUE(watch.Await([&] { return std::exchange(asked, true); }));
   EXPECT_EQ(told, before);
+}
+
+TEST(ClusterTest, NobodyIsLostFromSightWherePeersGetOtherAddresses) {
+  const auto b = Join(Options("b"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  ClusterOptions options = Options("a");
+  options.peers = {"nodes"};
+  std::atomic<int> asked = 0;
+  const auto a = *Cluster::Join(options, [&](const std::string& host) {
+    EXPECT_EQ(host, "nodes");
+    // More than there are nodes, so some might be there that are not known.
+    return ++asked == 1 ? Ids() : Ids{"127.0.0.1", "127.0.0.2", "127.0.0.3"};
+  });
+  PoolPlacement placement;
+  placement.pool = "pools/1";
+  a->PublishPlacement(placement);
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+  ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
+  std::atomic<bool> lost = false;
+  const auto look = [&lost](const Cluster& cluster) {
+    lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"} || cluster.Placements().empty();
+  };
+  ASSERT_TRUE(ClusterWatch(b.get()).Await([&] { return !b->Placements().empty(); }));
+  ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
+  const Subscription of_a = a->Subscribe([&] { look(*a); });
+  const Subscription of_b = b->Subscribe([&] { look(*b); });
+  // Asked a third time, it has taken the new addresses.
+  ClusterWatch watch(a.get());
+  NodeStatus status = SomeStatus("127.0.0.1:1");
+  EXPECT_TRUE(watch.Await([&] {
+    ++status.pool_count;
+    a->Publish(status);
+    b->Publish(status);
+    return asked >= 3;
+  }));
+  status.pool_count = 0;
+  a->Publish(status);
+  EXPECT_TRUE(ClusterWatch(b.get()).Await([&] { return b->Nodes()[0].pool_count == 0; }));
+  EXPECT_FALSE(lost);
 }
 
 TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
