@@ -79,6 +79,7 @@ class GrpcServer final : public Server {
  public:
   explicit GrpcServer(const ServerOptions& options)
       : tls_(options.tls),
+        is_fleet_(options.make_host != nullptr),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
                   options.shared_folder,
                   options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
@@ -172,7 +173,8 @@ class GrpcServer final : public Server {
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
-    status.environment_capacity = sessions_.limits().environment_count_max;
+    status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
+    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().environment_count_max;
     status.environment_count = load.environment_count;
     status.pool_count = load.pool_count;
     status.stream_count = load.stream_count;
@@ -199,6 +201,7 @@ class GrpcServer final : public Server {
   }
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
+  const bool is_fleet_;                  // steps nothing itself
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
