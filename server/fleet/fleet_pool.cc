@@ -165,7 +165,7 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
     }
   }
   log_.BeginAfter(journaled.log_begin);
-  again_number_ = journaled.log_begin;
+  again_number_ = latest;
   std::vector<v1::StepPoolRequest> requests;
   for (const LoggedRequest& logged : journaled.log) {
     const int64_t number = log_.Append(logged);

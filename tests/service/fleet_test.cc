@@ -205,6 +205,9 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   ExpectSameTrace(Script(), [&](int index) {
     if (index == 150) {
       nodes_["b"]->Signal(SIGTERM);
+      NodeStatus status = list_.Nodes().back();
+      status.draining = true;
+      list_.Set(status);
       drained = std::move(nodes_["b"]);
     }
   });
