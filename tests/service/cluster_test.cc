@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
@@ -106,8 +106,11 @@ class Node {
 
 class ClusterServiceTest : public testing::Test {
  protected:
-  const std::string cluster_ =
-      absl::StrCat(testing::UnitTest::GetInstance()->current_test_info()->name(), "-", getpid());
+  // That no other test has, nor one of another process.
+  const std::string cluster_ = absl::StrCat(
+      "test-", getpid(), "-",
+      absl::Hex(absl::HashOf(
+          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))));
 };
 
 TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
