@@ -12,17 +12,19 @@
 #include "server/rpc/state_service.h"
 #include "server/rpc/step_service.h"
 #include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
 
 // All services of the contract. Threads: as those of its members; it must outlive the gRPC server.
 class Services {
  public:
-  // `sessions` and `callers` must outlive this.
-  Services(Sessions* sessions, const Callers* callers, const CloneSources& clone_sources)
+  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  Services(Sessions* sessions, const Callers* callers, DirectLines* direct_lines,
+           const CloneSources& clone_sources)
       : catalog_(sessions, callers),
         pool_(sessions, callers),
-        step_(sessions, callers),
+        step_(sessions, callers, direct_lines),
         state_(sessions, callers, clone_sources),
         render_(sessions, callers) {}
 
