@@ -223,10 +223,11 @@ absl::Status JoinCluster(Config* config) {
     return absl::OkStatus();
   }
   absl::StatusOr<std::unique_ptr<Cluster>> cluster = Cluster::Join(config->cluster);
-  if (cluster.ok()) {
-    config->server.cluster = *std::move(cluster);
+  if (!cluster.ok()) {
+    return cluster.status();
   }
-  return cluster.status();
+  config->server.cluster = *std::move(cluster);
+  return absl::OkStatus();
 }
 
 absl::Status JoinFleet(Config* config) {
