@@ -101,8 +101,9 @@ void RunPause(benchmark::State& state) {
 
 void RegisterAll() {
   for (const int node_count : {1, 2, 3}) {
-    benchmark::RegisterBenchmark(absl::StrCat("fleet/rate/nodes:", node_count).c_str(),
-                                 [node_count](benchmark::State& state) { RunRate(node_count, state); })
+    benchmark::RegisterBenchmark(
+        absl::StrCat("fleet/rate/nodes:", node_count).c_str(),
+        [node_count](benchmark::State& state) { RunRate(node_count, state); })
         ->Iterations(7)
         ->UseManualTime();
   }
@@ -112,4 +113,6 @@ void RegisterAll() {
 }  // namespace
 }  // namespace procgen
 
-int main(int argc, char** argv) { return procgen::RunBenchmarks(argc, argv, 1.0, procgen::RegisterAll); }
+int main(int argc, char** argv) {
+  return procgen::RunBenchmarks(argc, argv, 1.0, procgen::RegisterAll);
+}

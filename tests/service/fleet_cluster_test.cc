@@ -123,7 +123,8 @@ INSTANTIATE_TEST_SUITE_P(Encodings, FleetRestartTest,
 TEST(FleetFlagsTest, WrongFlagsAreTold) {
   for (const auto& [flags, message] :
        {std::pair<std::vector<std::string>, std::string>({"--fleet"}, "--cluster"),
-        std::pair<std::vector<std::string>, std::string>({"--state_dir=/tmp"}, "--fleet is missing"),
+        std::pair<std::vector<std::string>, std::string>({"--state_dir=/tmp"},
+                                                         "--fleet is missing"),
         std::pair<std::vector<std::string>, std::string>(
             {"--fleet", "--cluster=x", "--fleet_token=/nowhere"}, "--fleet_token is /nowhere")}) {
     ServerProcess process(flags);
