@@ -49,8 +49,8 @@ std::vector<std::string> NodeTableOf(const v1::ListNodesResponse& cluster) {
   if (cluster.cluster().empty()) {
     return {};
   }
-  std::vector<Row> rows = {{"NODE", "ADDRESS", "VERSION", "ROLE", "STATE", "ENVS", "POOLS",
-                            "STREAMS", "STEPS/S"}};
+  std::vector<Row> rows = {
+      {"NODE", "ADDRESS", "VERSION", "ROLE", "STATE", "ENVS", "POOLS", "STREAMS", "STEPS/S"}};
   for (const v1::Node& node : cluster.nodes()) {
     rows.push_back(RowOf(node, node.name() == cluster.answering_node()));
   }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "absl/status/statusor.h"
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "dds/dds.h"
@@ -30,14 +30,14 @@ class DdsEntity {
 
   // Takes what a function of Cyclone DDS returned: an entity, or an error. `what` it was to be.
   // Errors: FAILED_PRECONDITION.
-  static absl::StatusOr<DdsEntity> Own(dds_entity_t handle, absl::string_view what) {
+  absl::Status Own(dds_entity_t handle, absl::string_view what) {
     if (handle < 0) {
       return absl::FailedPreconditionError(
           absl::StrCat("Cyclone DDS makes no ", what, ": ", dds_strretcode(handle)));
     }
-    DdsEntity entity;
-    entity.handle_ = handle;
-    return entity;
+    Delete();
+    handle_ = handle;
+    return absl::OkStatus();
   }
 
   dds_entity_t handle() const { return handle_; }

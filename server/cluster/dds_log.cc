@@ -28,29 +28,27 @@ class ProcessLog {
 
   void Report(bool is_error, absl::string_view message) {
     absl::MutexLock lock(&mutex_);
-    if (is_error && collects_) {
-      absl::StrAppend(&complaints_, complaints_.empty() ? "" : "; ", message);
+    if (is_error && collected_ != nullptr) {
+      absl::StrAppend(collected_, collected_->empty() ? "" : "; ", message);
       return;
     }
     log_(is_error, message);
   }
 
-  void BeginToCollect() {
+  void Collect(std::string* complaints) {
     absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(
-        +[](bool* collects) { return !*collects; }, &collects_));
-    collects_ = true;
-    complaints_.clear();
+    mutex_.Await(absl::Condition(this, &ProcessLog::CollectsNothing));
+    collected_ = complaints;
   }
 
   void EndToCollect() {
     absl::MutexLock lock(&mutex_);
-    collects_ = false;
+    collected_ = nullptr;
   }
 
-  std::string complaints() const {
+  std::string Copy(const std::string& complaints) const {
     absl::MutexLock lock(&mutex_);
-    return complaints_;
+    return complaints;
   }
 
  private:
@@ -63,12 +61,15 @@ class ProcessLog {
     static_cast<ProcessLog*>(log)->Report(is_error, message);
   }
 
+  bool CollectsNothing() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return collected_ == nullptr;
+  }
+
   mutable absl::Mutex mutex_;
   ClusterLog log_ ABSL_GUARDED_BY(mutex_) = [](bool, absl::string_view message) {
     std::fprintf(stderr, "%s\n", std::string(message).c_str());
   };
-  bool collects_ ABSL_GUARDED_BY(mutex_) = false;
-  std::string complaints_ ABSL_GUARDED_BY(mutex_);
+  std::string* collected_ ABSL_GUARDED_BY(mutex_) = nullptr;
 };
 
 }  // namespace
@@ -79,8 +80,8 @@ void LogOfCluster(bool is_error, absl::string_view message) {
   ProcessLog::Get().Report(is_error, message);
 }
 
-DdsComplaints::DdsComplaints() { ProcessLog::Get().BeginToCollect(); }
+DdsComplaints::DdsComplaints() { ProcessLog::Get().Collect(&text_); }
 DdsComplaints::~DdsComplaints() { ProcessLog::Get().EndToCollect(); }
-std::string DdsComplaints::text() const { return ProcessLog::Get().complaints(); }
+std::string DdsComplaints::text() const { return ProcessLog::Get().Copy(text_); }
 
 }  // namespace procgen

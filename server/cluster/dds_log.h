@@ -21,6 +21,9 @@ class DdsComplaints {
 
   // All so far, "; " between them.
   std::string text() const;
+
+ private:
+  std::string text_;  // of the log, and under its lock
 };
 
 }  // namespace procgen

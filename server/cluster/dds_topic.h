@@ -3,16 +3,23 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "dds/dds.h"
 #include "server/cluster/dds_entity.h"
 
 namespace procgen {
+
+// What a topic is made in.
+struct DdsParents {
+  const DdsEntity& participant;
+  const DdsEntity& publisher;
+  const DdsEntity& subscriber;
+};
 
 // A topic, and this node's writer and reader of it. Sample: its type, generated from topics.idl.
 // The reader's memory is the state of the cluster: an instance a key, with its last sample.
@@ -23,32 +30,17 @@ class DdsTopic {
   // Instances that are read at most.
   static constexpr size_t kInstancesMax = 4096;
 
-  struct Parents {
-    const DdsEntity& participant;
-    const DdsEntity& publisher;
-    const DdsEntity& subscriber;
-  };
-
-  static absl::StatusOr<DdsTopic> Create(const Parents& parents, const char* name,
-                                         const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
-    DdsTopic made;
-    const auto own = [name](DdsEntity* part, dds_entity_t handle) {
-      absl::StatusOr<DdsEntity> owned = DdsEntity::Own(handle, absl::StrCat("topic ", name));
-      if (owned.ok()) {
-        *part = *std::move(owned);
-      }
-      return owned.status();
-    };
-    absl::Status status = own(
-        &made.topic_, dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr));
-    status.Update(own(&made.writer_, dds_create_writer(parents.publisher.handle(),
-                                                       made.topic_.handle(), &qos, nullptr)));
-    status.Update(own(&made.reader_, dds_create_reader(parents.subscriber.handle(),
-                                                       made.topic_.handle(), &qos, nullptr)));
-    if (!status.ok()) {
-      return status;
-    }
-    return made;
+  // To be called once, before anything else. Errors: FAILED_PRECONDITION.
+  absl::Status Create(const DdsParents& parents, const char* name,
+                      const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
+    const std::string what = absl::StrCat("topic ", name);
+    absl::Status status = topic_.Own(
+        dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr), what);
+    status.Update(writer_.Own(
+        dds_create_writer(parents.publisher.handle(), topic_.handle(), &qos, nullptr), what));
+    status.Update(reader_.Own(
+        dds_create_reader(parents.subscriber.handle(), topic_.handle(), &qos, nullptr), what));
+    return status;
   }
 
   // Errors: what Cyclone DDS says.
@@ -72,9 +64,9 @@ class DdsTopic {
     Lend(&dds_read_mask, kAlive, use);
   }
 
-  // What becomes ready when there is something that ReadAlive has not seen.
-  absl::StatusOr<DdsEntity> MakeUnreadCondition() const {
-    return DdsEntity::Own(
+  // Makes what becomes ready when there is something that ReadAlive has not seen.
+  absl::Status MakeUnreadCondition(DdsEntity* condition) const {
+    return condition->Own(
         dds_create_readcondition(reader_.handle(), DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
                                                        DDS_ANY_INSTANCE_STATE),
         "condition");

@@ -65,15 +65,6 @@ PoolPlacement PlacementOf(const procgen_topics_PoolPlacement& sample) {
           .epoch = sample.epoch};
 }
 
-// Puts what a function of Cyclone DDS made where it belongs.
-absl::Status Own(dds_entity_t handle, absl::string_view what, DdsEntity* entity) {
-  absl::StatusOr<DdsEntity> owned = DdsEntity::Own(handle, what);
-  if (owned.ok()) {
-    *entity = *std::move(owned);
-  }
-  return owned.status();
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
@@ -106,63 +97,44 @@ absl::Status Participant::CreateDomain(const ClusterOptions& options,
     ++number;
     domain = dds_create_domain(number, config.c_str());
   }
-  if (absl::Status status = Own(domain, "domain", &domain_); !status.ok()) {
+  if (absl::Status status = domain_.Own(domain, "domain"); !status.ok()) {
     return status;
   }
   const DdsQos qos = ParticipantQos(options);
-  return Own(dds_create_participant(number, qos.get(), nullptr), "participant", &participant_);
+  return participant_.Own(dds_create_participant(number, qos.get(), nullptr), "participant");
 }
 
 absl::Status Participant::CreateTopics(const ClusterOptions& options) {
   const DdsQos partition = PartitionQos(options);
-  if (absl::Status status =
-          Own(dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher",
-              &publisher_);
-      !status.ok()) {
+  absl::Status status = publisher_.Own(
+      dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher");
+  status.Update(subscriber_.Own(
+      dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber"));
+  if (!status.ok()) {
     return status;
   }
-  if (absl::Status status =
-          Own(dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber",
-              &subscriber_);
-      !status.ok()) {
-    return status;
-  }
-  const auto create = [&](auto* topic, const char* name, const dds_topic_descriptor_t& type,
-                          const DdsQos& qos) {
-    auto created = std::remove_pointer_t<decltype(topic)>::Create(
-        {participant_, publisher_, subscriber_}, name, type, *qos);
-    if (created.ok()) {
-      *topic = *std::move(created);
-    }
-    return created.status();
-  };
-  absl::Status status =
-      create(&nodes_, "procgen_node_status", procgen_topics_NodeStatus_desc, StatusQos());
-  status.Update(create(&rates_, "procgen_node_rates", procgen_topics_NodeRates_desc, RatesQos()));
-  status.Update(create(&placements_, "procgen_pool_placement", procgen_topics_PoolPlacement_desc,
-                       PlacementQos()));
+  const DdsParents parents = {participant_, publisher_, subscriber_};
+  status =
+      nodes_.Create(parents, "procgen_node_status", procgen_topics_NodeStatus_desc, *StatusQos());
+  status.Update(
+      rates_.Create(parents, "procgen_node_rates", procgen_topics_NodeRates_desc, *RatesQos()));
+  status.Update(placements_.Create(parents, "procgen_pool_placement",
+                                   procgen_topics_PoolPlacement_desc, *PlacementQos()));
   return status;
 }
 
 absl::Status Participant::CreateWaiting() {
-  absl::Status status = Own(dds_create_waitset(participant_.handle()), "wait set", &waiting_);
-  status.Update(Own(dds_create_guardcondition(participant_.handle()), "condition", &wake_));
+  absl::Status status = waiting_.Own(dds_create_waitset(participant_.handle()), "wait set");
+  status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
+  // Rates change all the time; they are read when something else has, or after a while.
+  status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
+  status.Update(placements_.MakeUnreadCondition(&unread_placements_));
   if (!status.ok()) {
     return status;
   }
-  dds_waitset_attach(waiting_.handle(), wake_.handle(), 0);
-  // Rates change all the time; they are read when something else has, or after a while.
-  status.Update(WaitFor(nodes_.MakeUnreadCondition()));
-  status.Update(WaitFor(placements_.MakeUnreadCondition()));
-  return status;
-}
-
-absl::Status Participant::WaitFor(absl::StatusOr<DdsEntity> condition) {
-  if (!condition.ok()) {
-    return condition.status();
+  for (const DdsEntity* condition : {&wake_, &unread_nodes_, &unread_placements_}) {
+    dds_waitset_attach(waiting_.handle(), condition->handle(), 0);
   }
-  dds_waitset_attach(waiting_.handle(), condition->handle(), 0);
-  unread_.push_back(*std::move(condition));
   return absl::OkStatus();
 }
 

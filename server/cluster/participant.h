@@ -46,7 +46,6 @@ class Participant {
                             const std::vector<std::string>& peer_addresses);
   absl::Status CreateTopics(const ClusterOptions& options);
   absl::Status CreateWaiting();
-  absl::Status WaitFor(absl::StatusOr<DdsEntity> condition);
 
   DdsEntity domain_;
   DdsEntity participant_;
@@ -56,8 +55,9 @@ class Participant {
   DdsTopic<procgen_topics_NodeRates> rates_;
   DdsTopic<procgen_topics_PoolPlacement> placements_;
   DdsEntity wake_;
+  DdsEntity unread_nodes_;
+  DdsEntity unread_placements_;
   DdsEntity waiting_;
-  std::vector<DdsEntity> unread_;
 };
 
 }  // namespace procgen

@@ -32,7 +32,8 @@ Fleet::Fleet(FleetOptions options, Metrics* metrics)
       nodes_(options_),
       leftovers_(PrefixOf(name_), &nodes_),
       side_crew_(kSideThreadCount),
-      watch_([this] { Watch(); }) {}
+      watch_([this] { Watch(); }),
+      subscription_(options_.subscribe([this] { OnNodesChanged(); })) {}
 
 Fleet::~Fleet() {
   {

@@ -35,10 +35,9 @@ class Fleet final : public PoolHost {
   std::vector<ResumedPool> TakeResumed() override;
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
+ private:
   // Nodes have changed. Does not block.
   void OnNodesChanged();
-
- private:
   // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
   // Keeps it, if pools are kept.
@@ -61,6 +60,7 @@ class Fleet final : public PoolHost {
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread watch_;
+  Subscription subscription_;  // last: what it calls is above
 };
 
 }  // namespace procgen

@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/node_status.h"
+#include "server/cluster/subscription.h"
 #include "server/fleet/fleet_state.h"
 
 namespace procgen {
@@ -25,6 +27,8 @@ struct FleetCredentials {
 struct FleetOptions {
   // The nodes of the cluster as they are known; called often, on any thread.
   std::function<std::vector<NodeStatus>()> nodes;
+  // Has `changed` called when they have changed, until what is returned goes.
+  std::function<Subscription(absl::AnyInvocable<void()> changed)> subscribe;
   FleetCredentials credentials;
   // After how many requests, or bytes of requests, the states of a shard are saved anew.
   int64_t snapshot_requests = 256;

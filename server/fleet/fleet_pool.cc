@@ -1,81 +1,14 @@
 #include "server/fleet/fleet_pool.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
-#include <map>
-#include <numeric>
-#include <set>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
 #include "envcore/pool/pool_input.h"
 #include "server/fleet/shard_request.h"
-#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
-
-// Another division is worth it where so large a part of the environments would move.
-constexpr double kWorthMoving = 0.15;
-constexpr int32_t kLooksBeforeDividing = 2;
-
-Part Overlap(Part left, Part right) {
-  const int32_t first = std::max(left.first, right.first);
-  const int32_t end = std::min(left.first + left.count, right.first + right.count);
-  return {first, std::max(0, end - first)};
-}
-
-// Shards of these shares, which all begin with `base`, that of the whole pool.
-ShardBases BasesOf(const std::vector<FleetNodes::Share>& shares, const ShardBase& base) {
-  ShardBases bases;
-  Part range;
-  for (const FleetNodes::Share& share : shares) {
-    range = {range.first + range.count, share.env_count};
-    ShardBase own = {base.number, {}, base.sampler};
-    if (!base.states.empty()) {
-      const auto first = base.states.begin() + range.first;
-      own.states.assign(first, first + range.count);
-    }
-    bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(own))};
-  }
-  return bases;
-}
-
-std::vector<std::string> NodesOf(const std::vector<FleetNodes::Share>& shares) {
-  std::vector<std::string> nodes;
-  for (const FleetNodes::Share& share : shares) {
-    nodes.push_back(share.node_id);
-  }
-  return nodes;
-}
-
-// Waits for several that are done at their own times, and then calls `done` with the first error.
-class Countdown {
- public:
-  Countdown(size_t count, HostedPool::Done done) : left_(count), done_(std::move(done)) {}
-
-  void Count(const absl::Status& status) {
-    bool is_last = false;
-    absl::Status result;
-    {
-      absl::MutexLock lock(&mutex_);
-      status_.Update(status);
-      is_last = --left_ == 0;
-      result = status_;
-    }
-    if (is_last) {
-      done_(std::move(result));
-    }
-  }
-
- private:
-  absl::Mutex mutex_;
-  size_t left_ ABSL_GUARDED_BY(mutex_);
-  absl::Status status_ ABSL_GUARDED_BY(mutex_);
-  HostedPool::Done done_;
-};
 
 template <typename Element, typename Source>
 void CopySpan(absl::Span<const Source> from, size_t from_row, absl::Span<Element> to, size_t to_row,
@@ -127,14 +60,6 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
 
 FleetPool::~FleetPool() { goes_(this); }
 
-void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares, Done done) {
-  MakeShards(BasesOf(shares, {0, {}, sampler_}), NodesOf(shares));
-  auto countdown = std::make_shared<Countdown>(shards_.size(), std::move(done));
-  for (const std::unique_ptr<Shard>& shard : shards_) {
-    shard->Run(0, [countdown](const absl::Status& status) { countdown->Count(status); });
-  }
-}
-
 absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   JournaledPool journaled;
   journaled.pool = pool;
@@ -165,7 +90,7 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
     }
   }
   log_.BeginAfter(journaled.log_begin);
-  again_number_ = journaled.log_begin;
+  again_number_ = latest;
   std::vector<v1::StepPoolRequest> requests;
   for (const LoggedRequest& logged : journaled.log) {
     const int64_t number = log_.Append(logged);
@@ -201,51 +126,6 @@ void FleetPool::TakeBackLogged() {
     journal_->TakeBack();
   }
   log_.TakeBack();
-}
-
-void FleetPool::MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes) {
-  std::vector<std::unique_ptr<Shard>> shards;
-  for (const auto& [first, base] : bases) {
-    const std::string node = nodes.empty() ? "" : nodes[shards.size()];
-    shards.push_back(
-        std::make_unique<Shard>(terms_, ++shard_number_, base.first, base.second, node));
-  }
-  absl::MutexLock lock(&shards_mutex_);
-  shards_ = std::move(shards);
-}
-
-void FleetPool::Look() {
-  absl::MutexLock lock(&shards_mutex_);
-  std::vector<FleetNodes::Share> now;
-  for (const std::unique_ptr<Shard>& shard : shards_) {
-    shard->Look();
-    now.push_back({shard->node_id(), shard->range().count});
-  }
-  // What nodes tell of themselves may be old, so a single look is not enough.
-  looks_worth_dividing_ = IsWorthDividing(now) ? looks_worth_dividing_ + 1 : 0;
-  if (looks_worth_dividing_ >= kLooksBeforeDividing) {
-    looks_worth_dividing_ = 0;
-    divides_ = true;
-  }
-}
-
-bool FleetPool::IsWorthDividing(const std::vector<FleetNodes::Share>& now) const {
-  std::map<std::string, int32_t> counts;
-  for (const FleetNodes::Share& share : now) {
-    if (!terms_->nodes->IsUsable(share.node_id)) {
-      return false;  // a shard is on its way
-    }
-    counts[share.node_id] += share.env_count;
-  }
-  const auto better = terms_->nodes->Divide(env_count(), now);
-  if (!better.ok()) {
-    return false;
-  }
-  int32_t moving = 0;
-  for (const FleetNodes::Share& share : *better) {
-    moving += std::max(0, share.env_count - counts[share.node_id]);
-  }
-  return moving >= kWorthMoving * env_count();
 }
 
 size_t FleetPool::ShardOf(int32_t environment) const {
@@ -289,57 +169,6 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
     });
   } else {
     RunRequest(number);
-  }
-}
-
-void FleetPool::BeginDivision(int64_t number) {
-  std::vector<int32_t> all(static_cast<size_t>(env_count()));
-  std::iota(all.begin(), all.end(), 0);
-  Gather(std::move(all), [this, number](absl::StatusOr<std::vector<std::string>> states) {
-    // Not on the thread of a shard, which may have to go.
-    side_crew_->Run([this, number, states = std::move(states)]() mutable {
-      if (states.ok()) {
-        ShardBase base = {number - 1, *std::move(states), sampler_};
-        PictureCount pictures({0, env_count()}, options_.observation_format.frame_stack);
-        division_ = Division{std::move(base), std::move(pictures)};
-      }
-      if (CanDivide(number)) {
-        Divide(std::move(division_->base));
-        division_.reset();
-      }
-      RunRequest(number);
-    });
-  });
-}
-
-bool FleetPool::CanDivide(int64_t number) const {
-  return division_.has_value() && division_->pictures.IsComplete() &&
-         number > division_->base.number + terms_->answers_kept;
-}
-
-void FleetPool::Divide(ShardBase base) {
-  std::vector<FleetNodes::Share> now;
-  for (const std::unique_ptr<Shard>& shard : shards_) {
-    now.push_back({shard->node_id(), shard->range().count});
-  }
-  const auto shares = terms_->nodes->Divide(env_count(), now);
-  if (!shares.ok()) {
-    return;  // nodes have gone in the meantime
-  }
-  std::vector<std::unique_ptr<Shard>> old;
-  {
-    absl::MutexLock lock(&shards_mutex_);
-    old.swap(shards_);
-  }
-  old.clear();  // before the others, who need the room
-  LogEvent(LogLevel::kInfo, "pool_divided",
-           {{"pool", terms_->label},
-            {"shards", absl::StrCat(shares->size())},
-            {"from", absl::StrCat(base.number)}});
-  ShardBases bases = BasesOf(*shares, base);
-  MakeShards(bases, NodesOf(*shares));
-  if (journal_ != nullptr) {
-    journal_->SetBases(std::move(bases));
   }
 }
 
@@ -503,202 +332,6 @@ void FleetPool::ForgetLog() {
     needed = std::min(needed, division_->base.number);
   }
   log_.ForgetUpTo(needed);
-}
-
-absl::Status FleetPool::CheckIndex(int32_t environment) const {
-  if (environment < 0 || environment >= env_count()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("environment ", environment, " is not in [0, ", env_count(), ")"));
-  }
-  return absl::OkStatus();
-}
-
-std::vector<FleetPool::Chosen> FleetPool::Choose(absl::Span<const int32_t> environments) const {
-  std::vector<Chosen> chosen(shards_.size());
-  for (size_t place = 0; place < environments.size(); ++place) {
-    const size_t shard = ShardOf(environments[place]);
-    chosen[shard].environments.push_back(environments[place] - shards_[shard]->range().first);
-    chosen[shard].places.push_back(place);
-  }
-  return chosen;
-}
-
-void FleetPool::Gather(std::vector<int32_t> environments,
-                       std::function<void(absl::StatusOr<std::vector<std::string>>)> done) {
-  struct Gathered {
-    std::vector<Chosen> chosen;
-    std::vector<std::vector<std::string>> by_shard;
-    size_t count = 0;
-  };
-  for (const int32_t environment : environments) {
-    if (absl::Status status = CheckIndex(environment); !status.ok()) {
-      done(std::move(status));
-      return;
-    }
-  }
-  auto gathered = std::make_shared<Gathered>();
-  gathered->chosen = Choose(environments);
-  gathered->by_shard.resize(shards_.size());
-  gathered->count = environments.size();
-  const auto finish = [gathered, done = std::move(done)](absl::Status status) {
-    if (!status.ok()) {
-      done(std::move(status));
-      return;
-    }
-    std::vector<std::string> snapshots(gathered->count);
-    for (size_t shard = 0; shard < gathered->chosen.size(); ++shard) {
-      for (size_t i = 0; i < gathered->chosen[shard].places.size(); ++i) {
-        snapshots[gathered->chosen[shard].places[i]] = std::move(gathered->by_shard[shard][i]);
-      }
-    }
-    done(std::move(snapshots));
-  };
-  std::vector<size_t> concerned;
-  for (size_t i = 0; i < shards_.size(); ++i) {
-    if (!gathered->chosen[i].environments.empty()) {
-      concerned.push_back(i);
-    }
-  }
-  if (concerned.empty()) {
-    finish(absl::OkStatus());
-    return;
-  }
-  auto countdown = std::make_shared<Countdown>(concerned.size(), finish);
-  for (const size_t i : concerned) {
-    // A node saves each environment once.
-    shards_[i]->Save(gathered->chosen[i].environments, &gathered->by_shard[i],
-                     [countdown](const absl::Status& status) { countdown->Count(status); });
-  }
-}
-
-void FleetPool::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  auto shared_take = std::make_shared<TakeState>(std::move(take));
-  auto shared_done = std::make_shared<Done>(std::move(done));
-  Gather(
-      {environments.begin(), environments.end()},
-      [environments, shared_take, shared_done](absl::StatusOr<std::vector<std::string>> snapshots) {
-        if (snapshots.ok()) {
-          for (size_t i = 0; i < environments.size(); ++i) {
-            if (!(*shared_take)(environments[i], std::move((*snapshots)[i]))) {
-              break;
-            }
-          }
-        }
-        (*shared_done)(snapshots.status());
-      });
-}
-
-absl::Status FleetPool::CheckStates(const std::vector<v1::State>& states) {
-  std::set<int32_t> had;
-  std::vector<bool> awaits_reset = awaits_reset_;
-  for (const v1::State& state : states) {
-    const int32_t environment = state.environment();
-    if (absl::Status status = CheckIndex(environment); !status.ok()) {
-      return status;
-    }
-    if (!had.insert(environment).second) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("environment ", environment, " is to be restored twice"));
-    }
-    const int32_t game = (options_.first_environment + environment) % model_->env_count();
-    const absl::Status status = model_->RestoreStates({{game, state.snapshot()}});
-    if (!status.ok()) {
-      const absl::string_view message =
-          absl::StripPrefix(status.message(), absl::StrCat("environment ", game, ": "));
-      return {status.code(), absl::StrCat("environment ", environment, ": ", message)};
-    }
-    awaits_reset[static_cast<size_t>(environment)] = model_->AwaitsReset(game);
-  }
-  awaits_reset_ = std::move(awaits_reset);
-  return absl::OkStatus();
-}
-
-void FleetPool::Put(std::vector<v1::State> states, std::shared_ptr<Done> done) {
-  const std::vector<bool> awaited_reset = awaits_reset_;
-  if (absl::Status status = CheckStates(states); !status.ok() || states.empty()) {
-    (*done)(std::move(status));
-    return;
-  }
-  std::set<size_t> concerned;
-  for (const v1::State& state : states) {
-    concerned.insert(ShardOf(state.environment()));
-  }
-  ForgetLog();
-  const int64_t number = Log({{}, std::move(states), 0});
-  auto countdown = std::make_shared<Countdown>(
-      concerned.size(), [this, number, awaited_reset, done](absl::Status status) {
-        if (!status.ok()) {
-          for (const std::unique_ptr<Shard>& shard : shards_) {
-            shard->Forget(number - 1);
-          }
-          TakeBackLogged();
-          awaits_reset_ = awaited_reset;
-        }
-        (*done)(std::move(status));
-      });
-  for (const size_t i : concerned) {
-    shards_[i]->Run(number, [countdown](const absl::Status& status) { countdown->Count(status); });
-  }
-}
-
-void FleetPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  side_crew_->Run(
-      [this, states = std::move(states), done = std::make_shared<Done>(std::move(done))] {
-        std::vector<v1::State> messages;
-        for (const StateToRestore& state : states) {
-          messages.emplace_back();
-          messages.back().set_environment(state.environment);
-          messages.back().set_snapshot(std::string(state.snapshot));
-        }
-        Put(std::move(messages), done);
-      });
-}
-
-void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
-  // A source may be read several times, and a node is asked for it once.
-  std::map<int32_t, size_t> places;
-  std::vector<int32_t> sources;
-  for (const StateToClone& pair : pairs) {
-    if (places.emplace(pair.source_environment, sources.size()).second) {
-      sources.push_back(pair.source_environment);
-    }
-  }
-  Gather(std::move(sources), [this, pairs = std::move(pairs), places = std::move(places),
-                              done = std::make_shared<Done>(std::move(done))](
-                                 absl::StatusOr<std::vector<std::string>> snapshots) {
-    if (!snapshots.ok()) {
-      (*done)(snapshots.status());
-      return;
-    }
-    std::vector<v1::State> states;
-    for (const StateToClone& pair : pairs) {
-      states.emplace_back();
-      states.back().set_environment(pair.target_environment);
-      states.back().set_snapshot((*snapshots)[places.at(pair.source_environment)]);
-    }
-    side_crew_->Run([this, states = std::move(states), done] { Put(states, done); });
-  });
-}
-
-void FleetPool::Render(absl::Span<const int32_t> environments, int32_t side_px,
-                       std::vector<absl::Span<uint8_t>> frames, Done done) {
-  const std::vector<Chosen> chosen = Choose(environments);
-  size_t count = 0;
-  for (const Chosen& each : chosen) {
-    count += each.environments.empty() ? 0 : 1;
-  }
-  auto countdown = std::make_shared<Countdown>(count, std::move(done));
-  for (size_t i = 0; i < shards_.size(); ++i) {
-    if (chosen[i].environments.empty()) {
-      continue;
-    }
-    std::vector<absl::Span<uint8_t>> own;
-    for (const size_t place : chosen[i].places) {
-      own.push_back(frames[place]);
-    }
-    shards_[i]->Render(chosen[i].environments, side_px, std::move(own),
-                       [countdown](const absl::Status& status) { countdown->Count(status); });
-  }
 }
 
 }  // namespace procgen

@@ -59,8 +59,8 @@ int64_t LongNumberAt(absl::string_view bytes) {
 }
 
 uint32_t ChecksumOf(absl::string_view content) {
-  return static_cast<uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(content.data()),
-                                       content.size()));
+  return static_cast<uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()));
 }
 
 std::string Record(Kind kind, absl::string_view content = {}) {
@@ -217,8 +217,8 @@ absl::StatusOr<JournaledPool> Journal::Read(const std::string& path) {
     }
     const absl::string_view content = rest.substr(kHeadBytes, size);
     if (NumberAt(rest.substr(5)) != ChecksumOf(content) || !ReadRecord(kind, content, &pool)) {
-      return absl::DataLossError(absl::StrCat(path, " is damaged at byte ",
-                                              bytes.size() - rest.size()));
+      return absl::DataLossError(
+          absl::StrCat(path, " is damaged at byte ", bytes.size() - rest.size()));
     }
     rest.remove_prefix(kHeadBytes + size);
   }

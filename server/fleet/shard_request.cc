@@ -47,13 +47,6 @@ Part SliceOf(const v1::Slice& slice) {
   return {slice.first_environment(), slice.environment_count()};
 }
 
-// What both have; a count of 0: nothing.
-Part Overlap(Part left, Part right) {
-  const int32_t first = std::max(left.first, right.first);
-  const int32_t end = std::min(left.first + left.count, right.first + right.count);
-  return {first, std::max(0, end - first)};
-}
-
 // The elements that belong to `part`, in numbers that begin with `offset`.
 template <typename Element>
 void CutList(const google::protobuf::RepeatedPtrField<Element>& list, Part part, int32_t offset,
@@ -79,6 +72,12 @@ void CutStep(const v1::Step& step, Part part, int32_t offset, v1::Step* cut) {
 }
 
 }  // namespace
+
+Part Overlap(Part left, Part right) {
+  const int32_t first = std::max(left.first, right.first);
+  const int32_t end = std::min(left.first + left.count, right.first + right.count);
+  return {first, std::max(0, end - first)};
+}
 
 v1::StepPoolRequest RequestMessageOf(const Request& request, const Batch& pictures) {
   v1::StepPoolRequest message;

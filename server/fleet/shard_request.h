@@ -16,6 +16,9 @@ v1::StepPoolRequest RequestMessageOf(const Request& request, const Batch& pictur
 // them; nullopt: nothing. A reset of others alone is an observe.
 std::optional<v1::StepPoolRequest> CutRequest(const v1::StepPoolRequest& request, Part range);
 
+// The environments that both have; a count of 0: none.
+Part Overlap(Part left, Part right);
+
 // Has `request` answer no pictures, as is enough where it is only made up for.
 void AskForNoPictures(v1::StepPoolRequest* request);
 

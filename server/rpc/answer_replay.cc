@@ -72,10 +72,9 @@ class AnswerReplay final : public std::enable_shared_from_this<AnswerReplay> {
   }
 
   void RunPart() {
-    running_->RunPart(pool_.get(), keeps_ ? &response_ : nullptr,
-                      [self = shared_from_this()](const absl::Status& status) {
-                        self->OnPartDone(status);
-                      });
+    running_->RunPart(
+        pool_.get(), keeps_ ? &response_ : nullptr,
+        [self = shared_from_this()](const absl::Status& status) { self->OnPartDone(status); });
   }
 
   void OnPartDone(const absl::Status& status) {

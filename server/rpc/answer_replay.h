@@ -10,8 +10,8 @@
 namespace procgen {
 
 // Carries out requests that an earlier process of this server had accepted, and keeps their answers
-// for learners that attach again and ask for them; begins at once, takes the first turn, and goes on
-// by itself. `requests`: serialised, in order. Then the pool is where that process had it.
+// for learners that attach again and ask for them; begins at once, takes the first turn, and goes
+// on by itself. `requests`: serialised, in order. Then the pool is where that process had it.
 //
 // Answers are told in small parts, and encoded observations each without their past, so that they
 // suit whoever attaches.

@@ -44,6 +44,14 @@ void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message) {
   }
 }
 
+void FillDirectLine(const DirectLines& lines, const std::string& key,
+                    v1::StepPoolResponse* response) {
+  v1::DirectLine* line =
+      response->mutable_attached()->mutable_shared_memory()->mutable_direct_line();
+  line->set_socket_name(lines.socket_name());
+  line->set_key(key);
+}
+
 Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
                             v1::StepPoolResponse* response) {
   const Request& asked = request.request;

@@ -22,6 +22,12 @@ void RequestWindow::BeginRead() {
   free_.pop_back();
 }
 
+void RequestWindow::AbandonRead() {
+  if (reading_ != nullptr) {
+    free_.push_back(std::exchange(reading_, nullptr));
+  }
+}
+
 StreamRequest* RequestWindow::EndRead(bool ok) {
   StreamRequest* request = std::exchange(reading_, nullptr);
   if (!ok || reading_ended_) {

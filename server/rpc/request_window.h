@@ -25,6 +25,8 @@ class RequestWindow {
   // Whether another request may be read.
   bool CanRead() const;
   void BeginRead();
+  // The read that is under way, if one is, will bring nothing.
+  void AbandonRead();
   // What was read, to be taken in; null: nothing was, or nothing is wanted any more.
   StreamRequest* EndRead(bool ok);
   // Puts what was taken in into the inbox (unless nothing is wanted any more), or forgets it.

@@ -16,6 +16,7 @@
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
 namespace {
@@ -77,8 +78,9 @@ ServerGauges GaugesOf(const Load& load) {
 
 class GrpcServer final : public Server {
  public:
-  explicit GrpcServer(const ServerOptions& options)
+  GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
       : tls_(options.tls),
+        is_fleet_(options.make_host != nullptr),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
                   options.shared_folder,
                   options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
@@ -86,7 +88,9 @@ class GrpcServer final : public Server {
                  &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
-        services_(&sessions_, cluster_.get(), &callers_, options.clone_sources) {
+        direct_lines_(std::move(direct_lines)),
+        services_(&sessions_, cluster_.get(), &callers_, direct_lines_.get(),
+                  options.clone_sources) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(sessions_.load()); });
   }
 
@@ -172,7 +176,8 @@ class GrpcServer final : public Server {
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
-    status.environment_capacity = sessions_.limits().environment_count_max;
+    status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
+    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().environment_count_max;
     status.environment_count = load.environment_count;
     status.pool_count = load.pool_count;
     status.stream_count = load.stream_count;
@@ -199,12 +204,14 @@ class GrpcServer final : public Server {
   }
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
+  const bool is_fleet_;                  // steps nothing itself
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   Sessions sessions_;
   const Callers callers_;
   const std::shared_ptr<Cluster> cluster_;
+  const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory
   Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;      // hands its connections to server_
@@ -214,7 +221,15 @@ class GrpcServer final : public Server {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options) {
-  auto server = std::make_unique<GrpcServer>(options);
+  std::unique_ptr<DirectLines> direct_lines;
+  if (options.shared_folder != nullptr) {
+    auto opened = DirectLines::Open(static_cast<size_t>(options.limits.request_bytes_max));
+    if (!opened.ok()) {
+      return opened.status();
+    }
+    direct_lines = *std::move(opened);
+  }
+  auto server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;
   }

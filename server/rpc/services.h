@@ -14,19 +14,20 @@
 #include "server/rpc/state_service.h"
 #include "server/rpc/step_service.h"
 #include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
 
 // All services of the contract. Threads: as those of its members; it must outlive the gRPC server.
 class Services {
  public:
-  // `sessions`, `cluster` and `callers` must outlive this.
-  Services(Sessions* sessions, Cluster* cluster, const Callers* callers,
+  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  Services(Sessions* sessions, Cluster* cluster, const Callers* callers, DirectLines* direct_lines,
            const CloneSources& clone_sources)
       : catalog_(sessions, callers),
         cluster_(cluster, callers),
         pool_(sessions, callers),
-        step_(sessions, callers),
+        step_(sessions, callers, direct_lines),
         state_(sessions, callers, clone_sources),
         render_(sessions, callers) {}
 

@@ -4,10 +4,12 @@
 #include <optional>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
+#include "server/rpc/convert_shared.h"
 #include "server/rpc/method_name.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
@@ -23,11 +25,12 @@ constexpr char kDrainsValue[] = "1";
 }  // namespace
 
 StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* callers,
+                                        DirectLines* direct_lines,
                                         grpc::CallbackServerContext* context, Caller caller) {
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.
   std::shared_ptr<StepPoolReactor> reactor(
-      new StepPoolReactor(sessions, callers, context, std::move(caller)));
+      new StepPoolReactor(sessions, callers, direct_lines, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the alarm is the stream's and keeps what it calls.
   reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
@@ -42,10 +45,23 @@ StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* calle
 }
 
 StepPoolReactor::StepPoolReactor(Sessions* sessions, const Callers* callers,
-                                 grpc::CallbackServerContext* context, Caller caller)
-    : sessions_(sessions), callers_(callers), context_(context), caller_(std::move(caller)) {}
+                                 DirectLines* direct_lines, grpc::CallbackServerContext* context,
+                                 Caller caller)
+    : sessions_(sessions),
+      callers_(callers),
+      direct_lines_(direct_lines),
+      context_(context),
+      caller_(std::move(caller)) {}
 
 void StepPoolReactor::Drive() {
+  // An event that happens while this thread drives, in something that Act calls, is seen by the
+  // loop that is under way. A second one inside of it would nest with each request.
+  thread_local const StepPoolReactor* driven = nullptr;
+  if (driven == this) {
+    return;
+  }
+  const StepPoolReactor* const outer = std::exchange(driven, this);
+  const absl::Cleanup restore = [outer] { driven = outer; };
   const std::shared_ptr<StepPoolReactor> self = shared_from_this();
   while (true) {
     Action action = Action::kWait;
@@ -83,7 +99,11 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
       return Action::kTurn;
     }
   }
-  if (requests_.CanRead()) {
+  if (responses_.CanWrite()) {
+    responses_.BeginWrite();
+    return Action::kWrite;
+  }
+  if (line_ == nullptr && requests_.CanRead()) {
     requests_.BeginRead();
     return Action::kRead;
   }
@@ -91,10 +111,6 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
   if (attached_ && !letting_go_ && takes_no_turn) {
     letting_go_ = true;
     return Action::kLetGo;
-  }
-  if (responses_.CanWrite()) {
-    responses_.BeginWrite();
-    return Action::kWrite;
   }
   if (takes_no_turn && !attached_ && responses_.empty()) {
     finished_ = true;
@@ -134,9 +150,14 @@ void StepPoolReactor::Act(Action action) {
 
 void StepPoolReactor::OnReadDone(bool ok) {
   StreamRequest* request = nullptr;
+  bool beside_line = false;
   {
     absl::MutexLock lock(&mutex_);
-    request = requests_.EndRead(ok);
+    beside_line = line_ != nullptr;
+    request = beside_line ? nullptr : requests_.EndRead(ok);
+  }
+  if (beside_line) {
+    OnReadBesideLine(ok);
   }
   if (request == nullptr) {
     Drive();
@@ -155,6 +176,10 @@ void StepPoolReactor::OnReadDone(bool ok) {
     }
     return;
   }
+  TakeIn(request, std::move(status));
+}
+
+void StepPoolReactor::TakeIn(StreamRequest* request, absl::Status status) {
   if (status.ok()) {
     status = Understand(request);
   }
@@ -213,6 +238,9 @@ void StepPoolReactor::OnAttached(absl::StatusOr<Attachment> attachment) {
     pool_name_ = pool_->name();
     terms_ = attachment->terms;
     caller_.share = Owners::Share();
+    if (direct_lines_ != nullptr && pool_->shared_ring() != nullptr) {
+      line_key_ = direct_lines_->Expect(weak_from_this());
+    }
   } else {
     EndAfterInbox(attachment.status());
   }
@@ -224,6 +252,9 @@ void StepPoolReactor::OnAttached(absl::StatusOr<Attachment> attachment) {
       requests_.Grow(static_cast<size_t>(terms_.options.requests_in_flight_max));
       Response* response = responses_.Take();
       FillAttached(*pool_, terms_, &response->message);
+      if (!line_key_.empty()) {
+        FillDirectLine(*direct_lines_, line_key_, &response->message);
+      }
       responses_.Push({response, {}, requests_.front()});
     }
   }
@@ -370,9 +401,15 @@ void StepPoolReactor::LetGo() {
 
 void StepPoolReactor::Write() {
   Outgoing* outgoing = nullptr;
+  std::shared_ptr<DirectLine> line;
   {
     absl::MutexLock lock(&mutex_);
     outgoing = responses_.writing();
+    line = line_;
+  }
+  if (line != nullptr) {
+    OnWriteDone(WriteToLine(line.get(), *outgoing));
+    return;
   }
   if (!outgoing->bytes.Valid()) {
     outgoing->bytes = Serialized(*outgoing->response);
@@ -415,6 +452,12 @@ void StepPoolReactor::FinishStream() {
     absl::MutexLock lock(&mutex_);
     status = status_;
     was_attached = letting_go_;
+    if (line_ != nullptr) {
+      line_->HangUp();
+    }
+  }
+  if (!line_key_.empty()) {
+    direct_lines_->Forget(line_key_);
   }
   if (was_attached) {
     LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "stream_ended",

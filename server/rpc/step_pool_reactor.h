@@ -6,6 +6,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/alarm.h"
 #include "grpcpp/support/byte_buffer.h"
@@ -19,6 +21,8 @@
 #include "server/rpc/running_request.h"
 #include "server/session/pool_session.h"
 #include "server/session/sessions.h"
+#include "server/shared_memory/direct_line.h"
+#include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
 
@@ -38,17 +42,23 @@ namespace procgen {
 //     written; or, after a cancellation, at once. A request that was accepted is always carried out
 //     to its end, if need be unsent: it is taken whole or not at all.
 //
+// The learner of a pool that shares memory may open a direct line: from then on requests come by it
+// and responses go by it, and gRPC's stream only tells how both sides end.
+//
 // All decisions are in NextAction, under the lock; each event notes what happened and calls Drive,
 // which acts outside of the lock until there is nothing to do.
 //
 // Threads: gRPC's reactions and the pool's callbacks come from any thread, at the same time.
 // Lock order: mutex_ is held by none of the calls out.
 class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                              public DirectLineUser,
                               public std::enable_shared_from_this<StepPoolReactor> {
  public:
-  // Begins to serve a stream; it ends itself. `sessions` and `callers` must outlive it.
+  // Begins to serve a stream; it ends itself. `direct_lines`: null: none is offered. What is
+  // pointed to must outlive it.
   static StepPoolReactor* Start(Sessions* sessions, const Callers* callers,
-                                grpc::CallbackServerContext* context, Caller caller);
+                                DirectLines* direct_lines, grpc::CallbackServerContext* context,
+                                Caller caller);
 
  private:
   enum class Action {
@@ -62,18 +72,24 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
     kFinish,   // end the stream
   };
 
-  StepPoolReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context,
-                  Caller caller);
+  StepPoolReactor(Sessions* sessions, const Callers* callers, DirectLines* direct_lines,
+                  grpc::CallbackServerContext* context, Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
   void OnDone() override;
+  void OnLineOpened(std::shared_ptr<DirectLine> line) override;
+  bool OnLineMessage(const absl::StatusOr<absl::string_view>& message) override;
 
   void Drive();
   Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Act(Action action);
 
+  // What gRPC has read while requests come by the direct line.
+  void OnReadBesideLine(bool ok);
+  // Takes in what was read into `request`, by gRPC or the direct line; `status`: of its parsing.
+  void TakeIn(StreamRequest* request, absl::Status status);
   void OnAttachTimeout();
   void Attach(const v1::StepPoolRequest& request);
   void OnAttached(absl::StatusOr<Attachment> attachment);
@@ -100,10 +116,12 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void EndTurn();
   void LetGo();
   void Write();
+  bool WriteToLine(DirectLine* line, const Outgoing& outgoing);
   void FinishStream();
 
   Sessions* const sessions_;
   const Callers* const callers_;
+  DirectLines* const direct_lines_;
   grpc::CallbackServerContext* const context_;
   Caller caller_;                          // its share: until it is attached
   grpc::Alarm attach_alarm_;               // until the first request was read
@@ -115,6 +133,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   bool attaching_ = false;       // the first request was read
   grpc::ByteBuffer read_bytes_;  // of the read under way
   RunningRequest running_;       // of the turn that this stream has
+  std::string line_key_;         // by which a direct line may be opened; empty: none
+  std::string line_bytes_;       // of a message that is sent there; its memory is kept
 
   absl::Mutex mutex_;
   RequestWindow requests_ ABSL_GUARDED_BY(mutex_);
@@ -123,6 +143,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   StreamRequest* turn_of_ ABSL_GUARDED_BY(mutex_) = nullptr;  // for which a turn is asked or had
   bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
 
+  std::shared_ptr<DirectLine> line_ ABSL_GUARDED_BY(mutex_);  // null: gRPC bears the messages
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   bool letting_go_ ABSL_GUARDED_BY(mutex_) = false;
   bool pool_is_gone_ ABSL_GUARDED_BY(mutex_) = false;

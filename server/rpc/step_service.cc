@@ -17,7 +17,7 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepServiceImpl::St
     return new RefusedStream<Stream>(
         callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
-  return StepPoolReactor::Start(sessions_, callers_, context, *std::move(caller));
+  return StepPoolReactor::Start(sessions_, callers_, direct_lines_, context, *std::move(caller));
 }
 
 }  // namespace procgen

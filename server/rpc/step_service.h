@@ -4,6 +4,7 @@
 #include "procgen/v1/step.grpc.pb.h"
 #include "server/rpc/caller.h"
 #include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
 
@@ -11,9 +12,9 @@ namespace procgen {
 class StepServiceImpl final
     : public v1::StepService::WithRawCallbackMethod_StepPool<v1::StepService::Service> {
  public:
-  // `sessions` and `callers` must outlive this.
-  StepServiceImpl(Sessions* sessions, const Callers* callers)
-      : sessions_(sessions), callers_(callers) {}
+  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  StepServiceImpl(Sessions* sessions, const Callers* callers, DirectLines* direct_lines)
+      : sessions_(sessions), callers_(callers), direct_lines_(direct_lines) {}
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepPool(
       grpc::CallbackServerContext* context) override;
@@ -21,6 +22,7 @@ class StepServiceImpl final
  private:
   Sessions* const sessions_;
   const Callers* const callers_;
+  DirectLines* const direct_lines_;
 };
 
 }  // namespace procgen

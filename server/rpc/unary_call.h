@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
@@ -15,16 +16,25 @@
 
 namespace procgen {
 
+template <typename Message>
+absl::Status ParsedStatus(bool is_valid, size_t byte_count) {
+  return is_valid ? absl::OkStatus()
+                  : absl::InvalidArgumentError(absl::StrCat("the request's ", byte_count,
+                                                            " bytes are no valid ",
+                                                            Message::descriptor()->full_name()));
+}
+
 // The bytes on the wire as a message. Errors: INVALID_ARGUMENT.
 template <typename Message>
 absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
   grpc::ByteBuffer consumed(bytes);  // shares the bytes
-  if (!grpc::SerializationTraits<Message>::Deserialize(&consumed, message).ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("the request's ", bytes.Length(),
-                                                   " bytes are no valid ",
-                                                   Message::descriptor()->full_name()));
-  }
-  return absl::OkStatus();
+  const bool is_valid = grpc::SerializationTraits<Message>::Deserialize(&consumed, message).ok();
+  return ParsedStatus<Message>(is_valid, bytes.Length());
+}
+template <typename Message>
+absl::Status ParseMessage(absl::string_view bytes, Message* message) {
+  return ParsedStatus<Message>(
+      message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size())), bytes.size());
 }
 
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own

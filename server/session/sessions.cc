@@ -194,8 +194,8 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>
     done(pool.status());
     return;
   }
-  std::shared_ptr<PoolSession> session =
-      MakeSession({key.first, key.second, (*pool)->options(), terms}, *std::move(pool));
+  const PoolOrder order = {key.first, key.second, (*pool)->options(), terms};
+  std::shared_ptr<PoolSession> session = MakeSession(order, *std::move(pool));
   {
     absl::MutexLock lock(&mutex_);
     entries_.find(key)->second.pool = session;

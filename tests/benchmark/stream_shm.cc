@@ -64,6 +64,8 @@ class Contest {
 
 }  // namespace
 
-void RegisterSharedMemoryStreams() { RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024}); }
+void RegisterSharedMemoryStreams() {
+  RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024, 4096});
+}
 
 }  // namespace procgen

@@ -1,5 +1,6 @@
 #include "tests/service/broken_connection.h"
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -8,7 +9,6 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "tests/service/fault_proxy.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
 
@@ -24,6 +24,7 @@ constexpr int64_t kBytesBetweenFaults = 120'000;
 constexpr int64_t kSharedBytesBetweenFaults = 1'500;
 // Those to some that are encoded: the first of a stream, and then smaller ones.
 constexpr int64_t kEncodedBytesBetweenFaults = 40'000;
+constexpr std::chrono::milliseconds kSilenceMax{15};
 
 // Any fixed sequence will do: sticky moves with an end of the episode now and then.
 int32_t ActionOf(int request, int32_t environment) {
@@ -75,11 +76,17 @@ std::vector<size_t> Play(procgen_client::StepStream* stream,
 
 }  // namespace
 
-int64_t BytesBetweenFaults(const Carriage& carriage) {
+FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed, const Carriage& carriage) {
+  FaultProxy::Options options = {
+      .target = target, .seed = seed, .bytes_between_faults = kBytesBetweenFaults};
   if (carriage.transport == v1::TRANSPORT_SHARED_MEMORY) {
-    return kSharedBytesBetweenFaults;
+    options.bytes_between_faults = kSharedBytesBetweenFaults;
+    // What goes past gRPC goes past the network, too.
+    options.silence_max = carriage.direct_line ? kSilenceMax : std::chrono::milliseconds::zero();
+  } else if (carriage.encoding != v1::ENCODING_RAW) {
+    options.bytes_between_faults = kEncodedBytesBetweenFaults;
   }
-  return carriage.encoding == v1::ENCODING_RAW ? kBytesBetweenFaults : kEncodedBytesBetweenFaults;
+  return options;
 }
 
 v1::PoolSpec TracedSpec(const Carriage& carriage) {
@@ -95,12 +102,13 @@ v1::PoolSpec TracedSpec(const Carriage& carriage) {
 }
 
 std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
-                            const std::function<bool(size_t)>& goes_on,
+                            const Carriage& carriage, const std::function<bool(size_t)>& goes_on,
                             const std::function<void()>& when_attached) {
   const auto client = procgen_client::Client::Connect(address);
   EXPECT_THAT(client, IsOk());
-  const auto stream =
-      (*client)->Attach(pool, {.requests_in_flight_max = 3, .response_bytes_max = kResponseBytes});
+  const auto stream = (*client)->Attach(pool, {.requests_in_flight_max = 3,
+                                               .response_bytes_max = kResponseBytes,
+                                               .direct_line = carriage.direct_line});
   EXPECT_THAT(stream, IsOk());
   when_attached();
   return Play(stream->get(), goes_on);
@@ -115,14 +123,14 @@ void ExpectNothingIsLost(const std::string& address, uint32_t seed, int break_co
   ASSERT_THAT(pool, IsOk());
   ASSERT_THAT(other_pool, IsOk());
 
-  FaultProxy proxy(
-      {.target = address, .seed = seed, .bytes_between_faults = BytesBetweenFaults(carriage)});
+  FaultProxy proxy(BadNetwork(address, seed, carriage));
   const std::vector<size_t> trace = TraceAt(
-      proxy.address(), pool->name(),
+      proxy.address(), pool->name(), carriage,
       [&](size_t /*answers*/) { return proxy.break_count() < break_count; },
       [&] { proxy.SetFaults(true); });
   const std::vector<size_t> undisturbed = TraceAt(
-      address, other_pool->name(), [&](size_t answers) { return answers < trace.size(); }, [] {});
+      address, other_pool->name(), {}, [&](size_t answers) { return answers < trace.size(); },
+      [] {});
   EXPECT_GE(proxy.break_count(), break_count);
   EXPECT_GT(trace.size(), static_cast<size_t>(break_count) / 2);
   EXPECT_EQ(trace, undisturbed);

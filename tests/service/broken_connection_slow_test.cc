@@ -17,7 +17,8 @@ TEST_P(BrokenConnectionSlowTest, NothingIsLostInAThousandBreaks) {
 INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(kCarriages),
                          [](const testing::TestParamInfo<Carriage>& carriage) {
                            return v1::Transport_Name(carriage.param.transport) + "_" +
-                                  v1::Encoding_Name(carriage.param.encoding);
+                                  v1::Encoding_Name(carriage.param.encoding) +
+                                  (carriage.param.direct_line ? "" : "_BY_GRPC");
                          });
 
 }  // namespace

@@ -20,9 +20,9 @@ ClusterCredentials::ClusterCredentials(const std::string& cluster) {
   files_.MakeAuthority("ca");
   files_.Make("ca", "node", "/CN=node", "DNS:node");
   files_.Write("governance.xml", Template("governance.xml"));
-  files_.Write("permissions.xml", absl::StrReplaceAll(Template("permissions.xml"),
-                                                      {{"SUBJECT", "CN=node"},
-                                                       {"CLUSTER", cluster}}));
+  files_.Write("permissions.xml",
+               absl::StrReplaceAll(Template("permissions.xml"),
+                                   {{"SUBJECT", "CN=node"}, {"CLUSTER", cluster}}));
   files_.Sign("ca", "governance.xml", "governance.p7s");
   files_.Sign("ca", "permissions.xml", "permissions.p7s");
 }

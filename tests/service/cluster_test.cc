@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
@@ -77,15 +77,14 @@ class Node {
   }
 
   bool TellsIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
-    return Tells([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; },
-                 timeout);
+    return Tells([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; }, timeout);
   }
 
  private:
   static std::vector<std::string> FlagsOf(const std::string& node_id, const std::string& cluster,
                                           const std::vector<std::string>& flags) {
-    std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1",
-                                    "--node_id=" + node_id, "--cluster=" + cluster,
+    std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1", "--node_id=" + node_id,
+                                    "--cluster=" + cluster,
                                     absl::StrCat("--cluster_domain=", getpid() % 100)};
     all.insert(all.end(), flags.begin(), flags.end());
     return all;
@@ -107,8 +106,11 @@ class Node {
 
 class ClusterServiceTest : public testing::Test {
  protected:
+  // That no other test has, nor one of another process.
   const std::string cluster_ = absl::StrCat(
-      testing::UnitTest::GetInstance()->current_test_info()->name(), "-", getpid());
+      "test-", getpid(), "-",
+      absl::Hex(absl::HashOf(
+          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))));
 };
 
 TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {

@@ -85,6 +85,9 @@ class Link {
   }
   // A fault is due.
   bool IsSpent() const { return bytes_left_ == 0; }
+  // When something passed last, or the last fault was.
+  Steady::time_point active_at() const { return active_at_; }
+  void NoteActivity(Steady::time_point now) { active_at_ = now; }
   void Allow(int64_t bytes) { bytes_left_ = bytes; }
 
   void Cut() {
@@ -133,6 +136,7 @@ class Link {
       if (count < 0) {
         return errno == EAGAIN;
       }
+      active_at_ = Steady::now();
       flow->buffer.erase(0, static_cast<size_t>(count));
       bytes_left_ -= counts ? count : 0;
     }
@@ -147,6 +151,7 @@ class Link {
   const int server_;
   std::array<Flow, 2> flows_;
   int64_t bytes_left_;  // until the next fault
+  Steady::time_point active_at_ = Steady::now();
   Steady::time_point held_until_;
   bool is_doomed_ = false;
 };
@@ -200,16 +205,21 @@ class FaultProxy::Loop {
     }
     polled.push_back({listener_, POLLIN, 0});
     const Steady::time_point now = Steady::now();
-    int timeout_ms = -1;
+    Steady::time_point next = Steady::time_point::max();
     for (const Link& link : links_) {
-      if (!link.IsHeld(now)) {
-        link.AddTo(&polled);
+      if (link.IsHeld(now)) {
+        next = std::min(next, link.held_until());
         continue;
       }
-      const auto rest =
-          std::chrono::ceil<std::chrono::milliseconds>(link.held_until() - now).count();
-      timeout_ms =
-          timeout_ms < 0 ? static_cast<int>(rest) : std::min(timeout_ms, static_cast<int>(rest));
+      link.AddTo(&polled);
+      if (HarmsSilence()) {
+        next = std::min(next, link.active_at() + options_.silence_max);
+      }
+    }
+    int timeout_ms = -1;
+    if (next != Steady::time_point::max()) {
+      const auto rest = std::chrono::ceil<std::chrono::milliseconds>(next - now).count();
+      timeout_ms = static_cast<int>(std::max(int64_t{0}, int64_t{rest}));
     }
     return Poll(&polled, timeout_ms);
   }
@@ -251,7 +261,12 @@ class FaultProxy::Loop {
     if (!link->Pump(proxy_->faults_)) {
       return false;
     }
-    return !link->IsSpent() || Strike(link, now);
+    const bool was_silent = HarmsSilence() && now - link->active_at() >= options_.silence_max;
+    return !(link->IsSpent() || was_silent) || Strike(link, now);
+  }
+
+  bool HarmsSilence() const {
+    return proxy_->faults_ && options_.silence_max > std::chrono::milliseconds::zero();
   }
 
   bool Strike(Link* link, Steady::time_point now) {
@@ -259,6 +274,7 @@ class FaultProxy::Loop {
         now + std::chrono::milliseconds(std::uniform_int_distribution<>(1, kHoldMsMax)(random_));
     const int fault = std::uniform_int_distribution<>(0, 5)(random_);
     link->Allow(NextFaultBytes());
+    link->NoteActivity(now);
     if (fault == 0) {
       link->Hold(until, /*is_doomed=*/false);
       return true;
@@ -300,6 +316,11 @@ FaultProxy::FaultProxy(const Options& options) : wake_fd_(eventfd(0, EFD_CLOEXEC
   loop_ = std::make_unique<Loop>(this, options, wake_fd_);
   address_ = "127.0.0.1:" + std::to_string(loop_->port());
   thread_ = std::thread([this] { loop_->Run(); });
+}
+
+void FaultProxy::SetFaults(bool enabled) {
+  faults_ = enabled;
+  eventfd_write(wake_fd_, 1);
 }
 
 void FaultProxy::Freeze() {

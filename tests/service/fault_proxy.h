@@ -2,6 +2,7 @@
 #define TESTS_SERVICE_FAULT_PROXY_H_
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,13 +17,15 @@ namespace procgen {
 //  - half-closes: one end is told that no more comes, what it sends still arrives;
 //  - stalls: for a while nothing passes, then it cuts;
 //  - delays: for a while nothing passes, then it goes on.
-// What it does and when, in bytes, follows from the seed.
+// What it does and when, in bytes, follows from the seed (but not when a connection is silent).
 class FaultProxy {
  public:
   struct Options {
     std::string target;  // "127.0.0.1:PORT" of the server
     uint32_t seed = 1;
     int64_t bytes_between_faults = 1000;  // in the mean, of a connection, both ways together
+    // Harms connections that were silent for so long, too; 0: not for that.
+    std::chrono::milliseconds silence_max{0};
   };
 
   explicit FaultProxy(const Options& options);
@@ -34,7 +37,7 @@ class FaultProxy {
   // Where it listens, "127.0.0.1:PORT".
   const std::string& address() const { return address_; }
   // Until the first call with true, all bytes pass.
-  void SetFaults(bool enabled) { faults_ = enabled; }
+  void SetFaults(bool enabled);
   // Nothing passes any more, and nobody is told: the network is gone.
   void Freeze();
   // Connections that it broke: all faults but delays.

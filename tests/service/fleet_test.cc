@@ -82,24 +82,16 @@ class FleetTest : public testing::Test {
     status.healthy = true;
     nodes_[node_id] = std::move(process);
     list_.Set(status);
-    NodesChanged();
-  }
-
-  void NodesChanged() {
-    if (fleet_ != nullptr) {
-      fleet_->OnNodesChanged();
-    }
   }
 
   void StartFleet(int64_t snapshot_requests = 50) {
     server_ = StartServer([&](Metrics* metrics) {
       FleetOptions options;
       options.nodes = [this] { return list_.Nodes(); };
+      options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
       options.snapshot_requests = snapshot_requests;
       options.wait_max = absl::Seconds(20);
-      auto fleet = std::make_unique<Fleet>(options, metrics);
-      fleet_ = fleet.get();
-      return fleet;
+      return std::make_unique<Fleet>(options, metrics);
     });
   }
 
@@ -136,7 +128,6 @@ class FleetTest : public testing::Test {
   NodeList list_;
   std::map<std::string, std::unique_ptr<ServerProcess>> nodes_;
   std::unique_ptr<Server> single_;
-  Fleet* fleet_ = nullptr;
   std::unique_ptr<Server> server_;
 };
 
@@ -214,6 +205,9 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   ExpectSameTrace(Script(), [&](int index) {
     if (index == 150) {
       nodes_["b"]->Signal(SIGTERM);
+      NodeStatus status = list_.Nodes().back();
+      status.draining = true;
+      list_.Set(status);
       drained = std::move(nodes_["b"]);
     }
   });

@@ -18,6 +18,7 @@
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
+#include "procgen_client/direct_line.h"
 #include "procgen_client/grpc_error.h"
 #include "server/rpc/server.h"
 #include "tests/service/batch_copy.h"
@@ -273,6 +274,90 @@ TEST_F(SharedMemoryTest, HostileNumbersOfBatchesAreRefused) {
 
 TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
   ExpectNothingIsLost(server_->address(), 5, 30, {.transport = v1::TRANSPORT_SHARED_MEMORY});
+  ExpectNothingIsLost(server_->address(), 6, 30,
+                      {.transport = v1::TRANSPORT_SHARED_MEMORY, .direct_line = false});
+}
+
+// A stream and its direct line, written by hand.
+class DirectLineTest : public SharedMemoryTest {
+ protected:
+  void SetUp() override {
+    SharedMemoryTest::SetUp();
+    pool_ = CreatePool(SharedSpec(MazeSpec(2)));
+    stub_ = v1::StepService::NewStub(
+        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
+    stream_ = stub_->StepPool(&context_);
+    v1::StepPoolRequest attach;
+    attach.mutable_attach()->set_pool(pool_);
+    v1::StepPoolResponse response;
+    ASSERT_TRUE(stream_->Write(attach));
+    ASSERT_TRUE(stream_->Read(&response));
+    line_ = procgen_client::DirectLine::Open(response.attached().shared_memory().direct_line());
+    ASSERT_NE(line_, nullptr);
+    // Answered, so the line is known to be open.
+    ASSERT_TRUE(line_->Send(Observe(1)));
+    ASSERT_TRUE(line_->Receive(&response));
+    EXPECT_EQ(response.sequence_number(), 1);
+    EXPECT_TRUE(response.batch().has_shared_batch());
+  }
+
+  static v1::StepPoolRequest Observe(int64_t number) {
+    v1::StepPoolRequest request;
+    request.set_sequence_number(number);
+    request.mutable_observe();
+    return request;
+  }
+
+  // How the stream ends.
+  absl::Status End() {
+    v1::StepPoolResponse response;
+    EXPECT_FALSE(line_->Receive(&response));
+    EXPECT_FALSE(stream_->Read(&response));
+    return procgen_client::ToAbslStatus(stream_->Finish());
+  }
+
+  std::string pool_;
+  std::unique_ptr<v1::StepService::Stub> stub_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
+  std::unique_ptr<procgen_client::DirectLine> line_;
+};
+
+TEST_F(DirectLineTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
+  ASSERT_TRUE(line_->Send(Observe(2)));
+  ASSERT_TRUE(line_->Send(Observe(99)));
+  v1::StepPoolResponse response;
+  ASSERT_TRUE(line_->Receive(&response));
+  EXPECT_EQ(response.sequence_number(), 2);
+  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kInvalidArgument,
+                              HasSubstr("sequence_number is 99, allowed: 3")));
+}
+
+TEST_F(DirectLineTest, RequestsByTheStreamAreRefusedBesideIt) {
+  ASSERT_TRUE(stream_->Write(Observe(2)));
+  EXPECT_THAT(End(),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("its direct line is open")));
+}
+
+TEST_F(DirectLineTest, WhoHangsUpEndsTheStream) {
+  line_->HangUp();
+  EXPECT_THAT(End(), IsOk());
+  EXPECT_FALSE(client_->GetPool(pool_)->attached());
+}
+
+TEST_F(DirectLineTest, WhoEndsTheStreamEndsTheLine) {
+  ASSERT_TRUE(stream_->WritesDone());
+  EXPECT_THAT(End(), IsOk());
+}
+
+TEST_F(DirectLineTest, ItEndsWithItsPool) {
+  EXPECT_THAT(client_->DeletePool(pool_), IsOk());
+  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kAborted, HasSubstr("was deleted")));
+}
+
+TEST_F(DirectLineTest, ItEndsWithACancelledStream) {
+  context_.TryCancel();
+  EXPECT_EQ(End().code(), absl::StatusCode::kCancelled);
 }
 
 TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {

@@ -74,12 +74,12 @@ class Learners {
 
  private:
   void PlayOverABadNetwork(const std::string& pool, const Carriage& carriage) {
-    FaultProxy proxy({.target = address_,
-                      .seed = uint32_t(random_()),
-                      .bytes_between_faults = 2 * BytesBetweenFaults(carriage)});
+    FaultProxy::Options options = BadNetwork(address_, uint32_t(random_()), carriage);
+    options.bytes_between_faults *= 2;
+    FaultProxy proxy(options);
     const size_t length = 1 + random_() % kTraceMax;
     const std::vector<size_t> trace = TraceAt(
-        proxy.address(), pool, [&](size_t answers) { return answers < length; },
+        proxy.address(), pool, carriage, [&](size_t answers) { return answers < length; },
         [&] { proxy.SetFaults(true); });
     EXPECT_THAT(trace, testing::ElementsAreArray(undisturbed_.begin(),
                                                  undisturbed_.begin() + static_cast<int>(length)));
@@ -125,7 +125,7 @@ std::vector<size_t> UndisturbedTrace(const std::string& address, Client* client)
   const auto pool = client->CreatePool(Spec());
   EXPECT_THAT(pool, IsOk());
   std::vector<size_t> trace = TraceAt(
-      address, pool->name(), [](size_t answers) { return answers < kTraceMax; }, [] {});
+      address, pool->name(), {}, [](size_t answers) { return answers < kTraceMax; }, [] {});
   EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
   return trace;
 }

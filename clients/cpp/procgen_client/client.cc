@@ -97,12 +97,12 @@ absl::StatusOr<v1::Load> Client::GetLoad() {
 }
 
 absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
-  return CallUnary(token_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
+  return CallUnary(terms_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
                    v1::ListNodesRequest());
 }
 
 std::unique_ptr<NodeWatch> Client::WatchNodes() {
-  return std::make_unique<NodeWatch>(cluster_.get(), token_);
+  return std::make_unique<NodeWatch>(cluster_.get(), terms_.token);
 }
 
 absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {

@@ -25,8 +25,8 @@ absl::StatusOr<v1::WatchNodesResponse> NodeWatch::Next() {
   }
   if (end_.ok()) {
     const grpc::Status status = reader_->Finish();
-    end_ = status.ok() ? absl::UnavailableError("the server ended the stream")
-                       : ToAbslStatus(status);
+    end_ =
+        status.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(status);
   }
   return end_;
 }

@@ -48,11 +48,20 @@ class Backoff {
 
 }  // namespace
 
+bool StepStream::Connection::Write(const procgen::v1::StepPoolRequest& request) {
+  return line == nullptr ? stream->Write(request) : line->Send(request);
+}
+
+bool StepStream::Connection::Read(procgen::v1::StepPoolResponse* response) {
+  return line == nullptr ? stream->Read(response) : line->Receive(response);
+}
+
 StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
                        const std::string& pool, const StreamOptions& options)
     : stub_(stub),
       token_(std::move(token)),
       reconnect_timeout_(options.reconnect_timeout),
+      wants_direct_line_(options.direct_line),
       pipeline_(options.pipeline) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
@@ -114,6 +123,9 @@ absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attach
     return status;
   }
   alarm.Cancel();
+  if (wants_direct_line_) {
+    connection->line = DirectLine::Open(response.attached().shared_memory().direct_line());
+  }
   {
     absl::MutexLock lock(&mutex_);
     connection_ = connection;
@@ -206,7 +218,7 @@ absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
     unanswered = unanswered_;
   }
   for (const procgen::v1::StepPoolRequest& request : unanswered) {
-    if (!connection->stream->Write(request)) {
+    if (!connection->Write(request)) {
       return EndOf(connection.get(), is_broken);
     }
   }
@@ -299,7 +311,7 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
   // Not in what is sent again: attaching tells what is held as a whole.
   const std::vector<int32_t> released = held_->TakeReleased();
   request.mutable_released_batches()->Assign(released.begin(), released.end());
-  connection->stream->Write(request);
+  connection->Write(request);
   return number;
 }
 
@@ -333,13 +345,13 @@ absl::Status StepStream::Receive(Batch* batch) {
 
 bool StepStream::ReadAnswer(Batch* batch) {
   const std::shared_ptr<Connection> connection = this->connection();
-  if (!connection->stream->Read(&batch->response_)) {
+  if (!connection->Read(&batch->response_)) {
     return false;
   }
   batch->Begin();
   bool last = batch->response_.batch().last() || batch->response_.has_done();
   while (!last) {
-    if (!connection->stream->Read(&part_)) {
+    if (!connection->Read(&part_)) {
       return false;
     }
     batch->Append(part_.batch());
@@ -397,6 +409,9 @@ absl::Status StepStream::Close() {
     status_ = absl::FailedPreconditionError("the stream is closed");
   }
   const std::shared_ptr<Connection> connection = this->connection();
+  if (connection->line != nullptr) {
+    connection->line->HangUp();
+  }
   connection->stream->WritesDone();
   while (connection->stream->Read(&part_)) {
   }

@@ -17,6 +17,7 @@
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/direct_line.h"
 #include "procgen_client/observation_decoder.h"
 #include "procgen_client/shared_mapping.h"
 
@@ -41,6 +42,9 @@ struct StreamOptions {
   // Of a pool with TRANSPORT_SHARED_MEMORY: how many Batches may be held besides those of
   // unanswered requests; 0: 2. Each takes memory for two observations of each environment.
   int32_t held_batches_max = 0;
+  // Of such a pool: messages go past gRPC by a unix socket, where it can be reached, which is
+  // several times cheaper. False: by gRPC's stream, where its interceptors see them.
+  bool direct_line = true;
 };
 
 // One learner's hold of one pool. Made by Client::Attach, which it must not outlive.
@@ -115,6 +119,12 @@ class StepStream {
   struct Connection {
     grpc::ClientContext context;
     std::unique_ptr<ReaderWriter> stream;
+    // Bears the messages after attach; null: the stream does.
+    std::unique_ptr<DirectLine> line;
+
+    // False: it has ended.
+    bool Write(const procgen::v1::StepPoolRequest& request);
+    bool Read(procgen::v1::StepPoolResponse* response);
   };
 
   StepStream(procgen::v1::StepService::Stub* stub, std::string token, const std::string& pool,
@@ -153,6 +163,7 @@ class StepStream {
   procgen::v1::StepService::Stub* const stub_;
   const std::string token_;  // empty: none
   const absl::Duration reconnect_timeout_;
+  const bool wants_direct_line_;
   int32_t pipeline_;  // 0: until it is attached
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;      // at first

@@ -12,9 +12,10 @@ from typing import Any
 
 import grpc
 
+from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part
+from procgen_client._wire import Part, read_response
 from procgen_client.encoding import decoder_for
 from procgen_client.errors import (
     AbortedError,
@@ -55,6 +56,9 @@ class Stream:
     Attributes:
         attached: What the server answered to the first attach.
         mapping: The memory that the pool shares. None: values are received.
+
+    A pool that shares memory may offer a direct line, which bears the messages from then on; the
+    call tells how the stream ended all the same.
     """
 
     def __init__(
@@ -87,6 +91,7 @@ class Stream:
         self._unanswered: deque[step_pb2.StepPoolRequest] = deque()
         self._call: Any = None  # grpc's iterator of responses, which has no type of its own
         self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
+        self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
         except _BrokenConnectionError as broken:
@@ -118,14 +123,14 @@ class Stream:
         self._next_sequence_number += 1
         self._unanswered.append(request)
         if self.mapping is None:
-            self._requests.put(request)
+            self._put(request)
         else:
             # So that the batches of answers that have arrived are not kept for repetition.
             request.acknowledged_sequence_number = self._unanswered[0].sequence_number - 1
             # Not in what is sent again: attaching tells what is held as a whole.
             sent = step_pb2.StepPoolRequest(released_batches=self.mapping.take_released())
             sent.MergeFrom(request)
-            self._requests.put(sent)
+            self._put(sent)
         return request.sequence_number
 
     def receive(self) -> list[Part]:
@@ -150,7 +155,7 @@ class Stream:
 
     def close(self) -> None:
         """Ends the stream; requests in flight are carried out, and their answers lost."""
-        self._requests.put(None)
+        self._end_requests()
         try:
             for _ in self._call:  # Until the server says that the stream has ended.
                 pass
@@ -162,9 +167,20 @@ class Stream:
 
     def drop(self) -> None:
         """Ends the stream at once."""
-        self._requests.put(None)
+        self._end_requests()
         if self._call is not None:
             self._call.cancel()
+
+    def _put(self, request: step_pb2.StepPoolRequest) -> None:
+        if self._line is None:
+            self._requests.put(request)
+        else:
+            self._line.send(request)
+
+    def _end_requests(self) -> None:
+        self._requests.put(None)
+        if self._line is not None:
+            self._line.hang_up()
 
     def _read_answer(self, sequence_number: int) -> list[Part]:
         parts: list[Part] = []
@@ -216,7 +232,8 @@ class Stream:
 
     def _next_response(self) -> Part | step_pb2.StepPoolResponse:
         try:
-            return next(self._call)
+            message = None if self._line is None else self._line.receive()
+            return next(self._call) if message is None else read_response(message)
         except StopIteration:
             # The server took the connection's end for that of the stream.
             self.drop()
@@ -236,6 +253,7 @@ class Stream:
 
     def _open(self, **arguments: Any) -> step_pb2.Attached:  # noqa: ANN401
         self._requests = queue.SimpleQueue()
+        self._line = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
         self._requests.put(step_pb2.StepPoolRequest(attach=self._attach))
@@ -252,6 +270,7 @@ class Stream:
             except ProcgenError:
                 self.drop()
                 raise
+            self._line = DirectLine.open(response.attached.shared_memory.direct_line)
         return response.attached
 
     def _map(self, memory: step_pb2.SharedMemory) -> None:
@@ -285,7 +304,7 @@ class Stream:
                 continue
             self._check_stands_where_left(attached)
             for request in self._unanswered:
-                self._requests.put(request)
+                self._put(request)
             return
 
     def _open_by(self, deadline: float) -> step_pb2.Attached:

@@ -17,18 +17,22 @@ _PROXY_VARIABLE = "PROCGEN_FAULT_PROXY"
 class Proxy:
     """The program fault-proxy: a bad network (tests/service/fault_proxy.h)."""
 
-    def __init__(self, target: str, seed: int, bytes_between_faults: int) -> None:
+    def __init__(
+        self, target: str, seed: int, bytes_between_faults: int, silence_max_ms: int = 0
+    ) -> None:
         program = os.environ.get(_PROXY_VARIABLE)
         if program is None:
             pytest.skip(f"set {_PROXY_VARIABLE}")
         self._process = subprocess.Popen(
-            [program, target, str(seed), str(bytes_between_faults)],
+            [program, target, str(seed), str(bytes_between_faults), str(silence_max_ms)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
         )
         assert self._process.stdout is not None
-        self.address = self._process.stdout.readline().removeprefix("listening on ").strip()
+        line = self._process.stdout.readline()
+        assert line.startswith("listening on "), "the program has ended"
+        self.address = line.removeprefix("listening on ").strip()
 
     def stop(self) -> int:
         """Ends it and gives how many connections it broke."""

@@ -17,6 +17,7 @@ from bad_network import Proxy, connected
 from conftest import server_binary
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
 
@@ -216,8 +217,14 @@ def test_what_is_held_stays_over_streams_of_a_pool(server: ServerProcess) -> Non
             np.testing.assert_array_equal(held, content)
 
 
-def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Client) -> None:
-    proxy = Proxy(server.address, 7, 3000)
+@pytest.mark.parametrize("direct_line", [True, False])
+def test_what_is_held_stays_on_a_bad_network(
+    server: ServerProcess, client: Client, monkeypatch: pytest.MonkeyPatch, *, direct_line: bool
+) -> None:
+    # A direct line goes past the network, and ends with the connection beside it.
+    if not direct_line:
+        monkeypatch.setattr(DirectLine, "open", lambda _: None)
+    proxy = Proxy(server.address, 7, 3000, silence_max_ms=10 if direct_line else 0)
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
@@ -228,7 +235,7 @@ def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Clie
                 except errors.ProcgenError:
                     pass
             held = []
-            for step in range(300):
+            for step in range(500 if direct_line else 300):
                 batch = other.step(_actions(step))
                 _assert_equal(undisturbed.step(_actions(step)), batch)
                 held.append((batch.observations, batch.observations.copy()))
@@ -237,6 +244,31 @@ def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Clie
                     np.testing.assert_array_equal(observations, content)
                 del batch
     assert proxy.stop() >= 10
+
+
+def test_a_direct_line_bears_the_messages_and_the_call_their_errors(client: Client) -> None:
+    with _create(client) as pool:
+        pool.attach()
+        stream = pool._stream
+        assert stream is not None
+        assert stream._line is not None
+        pool.step([4] * _ENV_COUNT)
+        with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
+            pool.step([4] * _ENV_COUNT, next_levels={99: 1})
+
+
+def test_without_a_direct_line_the_stream_does(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nowhere(offer: step_pb2.DirectLine) -> DirectLine | None:
+        return open_line(step_pb2.DirectLine(socket_name="nobody-listens", key=offer.key))
+
+    open_line = DirectLine.open
+    monkeypatch.setattr(DirectLine, "open", nowhere)
+    with _create(client) as pool:
+        assert pool.step([4] * _ENV_COUNT).observations is not None
+        assert pool._stream is not None
+        assert pool._stream._line is None
 
 
 def test_who_takes_over_has_all_batches(client: Client) -> None:

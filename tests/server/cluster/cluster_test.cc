@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -26,8 +27,8 @@ using ::testing::IsEmpty;
 // A cluster that no other test has, and ports that few have.
 ClusterOptions Options(const std::string& node_id) {
   ClusterOptions options;
-  options.name =
-      absl::StrCat(::testing::UnitTest::GetInstance()->current_test_info()->name(), "-", getpid());
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  options.name = absl::StrCat("test-", getpid(), "-", absl::Hex(absl::HashOf(test)));
   options.domain_id = getpid() % 100;
   options.node_id = node_id;
   options.address = "127.0.0.1:50051";

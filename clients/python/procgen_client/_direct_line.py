@@ -1,0 +1,64 @@
+"""A stream's messages past gRPC: the learner's side of procgen.v1.DirectLine."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+from procgen_client._proto import step_pb2
+
+_LENGTH = struct.Struct("=I")
+_RECEIVE_BYTES = 1 << 16
+
+
+class DirectLine:
+    """A unix socket that bears the messages of a stream whose pool shares memory.
+
+    Threads: one may send while another receives.
+    """
+
+    @classmethod
+    def open(cls, offer: step_pb2.DirectLine) -> DirectLine | None:
+        """Connects; None: that cannot be done from here, and gRPC's stream does as well."""
+        line = socket.socket(socket.AF_UNIX)
+        try:
+            line.connect("\0" + offer.socket_name)
+            line.sendall(offer.key)
+        except OSError:
+            line.close()
+            return None
+        return cls(line)
+
+    def __init__(self, line: socket.socket) -> None:
+        """Takes over a socket that has shown its key."""
+        self._line = line
+        self._received = b""
+
+    def send(self, request: step_pb2.StepPoolRequest) -> None:
+        """Sends a request; that the line has ended, only receive finds."""
+        message = request.SerializeToString()
+        try:
+            self._line.sendall(_LENGTH.pack(len(message)) + message)
+        except OSError:
+            pass
+
+    def receive(self) -> bytes | None:
+        """Waits for the next serialised response. None: the line has ended."""
+        header = self._take(_LENGTH.size)
+        return self._take(_LENGTH.unpack(header)[0]) if header else None
+
+    def hang_up(self) -> None:
+        """Ends the line for both sides."""
+        self._line.close()
+
+    def _take(self, count: int) -> bytes | None:
+        while len(self._received) < count:
+            try:
+                received = self._line.recv(_RECEIVE_BYTES)
+            except OSError:
+                return None
+            if not received:
+                return None
+            self._received += received
+        taken, self._received = self._received[:count], self._received[count:]
+        return taken

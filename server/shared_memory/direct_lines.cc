@@ -1,0 +1,204 @@
+#include "server/shared_memory/direct_lines.h"
+
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+
+namespace procgen {
+namespace {
+
+// Who has come must show its key within so many seconds, and so many may be about it.
+constexpr int kKeySeconds = 10;
+constexpr int kUnknownMax = 64;
+constexpr absl::Duration kNoDescriptorsPause = absl::Milliseconds(100);
+
+std::string RandomBytes(size_t count) {
+  std::string bytes(count, '\0');
+  // Up to 256 bytes are given whole, and without an error, on any Linux of today.
+  while (getrandom(bytes.data(), count, 0) != static_cast<ssize_t>(count)) {
+  }
+  return bytes;
+}
+
+bool IsOfThisUser(int connection) {
+  ucred peer = {};
+  socklen_t size = sizeof(peer);
+  return getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
+         peer.uid == geteuid();
+}
+
+void SetPatience(int connection, int seconds) {
+  const timeval patience = {.tv_sec = seconds, .tv_usec = 0};
+  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+}
+
+// Binds to a name that has no file: it begins with a byte 0.
+bool BindTo(int socket, absl::string_view name) {
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  std::copy(name.begin(), name.end(), address.sun_path + 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  return bind(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DirectLines>> DirectLines::Open(size_t message_bytes_max) {
+  const std::string name =
+      absl::StrCat("procgen-server-", absl::BytesToHexString(RandomBytes(kKeyBytes)));
+  const int listening = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (listening < 0 || !BindTo(listening, name) || listen(listening, SOMAXCONN) != 0) {
+    const absl::Status status = absl::ResourceExhaustedError(
+        absl::StrCat("cannot listen on a unix socket for learners that share memory: ",
+                     std::generic_category().message(errno)));
+    if (listening >= 0) {
+      close(listening);
+    }
+    return status;
+  }
+  return std::unique_ptr<DirectLines>(new DirectLines(listening, name, message_bytes_max));
+}
+
+DirectLines::DirectLines(int socket, std::string socket_name, size_t message_bytes_max)
+    : socket_(socket),
+      socket_name_(std::move(socket_name)),
+      message_bytes_max_(message_bytes_max),
+      accepting_([this] { AcceptUntilStopped(); }) {}
+
+DirectLines::~DirectLines() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stopping_ = true;
+  }
+  shutdown(socket_, SHUT_RDWR);
+  accepting_.join();
+  std::list<Visit> visits;
+  {
+    absl::MutexLock lock(&mutex_);
+    visits.swap(visits_);
+    for (const Visit& visit : visits) {
+      if (!visit.is_over) {
+        visit.line->HangUp();
+      }
+    }
+  }
+  for (Visit& visit : visits) {
+    visit.thread.join();
+  }
+  close(socket_);
+}
+
+std::string DirectLines::Expect(std::weak_ptr<DirectLineUser> user) {
+  std::string key = RandomBytes(kKeyBytes);
+  absl::MutexLock lock(&mutex_);
+  expected_[key] = std::move(user);
+  return key;
+}
+
+void DirectLines::Forget(const std::string& key) {
+  absl::MutexLock lock(&mutex_);
+  expected_.erase(key);
+}
+
+std::shared_ptr<DirectLineUser> DirectLines::Claim(absl::string_view key) {
+  absl::MutexLock lock(&mutex_);
+  const auto place = expected_.find(std::string(key));
+  if (place == expected_.end()) {
+    return nullptr;
+  }
+  const std::weak_ptr<DirectLineUser> user = std::move(place->second);
+  expected_.erase(place);
+  return user.lock();
+}
+
+void DirectLines::AcceptUntilStopped() {
+  while (true) {
+    const int connection = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
+    const int error = connection < 0 ? errno : 0;
+    Reap();
+    {
+      absl::MutexLock lock(&mutex_);
+      if (stopping_) {
+        if (connection >= 0) {
+          close(connection);
+        }
+        return;
+      }
+    }
+    if (connection >= 0) {
+      Begin(connection);
+    } else if (error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM) {
+      absl::SleepFor(kNoDescriptorsPause);
+    }
+  }
+}
+
+void DirectLines::Begin(int connection) {
+  auto line = std::make_shared<DirectLine>(connection, message_bytes_max_);
+  absl::MutexLock lock(&mutex_);
+  if (stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection)) {
+    return;
+  }
+  ++unknown_count_;
+  Visit& visit = visits_.emplace_back();
+  visit.line = line;
+  visit.thread = std::thread([this, &visit, line = std::move(line)] {
+    Receive(line);
+    absl::MutexLock over(&mutex_);
+    visit.is_over = true;
+    visit.line = nullptr;
+  });
+}
+
+void DirectLines::Receive(const std::shared_ptr<DirectLine>& line) {
+  SetPatience(line->descriptor(), kKeySeconds);
+  const absl::StatusOr<absl::string_view> key = line->ReceiveBytes(kKeyBytes);
+  SetPatience(line->descriptor(), 0);
+  std::shared_ptr<DirectLineUser> user = key.ok() ? Claim(*key) : nullptr;
+  {
+    absl::MutexLock lock(&mutex_);
+    --unknown_count_;
+  }
+  if (user == nullptr) {
+    line->HangUp();
+    return;
+  }
+  user->OnLineOpened(line);
+  absl::StatusOr<absl::string_view> message;
+  do {
+    message = line->Receive();
+  } while (user->OnLineMessage(message) && message.ok());
+}
+
+void DirectLines::Reap() {
+  std::list<Visit> over;
+  {
+    absl::MutexLock lock(&mutex_);
+    for (auto visit = visits_.begin(); visit != visits_.end();) {
+      const auto next = std::next(visit);
+      if (visit->is_over) {
+        over.splice(over.end(), visits_, visit);
+      }
+      visit = next;
+    }
+  }
+  for (Visit& visit : over) {
+    visit.thread.join();
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,240 @@
+#include "server/shared_memory/direct_lines.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr size_t kMessageBytesMax = 10'000;
+// More than may come without showing a key.
+constexpr int kCrowd = 100;
+
+// A message as it is sent.
+std::string Framed(const std::string& message) {
+  const auto length = static_cast<uint32_t>(message.size());
+  std::string bytes(sizeof(length), '\0');
+  std::memcpy(bytes.data(), &length, sizeof(length));
+  return bytes + message;
+}
+
+// A learner's side, byte by byte.
+class Visitor {
+ public:
+  explicit Visitor(const DirectLines& lines)
+      : socket_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address = {};
+    address.sun_family = AF_UNIX;
+    const std::string& name = lines.socket_name();
+    std::copy(name.begin(), name.end(), address.sun_path + 1);
+    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+    connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), size) == 0;
+  }
+  ~Visitor() { close(socket_); }
+  Visitor(const Visitor&) = delete;
+  Visitor& operator=(const Visitor&) = delete;
+
+  bool connected() const { return connected_; }
+  void Say(const std::string& bytes) const {
+    ASSERT_EQ(send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+  }
+  // All that comes until the line ends or `count` bytes are there.
+  std::string Hear(size_t count = SIZE_MAX) const {
+    std::string heard;
+    char byte = 0;
+    while (heard.size() < count && recv(socket_, &byte, 1, 0) == 1) {
+      heard.push_back(byte);
+    }
+    return heard;
+  }
+
+ private:
+  const int socket_;
+  bool connected_ = false;
+};
+
+// Notes what comes, and answers it with "re: " before it.
+class Stream final : public DirectLineUser {
+ public:
+  void OnLineOpened(std::shared_ptr<DirectLine> line) override {
+    absl::MutexLock lock(&mutex_);
+    line_ = std::move(line);
+  }
+  bool OnLineMessage(const absl::StatusOr<absl::string_view>& message) override {
+    absl::MutexLock lock(&mutex_);
+    if (!message.ok()) {
+      end_ = message.status();
+      line_ = nullptr;
+      return false;
+    }
+    heard_.emplace_back(*message);
+    line_->Send({"re: ", *message});
+    return heard_.size() < 10;
+  }
+
+  std::vector<std::string> heard() {
+    absl::MutexLock lock(&mutex_);
+    return heard_;
+  }
+  // Why the line ended, once it has.
+  absl::Status WaitForEnd() {
+    const auto has_ended = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !end_.ok(); };
+    absl::MutexLock lock(&mutex_, absl::Condition(&has_ended));
+    return end_;
+  }
+
+ private:
+  absl::Mutex mutex_;
+  std::shared_ptr<DirectLine> line_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> heard_ ABSL_GUARDED_BY(mutex_);
+  absl::Status end_ ABSL_GUARDED_BY(mutex_);
+};
+
+class DirectLinesTest : public testing::Test {
+ protected:
+  std::unique_ptr<DirectLines> lines_ = *DirectLines::Open(kMessageBytesMax);
+  std::shared_ptr<Stream> stream_ = std::make_shared<Stream>();
+};
+
+TEST_F(DirectLinesTest, MessagesGoBothWays) {
+  const std::string key = lines_->Expect(stream_);
+  EXPECT_EQ(key.size(), DirectLines::kKeyBytes);
+  const std::string large(kMessageBytesMax, 'x');
+  {
+    const Visitor visitor(*lines_);
+    visitor.Say(key);
+    visitor.Say(Framed("one") + Framed("") + Framed("two").substr(0, 5));
+    const std::string first = Framed("re: one") + Framed("re: ");
+    EXPECT_EQ(visitor.Hear(first.size()), first);
+    visitor.Say(Framed("two").substr(5) + Framed(large));
+    const std::string second = Framed("re: two") + Framed("re: " + large);
+    EXPECT_EQ(visitor.Hear(second.size()), second);
+  }
+  EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+  EXPECT_THAT(stream_->heard(), ElementsAre("one", "", "two", large));
+}
+
+TEST_F(DirectLinesTest, WhoShowsNoKeyIsNotHeard) {
+  const std::string key = lines_->Expect(stream_);
+  for (const std::string& wrong : {std::string(DirectLines::kKeyBytes, 'x'), key.substr(1) + "x"}) {
+    const Visitor visitor(*lines_);
+    visitor.Say(wrong + Framed("let me in"));
+    EXPECT_EQ(visitor.Hear(), "");
+  }
+  EXPECT_THAT(stream_->heard(), IsEmpty());
+}
+
+TEST_F(DirectLinesTest, AKeyIsGoodForOne) {
+  const std::string key = lines_->Expect(stream_);
+  const Visitor first(*lines_);
+  first.Say(key + Framed("first"));
+  EXPECT_EQ(first.Hear(8), Framed("re: first").substr(0, 8));
+  const Visitor second(*lines_);
+  second.Say(key + Framed("second"));
+  EXPECT_EQ(second.Hear(), "");
+  EXPECT_THAT(stream_->heard(), ElementsAre("first"));
+}
+
+TEST_F(DirectLinesTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
+  const std::string forgotten = lines_->Expect(stream_);
+  lines_->Forget(forgotten);
+  const std::string of_nobody = lines_->Expect(std::weak_ptr<Stream>());
+  for (const std::string& key : {forgotten, of_nobody}) {
+    const Visitor visitor(*lines_);
+    visitor.Say(key);
+    EXPECT_EQ(visitor.Hear(), "");
+  }
+}
+
+TEST_F(DirectLinesTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
+  const Visitor visitor(*lines_);
+  visitor.Say(lines_->Expect(stream_));
+  visitor.Say(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
+  EXPECT_THAT(stream_->WaitForEnd(),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("a request of 10001 bytes, limit request_bytes_max is 10000")));
+  EXPECT_EQ(visitor.Hear(), "");
+}
+
+TEST_F(DirectLinesTest, AStreamThatWantsNoMoreEndsTheLine) {
+  const Visitor visitor(*lines_);
+  visitor.Say(lines_->Expect(stream_));
+  for (int i = 0; i < 10; ++i) {
+    visitor.Say(Framed("?"));
+  }
+  EXPECT_EQ(visitor.Hear(90).size(), 90);
+  EXPECT_EQ(stream_->heard().size(), 10);
+}
+
+TEST_F(DirectLinesTest, WhoSaysNothingKeepsNobodyOutForLong) {
+  std::vector<std::unique_ptr<Visitor>> silent;
+  silent.reserve(kCrowd);
+  for (int i = 0; i < kCrowd; ++i) {
+    silent.push_back(std::make_unique<Visitor>(*lines_));
+  }
+  // Those beyond the limit were sent away at once; the others go when they like.
+  EXPECT_EQ(silent.back()->Hear(), "");
+  silent.clear();
+  const std::string key = lines_->Expect(stream_);
+  std::string heard;
+  while (heard.empty()) {
+    const Visitor visitor(*lines_);
+    visitor.Say(key + Framed("now?"));
+    heard = visitor.Hear(4);
+  }
+  EXPECT_THAT(stream_->heard(), ElementsAre("now?"));
+}
+
+TEST_F(DirectLinesTest, AllLinesEndWithIt) {
+  const Visitor visitor(*lines_);
+  visitor.Say(lines_->Expect(stream_));
+  visitor.Say(Framed("?"));
+  EXPECT_EQ(visitor.Hear(9).size(), 9);
+  const Visitor silent(*lines_);
+  lines_ = nullptr;
+  EXPECT_EQ(visitor.Hear(), "");
+  EXPECT_EQ(silent.Hear(), "");
+  EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+}
+
+TEST_F(DirectLinesTest, OtherUsersAreNotLetIn) {
+  if (geteuid() != 0) {
+    GTEST_SKIP() << "only root can try it as another user";
+  }
+  const pid_t child = fork();
+  if (child == 0) {
+    if (setuid(65534) != 0) {
+      _exit(1);
+    }
+    const Visitor visitor(*lines_);
+    const bool connected = visitor.connected();
+    _exit(connected && visitor.Hear().empty() ? 0 : 2);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0) << "it was not sent away before it showed a key";
+}
+
+}  // namespace
+}  // namespace procgen
