@@ -90,6 +90,10 @@ class Fleet:
         """Undoes pause."""
         self._processes[host].send_signal(signal.SIGCONT)
 
+    def is_started(self, host: str) -> bool:
+        """Whether start was called."""
+        return host in self._processes
+
     def exit_status(self, host: str) -> int | None:
         """How its server ended; None: it runs."""
         return self._processes[host].poll()
