@@ -38,6 +38,8 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
+  iproute2                # the hosts of tests/hosts
+  nftables                # and what cuts them off
   fonts-dejavu-core       # the names in that picture
 )
 

@@ -13,9 +13,9 @@ from learner_process import LearnerProcess
 from network import Direction
 from stage import NODES, SPARE, TIMEOUT_S, Stage
 
-_DIRECTIONS: tuple[Direction, ...] = ("to", "from", "both")
+_CUTS: dict[str, Direction] = {"cut to": "to", "cut from": "from", "cut both": "both"}
 # Drains are for nodes alone: a fleet server that drains ends its learners' streams.
-_KINDS = ("kill", "pause", "cut to", "cut from", "cut both", "unplug", "drain")
+KINDS = ("kill", "pause", *_CUTS, "unplug", "drain")
 # Shorter than it takes to notice, and longer.
 _SECONDS = (0.05, 0.3, 1.0, 2.0, 3.5, 6.0)
 
@@ -26,7 +26,7 @@ class Fault:
 
     request: int
     host: str
-    kind: str  # One of _KINDS, or "add": a node comes to stay.
+    kind: str  # One of KINDS, or "add": a node comes to stay.
     seconds: float = 0.0
 
     def __str__(self) -> str:
@@ -45,7 +45,7 @@ def draw(seed: int, request_count: int) -> list[Fault]:
         if host == SPARE:
             faults.append(Fault(request, SPARE, "add"))
             continue
-        kinds = _KINDS[:-1] if host == FLEET else _KINDS
+        kinds = KINDS[:-1] if host == FLEET else KINDS
         faults.append(Fault(request, host, rng.choice(kinds), rng.choice(_SECONDS)))
     return faults
 
@@ -83,12 +83,13 @@ class FaultDriver:
                 return
             heard_time = time.monotonic()
             for fault in by_request[request]:
-                self._begin(fault)
+                self.begin(fault)
 
-    def _begin(self, fault: Fault) -> None:
+    def begin(self, fault: Fault) -> None:
+        """Brings it about; what was out of order on that host before is put in order."""
         # One at a time on a host.
         if fault.host in self._faulty:
-            self._undo(fault.host)
+            self.undo(fault.host)
         fleet, network = self._stage.fleet, self._stage.network
         if fault.kind == "add":
             if not fleet.is_started(fault.host):
@@ -103,8 +104,7 @@ class FaultDriver:
         elif fault.kind == "unplug":
             network.unplug(fault.host)
         else:
-            direction = _DIRECTIONS[_DIRECTIONS.index(fault.kind.removeprefix("cut "))]
-            network.cut(fault.host, direction)
+            network.cut(fault.host, _CUTS[fault.kind])
         self._faulty[fault.host] = fault
         until = time.monotonic() + fault.seconds
         heapq.heappush(self._undone, (until, next(self._order), fault))
@@ -113,9 +113,10 @@ class FaultDriver:
         while self._undone and self._undone[0][0] <= time.monotonic():
             _, _, fault = heapq.heappop(self._undone)
             if self._faulty.get(fault.host) is fault:
-                self._undo(fault.host)
+                self.undo(fault.host)
 
-    def _undo(self, host: str) -> None:
+    def undo(self, host: str) -> None:
+        """Puts in order what is not on that host; without waiting for the time of the fault."""
         fleet, network = self._stage.fleet, self._stage.network
         fault = self._faulty.pop(host)
         if fault.kind == "kill":

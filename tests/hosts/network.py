@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -11,10 +12,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
-# Names of namespaces: procgen-RUN-HOST, where RUN is the process that made it and when it began,
-# so that nobody is taken for it who has its number later.
+# Names of namespaces: procgen-RUN-NETWORK-HOST, where RUN is the process that made it and when it
+# began, so that nobody is taken for it who has its number later.
 _PREFIX = "procgen-"
-_NAME = re.compile(_PREFIX + r"(\d+-\d+)-\w+")
+_NAME = re.compile(_PREFIX + r"(\d+-\d+)-\d+-\w+")
+_network_numbers = itertools.count()
 _FOLDER = Path("/run/netns")
 _SWITCH = "switch"
 # What is seen in no namespace but ours, so it need not be unique.
@@ -45,6 +47,7 @@ class Network:
         """
         remove_leftovers()
         self._hosts = tuple(hosts)
+        self._number = next(_network_numbers)
         self._processes: list[subprocess.Popen[Any]] = []
         try:
             self._make()
@@ -74,7 +77,7 @@ class Network:
     def start(self, host: str, command: Sequence[str], **popen: Any) -> subprocess.Popen[Any]:
         """Starts a program on a host. It is killed when this process ends, at the latest by close."""
         process = subprocess.Popen(
-            ["ip", "netns", "exec", _namespace(host), "setpriv", "--pdeathsig=KILL", *command],
+            ["ip", "netns", "exec", self._namespace(host), "setpriv", "--pdeathsig=KILL", *command],
             **{"stdin": subprocess.DEVNULL, "start_new_session": True, **popen},
         )
         self._processes.append(process)
@@ -83,24 +86,24 @@ class Network:
     def cut(self, host: str, direction: Direction) -> None:
         """Drops all packets in a direction without a word; the host sees that it has a link."""
         if direction in ("to", "both"):
-            _drop_arriving(_namespace(host), "eth0")
+            _drop_arriving(self._namespace(host), "eth0")
         if direction in ("from", "both"):
-            _drop_arriving(_namespace(_SWITCH), _port(host))
+            _drop_arriving(self._namespace(_SWITCH), _port(host))
 
     def heal(self, host: str) -> None:
         """Undoes cut."""
         # To delete a table that is not there is an error, unless it was added just before.
-        _nft(_namespace(host), "add table netdev cut; delete table netdev cut")
+        _nft(self._namespace(host), "add table netdev cut; delete table netdev cut")
         table = f"netdev cut_{host}"
-        _nft(_namespace(_SWITCH), f"add table {table}; delete table {table}")
+        _nft(self._namespace(_SWITCH), f"add table {table}; delete table {table}")
 
     def unplug(self, host: str) -> None:
         """Takes the switch's end of the cable down; the host sees that it has no link."""
-        _ip(_SWITCH, f"link set dev {_port(host)} down")
+        self._ip(_SWITCH, f"link set dev {_port(host)} down")
 
     def plug(self, host: str) -> None:
         """Undoes unplug."""
-        _ip(_SWITCH, f"link set dev {_port(host)} up")
+        self._ip(_SWITCH, f"link set dev {_port(host)} up")
 
     def close(self) -> None:
         """Kills what was started, and removes the hosts."""
@@ -110,21 +113,21 @@ class Network:
         for process in self._processes:
             process.wait()
         for host in (*self._hosts, _SWITCH):
-            _remove(_namespace(host))
+            _remove(self._namespace(host))
 
     def _make(self) -> None:
         for host in (_SWITCH, *self._hosts):
-            _run(["ip", "netns", "add", _namespace(host)])
+            _run(["ip", "netns", "add", self._namespace(host)])
         # Without snooping multicast goes to all, as if each had asked for it.
-        _ip(_SWITCH, "link add bridge0 type bridge mcast_snooping 0", "link set dev bridge0 up")
+        self._ip(_SWITCH, "link add bridge0 type bridge mcast_snooping 0", "link set dev bridge0 up")
         for host in self._hosts:
             port = _port(host)
-            _ip(
+            self._ip(
                 _SWITCH,
-                f"link add {port} type veth peer name eth0 netns {_namespace(host)}",
+                f"link add {port} type veth peer name eth0 netns {self._namespace(host)}",
                 f"link set dev {port} master bridge0 up",
             )
-            _ip(
+            self._ip(
                 host,
                 "link set dev lo up",
                 f"address add {self.address(host)}/24 dev eth0",
@@ -134,6 +137,12 @@ class Network:
         if self._hosts:
             self.cut(self._hosts[0], "both")
             self.heal(self._hosts[0])
+
+    def _namespace(self, host: str) -> str:
+        return f"{_PREFIX}{_run_name(os.getpid())}-{self._number}-{host}"
+
+    def _ip(self, host: str, *lines: str) -> None:
+        _run(["ip", "-n", self._namespace(host), "-batch", "-"], "\n".join(lines) + "\n")
 
 
 def remove_leftovers() -> None:
@@ -168,10 +177,6 @@ def _is_alive(run: str) -> bool:
     return _run_name(int(run.partition("-")[0])) == run
 
 
-def _namespace(host: str) -> str:
-    return f"{_PREFIX}{_run_name(os.getpid())}-{host}"
-
-
 def _port(host: str) -> str:
     return f"port-{host}"
 
@@ -184,10 +189,6 @@ def _drop_arriving(namespace: str, interface: str) -> None:
 
 def _nft(namespace: str, rules: str) -> None:
     _run(["ip", "netns", "exec", namespace, "nft", rules])
-
-
-def _ip(host: str, *lines: str) -> None:
-    _run(["ip", "-n", _namespace(host), "-batch", "-"], "\n".join(lines) + "\n")
 
 
 def _run(command: list[str], text: str = "") -> str:

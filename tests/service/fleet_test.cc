@@ -19,6 +19,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/rpc/server.h"
+#include "tests/service/batch_copy.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
 #include "tests/status_matchers.h"
@@ -214,6 +215,49 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   const absl::Time begin = absl::Now();
   EXPECT_EQ(drained->Wait(), 0);
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
+}
+
+TEST_F(FleetTest, AnAnswerOutlastsTheNodeThatGaveIt) {
+  for (const char* node_id : {"a", "b", "c"}) {
+    StartNode(node_id);
+  }
+  StartFleet();
+  constexpr int kStepCount = 20;
+  const auto last_answer = [](const Server& server, const std::function<void()>& before_last) {
+    const auto client = Connect(server);
+    const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
+    procgen_client::Batch batch;
+    for (int step = 1; step <= kStepCount; ++step) {
+      if (step == kStepCount) {
+        before_last();
+      }
+      const std::vector<int32_t> actions(static_cast<size_t>(stream->env_count()), step % 15);
+      EXPECT_THAT(stream->Step(actions, &batch), IsOk());
+    }
+    return BatchCopy(batch);
+  };
+  const BatchCopy expected = last_answer(*single_, [] {});
+  std::thread operator_thread;
+  const BatchCopy actual = last_answer(*server_, [&] {
+    NodeStatus full = list_.Nodes()[1];
+    full.environment_capacity = 8;
+    list_.Set(full);
+    nodes_["b"]->Signal(SIGSTOP);
+    operator_thread = std::thread([&] {
+      // When the shard on it is done and waits for the others, which are made to wait for "b".
+      NodeStatus drained = list_.Nodes()[0];
+      const auto client = Connect(drained.address);
+      while (client->GetLoad()->step_count() < int64_t{8} * kStepCount) {
+      }
+      drained.draining = true;
+      list_.Set(drained);
+      while (client->GetLoad()->pool_count() > 0) {
+      }
+      nodes_["b"]->Signal(SIGCONT);
+    });
+  });
+  operator_thread.join();
+  EXPECT_TRUE(actual == expected);
 }
 
 class FleetJoinTest : public FleetTest, public testing::WithParamInterface<int> {};
