@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Plays random schedules of faults on hosts, each drawn from a seed.
 
-A schedule passes if the learner saw, bit for bit, what one server shows. One that fails is printed with
-its seed, and its logs are kept; --seed N --count 1 plays it again. Status: 0 all passed, 1 not all,
-77 there can be no network namespaces here.
+A schedule passes if the learner saw, bit for bit, what one server shows. One that fails is printed
+with its seed, and its logs are kept; --seed N --count 1 plays it again. Status: 0 all passed, 1 not
+all, 77 there can be no network namespaces here.
 """
 
 from __future__ import annotations

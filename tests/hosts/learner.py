@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A learner on a host of its own: plays a script against a server and writes down what it saw.
 
-It prints "at N" before it sends request N, for each N of --announce. Before those of --gates it then
-waits for a line on standard input, and looks at the pool meanwhile, which changes nothing.
+It prints "at N" before it sends request N, for each N of --announce. Before those of --gates it
+then waits for a line on standard input, and looks at the pool meanwhile, which changes nothing.
 """
 
 from __future__ import annotations

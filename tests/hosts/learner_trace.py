@@ -66,4 +66,5 @@ def difference(expected: Trace, actual: Trace) -> str | None:
 def _digest(array: np.ndarray | None) -> int:
     if array is None:
         return 0
-    return zlib.crc32(np.ascontiguousarray(array).view(np.uint8), zlib.crc32(repr(array.shape).encode()))
+    shape = zlib.crc32(repr(array.shape).encode())
+    return zlib.crc32(np.ascontiguousarray(array).view(np.uint8), shape)

@@ -75,7 +75,7 @@ class Network:
         return f"{_SUBNET}.{self._hosts.index(host) + 1}"
 
     def start(self, host: str, command: Sequence[str], **popen: Any) -> subprocess.Popen[Any]:
-        """Starts a program on a host. It is killed when this process ends, at the latest by close."""
+        """Starts a program on a host. It is killed when this process ends, or by close."""
         process = subprocess.Popen(
             ["ip", "netns", "exec", self._namespace(host), "setpriv", "--pdeathsig=KILL", *command],
             **{"stdin": subprocess.DEVNULL, "start_new_session": True, **popen},
@@ -119,7 +119,8 @@ class Network:
         for host in (_SWITCH, *self._hosts):
             _run(["ip", "netns", "add", self._namespace(host)])
         # Without snooping multicast goes to all, as if each had asked for it.
-        self._ip(_SWITCH, "link add bridge0 type bridge mcast_snooping 0", "link set dev bridge0 up")
+        bridge = "link add bridge0 type bridge mcast_snooping 0"
+        self._ip(_SWITCH, bridge, "link set dev bridge0 up")
         for host in self._hosts:
             port = _port(host)
             self._ip(

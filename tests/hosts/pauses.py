@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Measures how long a learner of 256 environments on three nodes waits when something happens to one.
+"""Measures how long a learner of 256 environments on three nodes waits when a node fails.
 
-For each kind of fault: nodes in turn, each put in order again some requests later. Prints a table: the
-longest that an answer took between a fault and what undid it, p50 and max over the faults.
+For each kind of fault: nodes in turn, each put in order again some requests later. Prints a table:
+the longest that an answer took between a fault and what undid it, p50 and max over the faults.
 """
 
 from __future__ import annotations
@@ -56,9 +56,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=6, help="faults of a kind (default: 6)")
     rounds = parser.parse_args().rounds
-    script = Script(
-        request_count=_APART * (2 * rounds + 1), env_count=_ENV_COUNT, games=["coinrun"], sent_ahead=1
-    )
+    count = _APART * (2 * rounds + 1)
+    script = Script(request_count=count, env_count=_ENV_COUNT, games=["coinrun"], sent_ahead=1)
     with tempfile.TemporaryDirectory() as folder:
         expected = single_server_trace(script, Path(folder))
     print("| what happens | faults | pause p50 | pause max | other answers, p50 |")

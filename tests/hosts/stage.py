@@ -76,7 +76,9 @@ class Stage:
         """Removes it."""
         self.network.close()
 
-    def learner(self, script: Script, *, announce: tuple[int, ...] = (), gates: tuple[int, ...] = ()) -> LearnerProcess:
+    def learner(
+        self, script: Script, *, announce: tuple[int, ...] = (), gates: tuple[int, ...] = ()
+    ) -> LearnerProcess:
         """Starts a learner, which begins when the fleet server sees all nodes."""
         return LearnerProcess(
             self.network,
