@@ -7,6 +7,21 @@
 #include "server/dm_env_rpc/world_specs.h"
 
 namespace procgen {
+namespace {
+
+// No world has a longer name, in bytes.
+constexpr size_t kWorldNameBytesMax = 69;
+
+// What is no name at all is not looked for: errors repeat names, but not whatever comes.
+absl::Status CheckWorldName(const std::string& name) {
+  if (name.size() > kWorldNameBytesMax) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "world_name is '", Shown(name), "', allowed: at most ", kWorldNameBytesMax, " characters"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
 
 void SetError(const absl::Status& status, dm::EnvironmentResponse* response) {
   response->Clear();
@@ -114,6 +129,14 @@ absl::Status Conversation::CheckJoined() const {
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::shared_ptr<PoolSession>> Conversation::FindWorld(
+    const std::string& name) const {
+  if (absl::Status status = CheckWorldName(name); !status.ok()) {
+    return status;
+  }
+  return sessions_->Find(owner_, name);
+}
+
 void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
   const absl::StatusOr<WorldPlan> plan = ReadWorldSettings(request.settings(), sessions_->limits());
   if (!plan.ok()) {
@@ -131,6 +154,7 @@ void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
 
 void Conversation::JoinWorld(const dm::JoinWorldRequest& request) {
   absl::Status status = CheckNoSettings("join_world", request.settings());
+  status.Update(CheckWorldName(request.world_name()));
   if (play_ != nullptr) {
     status = absl::FailedPreconditionError("a world is joined; leave it before another is joined");
   }
@@ -190,7 +214,7 @@ void Conversation::Reset(const dm::ResetRequest& request) {
 }
 
 void Conversation::ResetWorld(const dm::ResetWorldRequest& request) {
-  absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions_->Find(owner_, request.world_name());
+  absl::StatusOr<std::shared_ptr<PoolSession>> pool = FindWorld(request.world_name());
   if (!pool.ok()) {
     Finish(pool.status());
     return;
@@ -264,17 +288,16 @@ void Conversation::ResetUnjoined(std::shared_ptr<PoolSession> pool,
 }
 
 absl::Status Conversation::DestroyWorld(const dm::DestroyWorldRequest& request) {
-  const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions_->Find(owner_, request.world_name());
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = FindWorld(request.world_name());
   if (!pool.ok()) {
     return pool.status();
   }
   if ((*pool)->attached()) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "world ", (*pool)->name(),
-        play_ != nullptr && play_->world().Is(**pool) ? " is joined by this stream"
-                                                      : " is joined by another stream",
-        ", allowed: one that nobody has joined; leave it first"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("world ", (*pool)->name(),
+                     play_ != nullptr && play_->world().Is(**pool) ? " is joined by this stream"
+                                                                   : " is joined by another stream",
+                     ", allowed: one that nobody has joined; leave it first"));
   }
   return sessions_->Delete(owner_, request.world_name());
 }
@@ -284,8 +307,8 @@ void Conversation::Extend(const google::protobuf::Any& extension) {
   property_response_.Clear();
   if (!extension.Is<dm_properties::PropertyRequest>()) {
     Finish(absl::UnimplementedError(
-        absl::StrCat("the extension has type ", Shown(extension.type_url()), ", offered: ",
-                     dm_properties::PropertyRequest::descriptor()->full_name())));
+        absl::StrCat("the extension has type ", Shown(extension.type_url()),
+                     ", offered: ", dm_properties::PropertyRequest::descriptor()->full_name())));
     return;
   }
   if (!extension.UnpackTo(&property_request_)) {

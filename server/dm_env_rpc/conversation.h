@@ -7,6 +7,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "server/dm_env_rpc/joined_world.h"
 #include "server/dm_env_rpc/properties.h"
@@ -36,8 +37,8 @@ class Conversation {
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
-  // Fills `response`, with an error if there is one, and calls `done` once, on any thread, with that
-  // error or OK. Both must stay valid until then; nothing here is touched afterwards.
+  // Fills `response`, with an error if there is one, and calls `done` once, on any thread, with
+  // that error or OK. Both must stay valid until then; nothing here is touched afterwards.
   void Answer(const dm::EnvironmentRequest& request, dm::EnvironmentResponse* response, Done done);
 
   // Waits for no other stream, now or later: what would is answered with CANCELLED.
@@ -52,6 +53,8 @@ class Conversation {
   // Ends the play of a world that was lost, and tells by what; OK: there is none.
   absl::Status DropLostWorld();
   absl::Status CheckJoined() const;
+  // A world of the owner by its name. Errors: those of Sessions::Find.
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindWorld(const std::string& name) const;
 
   void CreateWorld(const dm::CreateWorldRequest& request);
   void JoinWorld(const dm::JoinWorldRequest& request);

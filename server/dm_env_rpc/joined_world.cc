@@ -28,9 +28,10 @@ void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, 
                        JoinDone done) {
   PoolSession* const session = pool.get();
   if (session->shared_ring() != nullptr) {
-    done(absl::FailedPreconditionError(
-        absl::StrCat("pool ", session->name(), " shares memory with its learners, allowed: one "
-                     "whose observations are sent")));
+    done(
+        absl::FailedPreconditionError(absl::StrCat("pool ", session->name(),
+                                                   " shares memory with its learners, allowed: one "
+                                                   "whose observations are sent")));
     return;
   }
   const std::shared_ptr<JoinedWorld> world(
@@ -142,8 +143,10 @@ void JoinedWorld::InTurn(Work work, Done done) {
 
 void JoinedWorld::Run(const Request& request, const Batch& batch, Done done) {
   request_ = request;
+  asked_time_ = SteadyNow();
   InTurn(
       [this, batch](PoolSession* pool, Done end) {
+        begin_time_ = SteadyNow();
         request_.sequence_number = pool->next_sequence_number();
         const absl::StatusOr<std::optional<Answer>> accepted = pool->Accept(&request_);
         if (!accepted.ok()) {
@@ -152,7 +155,12 @@ void JoinedWorld::Run(const Request& request, const Batch& batch, Done done) {
         }
         pool->RunPart(request_, {request_.first, request_.count}, batch, std::move(end));
       },
-      std::move(done));
+      [this, done = std::move(done)](absl::Status status) mutable {
+        if (status.ok()) {
+          worlds_->metrics_->AddRequest(begin_time_ - asked_time_, SteadyNow() - begin_time_);
+        }
+        done(std::move(status));
+      });
 }
 
 void JoinedWorld::Interrupt(std::shared_ptr<Interruption> interruption) {

@@ -12,7 +12,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
 #include "server/dm_env_rpc/world_settings.h"
+#include "server/metrics/metrics.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -43,11 +45,10 @@ class Interruption {
   Done done_ ABSL_GUARDED_BY(mutex_);  // null: settled
 };
 
-// A pool as a stream has joined it: attached to it, and taking turns. It can be lost at any time: to
-// a stream that takes over, to who deletes the pool, to a lease or a drain; what runs is carried out
-// before the pool is let go.
-// Threads: any method from any thread, but one use (InTurn, Run) at a time, and Leave not during one.
-// Lock order: mutex_ is held by none of the calls out.
+// A pool as a stream has joined it: attached to it, and taking turns. It can be lost at any time:
+// to a stream that takes over, to who deletes the pool, to a lease or a drain; what runs is carried
+// out before the pool is let go. Threads: any method from any thread, but one use (InTurn, Run) at
+// a time, and Leave not during one. Lock order: mutex_ is held by none of the calls out.
 class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
  public:
   using Done = PoolSession::Done;
@@ -92,7 +93,9 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   const PoolSession* const identity_;
   JoinedWorlds* const worlds_;
   const OnDrain on_drain_;
-  Request request_;  // the one that runs
+  Request request_;        // the one that runs
+  absl::Time asked_time_;  // when it was asked
+  absl::Time begin_time_;  // when its turn came
 
   mutable absl::Mutex mutex_;
   std::shared_ptr<PoolSession> pool_ ABSL_GUARDED_BY(mutex_);  // null: let go
@@ -104,6 +107,9 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
 // Who has joined what, of all streams of a server. Threads: any method from any thread.
 class JoinedWorlds {
  public:
+  // What is carried out is counted in `metrics`, which must outlive this.
+  explicit JoinedWorlds(Metrics* metrics) : metrics_(metrics) {}
+
   // Who has joined `pool`; null: nobody.
   std::shared_ptr<JoinedWorld> Find(const PoolSession& pool) const;
 
@@ -111,6 +117,8 @@ class JoinedWorlds {
   friend class JoinedWorld;
   void Add(const PoolSession* pool, std::weak_ptr<JoinedWorld> joined);
   void Remove(const PoolSession* pool, const JoinedWorld* joined);
+
+  Metrics* const metrics_;
 
   mutable absl::Mutex mutex_;
   std::map<const PoolSession*, std::weak_ptr<JoinedWorld>> joined_ ABSL_GUARDED_BY(mutex_);

@@ -20,9 +20,9 @@ struct PropertyFacts {
   Kind kind;
   absl::string_view name;
   dm::DataType type;
-  bool is_of_world;        // otherwise of the server
-  bool is_per_environment; // in a batch, "NAME.I" is that of environment I
-  bool is_list;            // one value has shape [-1], otherwise it is a scalar
+  bool is_of_world;         // otherwise of the server
+  bool is_per_environment;  // in a batch, "NAME.I" is that of environment I
+  bool is_list;             // one value has shape [-1], otherwise it is a scalar
   bool is_readable;
   bool is_writable;
   const char* description;
@@ -235,9 +235,8 @@ void Read(const Sessions& sessions, absl::string_view owner, const std::string& 
 absl::Status WriteNextLevelSeed(const Property& property, const dm::Tensor& value,
                                 WorldPlay* play) {
   const bool is_of_batch = IsOfBatch(property, play);
-  const absl::StatusOr<std::vector<int32_t>> seeds =
-      ReadInt32s(KeyOf(property), value,
-                 is_of_batch ? play->form().shape() : TensorShape::Scalar());
+  const absl::StatusOr<std::vector<int32_t>> seeds = ReadInt32s(
+      KeyOf(property), value, is_of_batch ? play->form().shape() : TensorShape::Scalar());
   if (!seeds.ok()) {
     return seeds.status();
   }
@@ -264,8 +263,7 @@ void Write(const dm_properties::WritePropertyRequest& request, WorldPlay* play,
     done(WriteNextLevelSeed(*property, request.value(), play));
     return;
   }
-  const absl::StatusOr<absl::string_view> snapshot =
-      ReadBytes(KeyOf(*property), request.value());
+  const absl::StatusOr<absl::string_view> snapshot = ReadBytes(KeyOf(*property), request.value());
   if (!snapshot.ok()) {
     done(snapshot.status());
     return;

@@ -12,8 +12,8 @@ namespace procgen {
 
 namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
 
-// Answers a request about properties, of the server and, if `play` is not null, of the world that is
-// played; README.md lists them. `request` and `response` must stay valid until `done`, which is
+// Answers a request about properties, of the server and, if `play` is not null, of the world that
+// is played; README.md lists them. `request` and `response` must stay valid until `done`, which is
 // called once, on any thread. Errors: NOT_FOUND no such property; PERMISSION_DENIED it cannot be
 // read, written or listed; INVALID_ARGUMENT a value that it does not take; those of Pool's
 // SaveStates and RestoreStates.

@@ -31,7 +31,8 @@ class StepValues {
 
   // Tells what is requested but the pictures, which are in the response already. REQUIRES:
   // CheckRequestedObservations.
-  void Fill(const WorldForm& form, const dm::StepRequest& request, dm::StepResponse* response) const;
+  void Fill(const WorldForm& form, const dm::StepRequest& request,
+            dm::StepResponse* response) const;
 
  private:
   // All [N].

@@ -28,9 +28,9 @@ absl::Status WrongType(absl::string_view field, const dm::Tensor& tensor,
 
 std::string ShapeText(const dm::Tensor& tensor) {
   const int shown = std::min(tensor.shape_size(), kShownDimensionsMax);
-  return absl::StrCat(
-      "[", absl::StrJoin(tensor.shape().begin(), tensor.shape().begin() + shown, ", "),
-      shown < tensor.shape_size() ? ", ...]" : "]");
+  return absl::StrCat("[",
+                      absl::StrJoin(tensor.shape().begin(), tensor.shape().begin() + shown, ", "),
+                      shown < tensor.shape_size() ? ", ...]" : "]");
 }
 
 std::string ShapeText(TensorShape shape) {
@@ -194,8 +194,8 @@ absl::StatusOr<std::vector<std::string>> ReadTexts(absl::string_view field,
   if (!tensor.has_strings()) {
     return WrongType(field, tensor, "STRING");
   }
-  const TensorShape shape = tensor.shape_size() == 0 ? TensorShape::Scalar()
-                                                     : TensorShape::List(TensorShape::kAnyLength);
+  const TensorShape shape =
+      tensor.shape_size() == 0 ? TensorShape::Scalar() : TensorShape::List(TensorShape::kAnyLength);
   return Read<std::string>(field, tensor, tensor.strings().array(), shape);
 }
 

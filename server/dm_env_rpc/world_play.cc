@@ -85,12 +85,12 @@ void WorldPlay::Begin(const dm::StepRequest& request, dm::StepResponse* response
 void WorldPlay::Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
                     const dm::StepRequest& request, dm::StepResponse* response, Done done) {
   const absl::Span<uint8_t> frames = AddFrames(form_, request, response);
-  world_->Run(asked, values_.BatchOf(frames),
-              [this, state, &request, response, done = std::move(done)](
-                  absl::Status status) mutable {
-                OnRun(status, state, request, response);
-                done(std::move(status));
-              });
+  world_->Run(
+      asked, values_.BatchOf(frames),
+      [this, state, &request, response, done = std::move(done)](absl::Status status) mutable {
+        OnRun(status, state, request, response);
+        done(std::move(status));
+      });
 }
 
 void WorldPlay::OnRun(const absl::Status& status, std::optional<dm::EnvironmentStateType> state,

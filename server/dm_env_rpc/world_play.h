@@ -40,13 +40,13 @@ class WorldPlay {
   void Observe(Done done);
 
   // Answers a step. What is wrong with it is found before anything moves. Errors: those of
-  // CheckRequestedObservations, ReadActions and JoinedWorld::Run. `request` and `response` must stay
-  // valid until `done`.
+  // CheckRequestedObservations, ReadActions and JoinedWorld::Run. `request` and `response` must
+  // stay valid until `done`.
   void Step(const dm::StepRequest& request, int64_t response_bytes_max, dm::StepResponse* response,
             Done done);
 
-  // The next step begins new episodes in all environments. Without settings, and where the next step
-  // begins in any case, it changes nothing. Errors: those of ReadEpisodeSettings.
+  // The next step begins new episodes in all environments. Without settings, and where the next
+  // step begins in any case, it changes nothing. Errors: those of ReadEpisodeSettings.
   absl::Status Reset(const Settings& settings);
 
   // Begins new episodes at once.

@@ -15,6 +15,8 @@ namespace {
 constexpr size_t kGamesMax = 64;
 constexpr size_t kGameBytesMax = 64;  // no game has a longer name
 
+constexpr size_t kPoolIdBytesMax = 63;
+
 // A setting of a new world: its name, and what takes it in.
 struct WorldSetting {
   absl::string_view name;
@@ -32,9 +34,9 @@ absl::Status ReadGames(absl::string_view name, const dm::Tensor& tensor, WorldPl
   }
   for (const std::string& game : *games) {
     if (game.size() > kGameBytesMax) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          name, " is '", Shown(game), "', allowed: the name of a game, at most ", kGameBytesMax,
-          " characters"));
+      return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(game),
+                                                     "', allowed: the name of a game, at most ",
+                                                     kGameBytesMax, " characters"));
     }
   }
   plan->options.games = *std::move(games);
@@ -91,16 +93,17 @@ absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldPla
       return number.status();
     }
     given = absl::StrCat(*number);
-    const auto* const found = std::find_if(kModes.begin(), kModes.end(), [&](DistributionMode known) {
-      return static_cast<int64_t>(known) == *number;
-    });
+    const auto* const found = std::find_if(
+        kModes.begin(), kModes.end(),
+        [&](DistributionMode known) { return static_cast<int64_t>(known) == *number; });
     mode = found == kModes.end() ? std::nullopt : std::optional(*found);
   }
   if (!mode.has_value()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        name, " is ", given, ", allowed: ",
-        absl::StrJoin(kModes, ", ", [](std::string* out, DistributionMode known) {
-          absl::StrAppend(out, "'", DistributionModeName(known), "' (", static_cast<int>(known), ")");
+        name, " is ", given,
+        ", allowed: ", absl::StrJoin(kModes, ", ", [](std::string* out, DistributionMode known) {
+          absl::StrAppend(out, "'", DistributionModeName(known), "' (", static_cast<int>(known),
+                          ")");
         })));
   }
   plan->options.environment.distribution_mode = *mode;
@@ -161,10 +164,15 @@ absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor,
 
 absl::Status ReadPoolId(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
   absl::StatusOr<std::string> text = ReadText(name, tensor);
-  if (text.ok()) {
-    plan->pool_id = *std::move(text);
+  if (!text.ok()) {
+    return text.status();
   }
-  return text.status();
+  if (text->empty() || text->size() > kPoolIdBytesMax) {
+    return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(*text), "', allowed: 1 to ",
+                                                   kPoolIdBytesMax, " characters"));
+  }
+  plan->pool_id = *std::move(text);
+  return absl::OkStatus();
 }
 
 constexpr absl::string_view kEnvName = "env_name";
@@ -234,11 +242,10 @@ absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limi
         std::find_if(std::begin(kWorldSettings), std::end(kWorldSettings),
                      [&](const WorldSetting& setting) { return setting.name == given; });
     if (known == std::end(kWorldSettings)) {
-      return UnknownSetting(given,
-                            absl::StrJoin(kWorldSettings, ", ",
-                                          [](std::string* out, const WorldSetting& setting) {
-                                            absl::StrAppend(out, setting.name);
-                                          }));
+      return UnknownSetting(given, absl::StrJoin(kWorldSettings, ", ",
+                                                 [](std::string* out, const WorldSetting& setting) {
+                                                   absl::StrAppend(out, setting.name);
+                                                 }));
     }
     if (absl::Status status = known->read(known->name, tensor, &plan); !status.ok()) {
       return status;
@@ -276,8 +283,8 @@ absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, Te
         // Modulo 2^32 in the end, so it may wrap.
         read.rand_seeds[i] = static_cast<int64_t>(static_cast<uint64_t>(value) + (for_all ? i : 0));
       } else if (value < INT32_MIN || value > INT32_MAX) {
-        return absl::InvalidArgumentError(absl::StrCat(kLevelSeed, " is ", value, ", allowed: ",
-                                                       INT32_MIN, " to ", INT32_MAX));
+        return absl::InvalidArgumentError(
+            absl::StrCat(kLevelSeed, " is ", value, ", allowed: ", INT32_MIN, " to ", INT32_MAX));
       } else {
         read.level_seeds[i] = static_cast<int32_t>(value);
       }

@@ -99,10 +99,10 @@ absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldForm& form,
   for (size_t i = 0; i < actions->size(); ++i) {
     const int32_t action = (*actions)[i];
     if (action < form.action_min() || action >= kActionCount) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "action ", kActionUid, " is ", action,
-          form.is_single ? "" : absl::StrCat(" for environment ", i), ", allowed: ",
-          form.action_min(), " to ", kActionCount - 1));
+      return absl::InvalidArgumentError(
+          absl::StrCat("action ", kActionUid, " is ", action,
+                       form.is_single ? "" : absl::StrCat(" for environment ", i),
+                       ", allowed: ", form.action_min(), " to ", kActionCount - 1));
     }
   }
   return actions;
@@ -118,9 +118,8 @@ absl::Status CheckRequestedObservations(const WorldForm& form, const dm::StepReq
     if (!told) {
       const ObservationUid last =
           form.is_single ? ObservationUid::kFingerprint : ObservationUid::kTruncated;
-      return absl::InvalidArgumentError(absl::StrCat("there is no observation ", uid,
-                                                     ", allowed: 1 to ",
-                                                     static_cast<uint64_t>(last)));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "there is no observation ", uid, ", allowed: 1 to ", static_cast<uint64_t>(last)));
     }
   }
   const int64_t frame_bytes = RequestsFrames(request) ? static_cast<int64_t>(form.frame_bytes) : 0;
@@ -134,8 +133,7 @@ absl::Status CheckRequestedObservations(const WorldForm& form, const dm::StepReq
 }
 
 bool RequestsFrames(const dm::StepRequest& request) {
-  return std::find(request.requested_observations().begin(),
-                   request.requested_observations().end(),
+  return std::find(request.requested_observations().begin(), request.requested_observations().end(),
                    static_cast<uint64_t>(ObservationUid::kRgb)) !=
          request.requested_observations().end();
 }

@@ -53,8 +53,9 @@ dm::ActionObservationSpecs SpecsOf(const WorldForm& form);
 absl::StatusOr<std::vector<int32_t>> ReadActions(const WorldForm& form,
                                                  const dm::StepRequest& request);
 
-// All of the requested observations are there, and fit a response. Errors: INVALID_ARGUMENT there is
-// none of that number (the message names it); RESOURCE_EXHAUSTED they are larger than a response.
+// All of the requested observations are there, and fit a response. Errors: INVALID_ARGUMENT there
+// is none of that number (the message names it); RESOURCE_EXHAUSTED they are larger than a
+// response.
 absl::Status CheckRequestedObservations(const WorldForm& form, const dm::StepRequest& request,
                                         int64_t response_bytes_max);
 

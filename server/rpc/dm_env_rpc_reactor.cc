@@ -127,6 +127,7 @@ void DmEnvRpcReactor::OnAnswered(const absl::Status& status) {
 }
 
 void DmEnvRpcReactor::Write() {
+  written_bytes_.Clear();
   bool own_buffer = false;
   grpc::SerializationTraits<dm::EnvironmentResponse>::Serialize(response_, &written_bytes_,
                                                                 &own_buffer);

@@ -41,8 +41,8 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
  private:
   enum class Action : uint8_t { kWait, kRead, kAnswer, kWrite, kFinish };
 
-  DmEnvRpcReactor(Sessions* sessions, const Callers* callers,
-                  grpc::CallbackServerContext* context, Caller caller);
+  DmEnvRpcReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context,
+                  Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -67,10 +67,10 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   std::unique_ptr<Conversation> conversation_;
   std::shared_ptr<DmEnvRpcReactor> self_;  // until OnDone
 
-  grpc::ByteBuffer read_bytes_;        // of a read, until it is answered
-  grpc::ByteBuffer request_bytes_;     // of the answer under way
-  dm::EnvironmentRequest request_;     // of the answer under way
-  dm::EnvironmentResponse response_;   // of it, until it is written
+  grpc::ByteBuffer read_bytes_;       // of a read, until it is answered
+  grpc::ByteBuffer request_bytes_;    // of the answer under way
+  dm::EnvironmentRequest request_;    // of the answer under way
+  dm::EnvironmentResponse response_;  // of it, until it is written
   grpc::ByteBuffer written_bytes_;
 
   absl::Mutex mutex_;

@@ -21,7 +21,7 @@ class DmEnvRpcServiceImpl final
  public:
   // `sessions` and `callers` must outlive this.
   DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
-      : sessions_(sessions), callers_(callers) {}
+      : sessions_(sessions), callers_(callers), worlds_(&sessions->metrics()) {}
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Process(
       grpc::CallbackServerContext* context) override;

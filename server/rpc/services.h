@@ -16,7 +16,8 @@
 
 namespace procgen {
 
-// All services of the contract, and that of dm_env_rpc. Threads: as those of its members; it must outlive the gRPC server.
+// All services of the contract, and that of dm_env_rpc. Threads: as those of its members; it must
+// outlive the gRPC server.
 class Services {
  public:
   // `sessions` and `callers` must outlive this.
@@ -29,9 +30,8 @@ class Services {
         dm_env_rpc_(sessions, callers) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
-    for (grpc::Service* service :
-         std::initializer_list<grpc::Service*>{&catalog_, &pool_, &step_, &state_, &render_,
-                                               &dm_env_rpc_}) {
+    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+             &catalog_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}) {
       builder->RegisterService(service);
     }
   }
