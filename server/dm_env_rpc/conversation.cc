@@ -87,9 +87,8 @@ void Conversation::Finish(const absl::Status& status) {
     SetError(status, response_);
   }
   // Out of here first: the next request may come before the call returns.
-  const absl::Status answered = status;
   Done done = std::move(done_);
-  done(answered);
+  done(status);
 }
 
 void Conversation::GiveUp() {

@@ -48,7 +48,7 @@ void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, 
         if (!world->status().ok()) {
           world->worlds_->Remove(world->identity_, world.get());
         }
-        done(std::move(world));
+        done(world);
       });
 }
 
@@ -72,7 +72,7 @@ void JoinedWorld::OnStreamEnd(StreamEnd why, const absl::Status& reason) {
       pool = std::move(pool_);
     }
   }
-  LetGo(std::move(pool));
+  LetGo(pool);
   if (why == StreamEnd::kDrain) {
     on_drain_(reason);
   }
@@ -84,10 +84,10 @@ void JoinedWorld::Leave() {
     absl::MutexLock lock(&mutex_);
     pool = std::move(pool_);
   }
-  LetGo(std::move(pool));
+  LetGo(pool);
 }
 
-void JoinedWorld::LetGo(std::shared_ptr<PoolSession> pool) {
+void JoinedWorld::LetGo(const std::shared_ptr<PoolSession>& pool) {
   if (pool == nullptr) {
     return;
   }
@@ -114,7 +114,7 @@ void JoinedWorld::EndUse() {
       pool = std::move(pool_);
     }
   }
-  LetGo(std::move(pool));
+  LetGo(pool);
 }
 
 void JoinedWorld::InTurn(Work work, Done done) {

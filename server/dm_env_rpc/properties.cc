@@ -17,30 +17,30 @@ namespace {
 enum class Kind : uint8_t { kGames, kWorlds, kLevelSeed, kNextLevelSeed, kState, kStepCount };
 
 struct PropertyFacts {
-  Kind kind;
   absl::string_view name;
+  const char* description;
   dm::DataType type;
+  Kind kind;
   bool is_of_world;         // otherwise of the server
   bool is_per_environment;  // in a batch, "NAME.I" is that of environment I
   bool is_list;             // one value has shape [-1], otherwise it is a scalar
   bool is_readable;
   bool is_writable;
-  const char* description;
 };
 
 constexpr PropertyFacts kProperties[] = {
-    {Kind::kGames, "games", dm::STRING, false, false, true, true, false,
-     "Names of the games, what a world's env_name may be."},
-    {Kind::kWorlds, "worlds", dm::STRING, false, false, true, true, false,
-     "Names of the worlds that can be joined."},
-    {Kind::kLevelSeed, "level_seed", dm::INT32, true, true, false, true, false,
-     "Seed of the level that is played."},
-    {Kind::kNextLevelSeed, "next_level_seed", dm::INT32, true, true, false, false, true,
-     "Seed of the level that is played next, in place of one drawn."},
-    {Kind::kState, "state", dm::UINT8, true, true, true, true, true,
-     "Snapshot: all that influences the future. What is written goes on as what was read."},
-    {Kind::kStepCount, "step_count", dm::INT64, true, false, false, true, false,
-     "Environment steps since the world was made."},
+    {"games", "Names of the games, what a world's env_name may be.", dm::STRING, Kind::kGames,
+     false, false, true, true, false},
+    {"worlds", "Names of the worlds that can be joined.", dm::STRING, Kind::kWorlds, false, false,
+     true, true, false},
+    {"level_seed", "Seed of the level that is played.", dm::INT32, Kind::kLevelSeed, true, true,
+     false, true, false},
+    {"next_level_seed", "Seed of the level that is played next, in place of one drawn.", dm::INT32,
+     Kind::kNextLevelSeed, true, true, false, false, true},
+    {"state", "Snapshot: all that influences the future. What is written goes on as what was read.",
+     dm::UINT8, Kind::kState, true, true, true, true, true},
+    {"step_count", "Environment steps since the world was made.", dm::INT64, Kind::kStepCount, true,
+     false, false, true, false},
 };
 
 // A property that was named: of the whole world, or of one environment of a batch.
@@ -182,11 +182,12 @@ void ReadState(const Property& property, WorldPlay* play, dm::Tensor* value,
                PoolSession::Done done) {
   play->SaveState(property.environment.value_or(0),
                   [value, done = std::move(done)](absl::StatusOr<std::string> snapshot) mutable {
-                    if (snapshot.ok()) {
+                    const absl::Status status = snapshot.status();
+                    if (status.ok()) {
                       value->add_shape(static_cast<int32_t>(snapshot->size()));
                       value->mutable_uint8s()->set_array(*std::move(snapshot));
                     }
-                    done(snapshot.status());
+                    done(status);
                   });
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import queue
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -59,7 +60,7 @@ class Protocol:
             [
                 "protoc", f"--proto_path={_PROTOS}", f"--python_out={folder}",
                 f"--grpc_python_out={folder}",
-                f"--plugin=protoc-gen-grpc_python={_plugin()}",
+                f"--plugin=protoc-gen-grpc_python={shutil.which('grpc_python_plugin')}",
                 "dm_env_rpc/v1/dm_env_rpc.proto", "dm_env_rpc/v1/extensions/properties.proto",
             ],
             check=True,
@@ -93,12 +94,6 @@ class Protocol:
         dtype = next(dtype for field, dtype in _FIELDS.values() if field == name)
         read = np.frombuffer if isinstance(values, bytes) else np.array
         return read(values, dtype).reshape(tensor.shape)[()]
-
-
-def _plugin() -> str:
-    return subprocess.run(
-        ["which", "grpc_python_plugin"], check=True, capture_output=True, text=True
-    ).stdout.strip()
 
 
 class Agent:
