@@ -128,6 +128,7 @@ class GrpcServer final : public Server {
   void BeginDrain() override {
     server_->GetHealthCheckService()->SetServingStatus(false);
     sessions_.Drain();
+    services_.Drain();
   }
 
   void Stop(absl::Duration deadline) override {

@@ -7,6 +7,7 @@
 #include "server/rpc/caller.h"
 #include "server/rpc/catalog_service.h"
 #include "server/rpc/clone_sources.h"
+#include "server/rpc/dm_env_rpc_service.h"
 #include "server/rpc/pool_service.h"
 #include "server/rpc/render_service.h"
 #include "server/rpc/state_service.h"
@@ -16,7 +17,8 @@
 
 namespace procgen {
 
-// All services of the contract. Threads: as those of its members; it must outlive the gRPC server.
+// All services of the contract, and that of dm_env_rpc. Threads: as those of its members; it must
+// outlive the gRPC server.
 class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
@@ -26,14 +28,18 @@ class Services {
         pool_(sessions, callers),
         step_(sessions, callers, direct_lines),
         state_(sessions, callers, clone_sources),
-        render_(sessions, callers) {}
+        render_(sessions, callers),
+        dm_env_rpc_(sessions, callers) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
-    for (grpc::Service* service :
-         std::initializer_list<grpc::Service*>{&catalog_, &pool_, &step_, &state_, &render_}) {
+    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+             &catalog_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}) {
       builder->RegisterService(service);
     }
   }
+
+  // Ends the streams of which Sessions::Drain does not know.
+  void Drain() { dm_env_rpc_.Drain(); }
 
  private:
   CatalogServiceImpl catalog_;
@@ -41,6 +47,7 @@ class Services {
   StepServiceImpl step_;
   StateServiceImpl state_;
   RenderServiceImpl render_;
+  DmEnvRpcServiceImpl dm_env_rpc_;
 };
 
 }  // namespace procgen
