@@ -43,7 +43,8 @@ export interface SliceOptions {
   environmentCount?: number;
   // false: no pictures are drawn or sent, which is many times faster.
   observe?: boolean;
-  // Ends the stream while the answer is waited for; the request may have been carried out all the same.
+  // Ends the stream while the answer is waited for; the request may have been carried out all the same. The next one
+  // takes the pool over from it.
   signal?: AbortSignal;
 }
 
@@ -78,6 +79,7 @@ export class Pool extends PoolResource {
   #stream: Promise<Stream> | undefined;
   #inFlight = 0;
   #closed = false;
+  #abandoned = false; // The last stream was given up, which the server may not have noticed yet.
 
   // For Client; use its createPool or getPool.
   constructor(
@@ -204,7 +206,10 @@ export class Pool extends PoolResource {
     try {
       const stream = await opening;
       throwIfAborted(signal);
-      abort = () => stream.drop(aborted(signal!));
+      abort = () => {
+        this.#abandoned = true;
+        stream.drop(aborted(signal!));
+      };
       signal?.addEventListener("abort", abort, { once: true });
       return await stream.send(asked);
     } catch (error) {
@@ -229,10 +234,11 @@ export class Pool extends PoolResource {
       const attach = {
         pool: this.name,
         requestsInFlightMax: this.#requestsInFlightMax,
-        takeOver,
+        takeOver: takeOver || this.#abandoned,
         responseBytesMax: BigInt(responseBytesMax),
       };
       const stream = await Stream.open(this.connection, attach, this.#reconnectTimeoutMs, signal);
+      this.#abandoned = false;
       this.#requestsInFlightMax = stream.attached.requestsInFlightMax;
       return stream;
     } catch (error) {
