@@ -37,8 +37,10 @@ interface Format {
 // RFC 8878, 3.1.1.
 const zstd: Format = {
   contentSize(frame) {
-    const view = new DataView(frame.buffer, frame.byteOffset, frame.length);
-    if (frame.length < 18 || view.getUint32(0, true) !== 0xfd2fb528) {
+    const headerBytesMax = 18; // A frame may be shorter than the longest header.
+    const view = new DataView(new Uint8Array(headerBytesMax).buffer);
+    frame.subarray(0, headerBytesMax).forEach((byte, at) => view.setUint8(at, byte));
+    if (frame.length < 9 || view.getUint32(0, true) !== 0xfd2fb528) {
       return undefined;
     }
     const descriptor = frame[4]!;
