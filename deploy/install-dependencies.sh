@@ -36,6 +36,13 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
+  nodejs                  # the Node.js client and its tests; what else it needs npm fetches
+  golang-go               # the Go client and its tests
+  protoc-gen-go           # its messages
+  protoc-gen-go-grpc      # its service stubs
+  golang-google-grpc-dev  # its transport
+  golang-google-protobuf-dev  # its messages' library
+  golang-github-klauspost-compress-dev  # decompresses its observations
   fonts-dejavu-core       # the names in that picture
 )
 
@@ -96,6 +103,8 @@ for package in "${packages[@]}"; do
   state=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
   [[ $state == installed ]] || missing+=("$package")
 done
+# npm comes with some packages of nodejs, and Debian's would not go along with those.
+command -v npm >/dev/null || missing+=(npm)
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
 fi

@@ -2,8 +2,9 @@
 """Plays the server of the recorded conversation, and checks that a client asks what was recorded.
 
 Usage: clients/conversation/check.py raw|zstd|lz4
-Prints `listening on HOST:PORT`; answers GetCatalog, CreatePool, GetPool, DeletePool and StepPool with what was recorded until
-its standard input ends, then tells what it saw. Exit status: 0 all requests came as recorded, 1 not, 2 wrong usage.
+Prints `listening on HOST:PORT`; answers GetCatalog, CreatePool, GetPool, DeletePool and StepPool
+with what was recorded until its standard input ends, then tells what it saw.
+Exit status: 0 all requests came as recorded, 1 not, 2 wrong usage.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def canonical(
 
 
 class Recorded:
-    """The server; `differences` tells what did not come as recorded, `seen` how many requests came."""
+    """The server; `differences` tells what came otherwise, `seen` how many requests came."""
 
     def __init__(self, encoding: str) -> None:
         self.differences: list[str] = []
@@ -52,7 +53,7 @@ class Recorded:
         self._pool = (FOLDER / encoding / "create_pool.response.bin").read_bytes()
 
     def services(self) -> list[grpc.GenericRpcHandler]:
-        """For grpc.Server; messages are bytes, so that a client gets the very bytes of the files."""
+        """For grpc.Server; messages are bytes, so a client gets the very bytes of the files."""
         unary = grpc.unary_unary_rpc_method_handler
         services = {
             "CatalogService": {"GetCatalog": unary(lambda *_: (FOLDER / CATALOG).read_bytes())},
@@ -73,7 +74,9 @@ class Recorded:
         self._compare("CreatePool", given, create_pool_request(self._encoding).spec)
         return self._pool
 
-    def _step_pool(self, messages: Iterator[bytes], context: grpc.ServicerContext) -> Iterator[bytes]:
+    def _step_pool(
+        self, messages: Iterator[bytes], context: grpc.ServicerContext
+    ) -> Iterator[bytes]:
         for message, expected in zip(messages, requests(), strict=False):
             given = step_pb2.StepPoolRequest.FromString(message)
             number = expected.sequence_number

@@ -1,4 +1,4 @@
-"""The conversation that is recorded: what its learner asks for, and how its messages lie in files."""
+"""The conversation that is recorded: what its learner asks for, where its messages lie."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SIDE_PX = 16
 
 
 def create_pool_request(encoding: str) -> pools_pb2.CreatePoolRequest:
-    """Two environments in grey, without art, so that messages are small and no picture of ours is in them."""
+    """Two environments in grey without art, so that messages are small and the same for all art."""
     return pools_pb2.CreatePoolRequest(
         pool_id="recorded",
         spec=pools_pb2.PoolSpec(

@@ -1,4 +1,4 @@
-"""The recorded conversation is what a real server says today, and its check finds who asks for something else."""
+"""The recorded conversation is what a server says today; its check finds who asks otherwise."""
 
 from __future__ import annotations
 
