@@ -46,6 +46,9 @@ packages=(
   fonts-dejavu-core       # the names in that picture
 )
 
+# npm comes with some packages of nodejs, and Debian's would not go along with those.
+command -v npm >/dev/null || packages+=(npm)
+
 # What the presets lint and fuzz need besides.
 clang_packages=(
   clang                   # the compiler of both presets
@@ -63,7 +66,7 @@ usage() {
 Usage: deploy/install-dependencies.sh [--clang] [--plot] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
-for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
+for the clients in Python, Node.js and Go. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
@@ -103,8 +106,6 @@ for package in "${packages[@]}"; do
   state=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
   [[ $state == installed ]] || missing+=("$package")
 done
-# npm comes with some packages of nodejs, and Debian's would not go along with those.
-command -v npm >/dev/null || missing+=(npm)
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
 fi
