@@ -38,8 +38,18 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
+  nodejs                  # the Node.js client and its tests; what else it needs npm fetches
+  golang-go               # the Go client and its tests
+  protoc-gen-go           # its messages
+  protoc-gen-go-grpc      # its service stubs
+  golang-google-grpc-dev  # its transport
+  golang-google-protobuf-dev  # its messages' library
+  golang-github-klauspost-compress-dev  # decompresses its observations
   fonts-dejavu-core       # the names in that picture
 )
+
+# npm comes with some packages of nodejs, and Debian's would not go along with those.
+command -v npm >/dev/null || packages+=(npm)
 
 # What the presets lint and fuzz need besides.
 clang_packages=(
@@ -58,7 +68,7 @@ usage() {
 Usage: deploy/install-dependencies.sh [--clang] [--plot] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
-for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
+for the clients in Python, Node.js and Go. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
