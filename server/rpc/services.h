@@ -41,11 +41,11 @@ class Services {
     }
   }
 
-  // Ends the streams of which Sessions::Drain does not know.
-  void Drain() { dm_env_rpc_.Drain(); }
-
   // Ends the streams that would go on for as long as the server does.
   void EndWatches() { cluster_.EndWatches(); }
+
+  // Ends the streams of which Sessions::Drain does not know.
+  void Drain() { dm_env_rpc_.Drain(); }
 
  private:
   CatalogServiceImpl catalog_;
