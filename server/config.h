@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
+#include "server/fleet/fleet_options.h"
 #include "server/rpc/server.h"
 #include "server/session/event_log.h"
 
@@ -20,6 +21,11 @@ struct Config {
 
   // Which cluster it is a node of; no name: none.
   ClusterOptions cluster;
+
+  // Pools are spread over the nodes of the cluster.
+  bool is_fleet = false;
+  FleetOptions fleet;
+  std::string state_dir;  // where they are kept; empty: nowhere
 
   // Who may call. Paths of files; empty: none.
   TlsPaths tls;
@@ -43,6 +49,10 @@ absl::Status LoadSecrets(Config* config);
 // Joins the cluster of `config`, if it has one, for its server. REQUIRES: CheckConfig. Errors: as
 // Cluster::Join.
 absl::Status JoinCluster(Config* config);
+
+// Has the server of `config` be a fleet's, if it is to be one. REQUIRES: JoinCluster. Errors: a
+// folder for states that cannot be used; the message names the flag.
+absl::Status JoinFleet(Config* config);
 
 }  // namespace procgen
 

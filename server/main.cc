@@ -23,6 +23,7 @@
 #include "server/cluster/cluster.h"
 #include "server/cluster_flags.h"
 #include "server/config.h"
+#include "server/fleet_flags.h"
 #include "server/metrics/metrics_page.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
@@ -119,6 +120,7 @@ absl::StatusOr<Config> ReadConfig() {
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
   ReadSecurityFlags(&config);
   ReadClusterFlags(&config);
+  ReadFleetFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;
   }
@@ -201,6 +203,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"access", AccessText(config)},
             {"cluster", config.cluster.name.empty() ? "none" : config.cluster.name},
             {"node", config.cluster.node_id},
+            {"fleet", config.is_fleet ? "true" : "false"},
             {"shared_memory",
              config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
@@ -232,6 +235,7 @@ int Main(int argc, char** argv) {
   const auto is_ours = [](absl::string_view file) {
     return absl::EndsWith(file, "server/main.cc") ||
            absl::EndsWith(file, "server/cluster_flags.cc") ||
+           absl::EndsWith(file, "server/fleet_flags.cc") ||
            absl::EndsWith(file, "server/security_flags.cc");
   };
   absl::FlagsUsageConfig usage;
@@ -254,6 +258,9 @@ int Main(int argc, char** argv) {
                {{"message", std::string(message)}});
     });
     status = JoinCluster(&*config);
+  }
+  if (status.ok()) {
+    status = JoinFleet(&*config);
   }
   if (!status.ok()) {
     std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());

@@ -11,6 +11,7 @@
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
+#include "server/rpc/answer_replay.h"
 #include "server/rpc/listener.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
@@ -79,8 +80,10 @@ class GrpcServer final : public Server {
  public:
   GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
       : tls_(options.tls),
+        is_fleet_(options.make_host != nullptr),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                  options.shared_folder),
+                  options.shared_folder,
+                  options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
                  &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
@@ -116,6 +119,10 @@ class GrpcServer final : public Server {
     server_ = builder.BuildAndStart();
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC does not start a server");
+    }
+    for (Sessions::Resumed& resumed : sessions_.Resume()) {
+      ReplayAnswers(std::move(resumed.pool), std::move(resumed.requests),
+                    options.limits.response_bytes_max);
     }
     listener_ = *std::move(listener);
     address_ = WithPort(options.address, listener_->port());
@@ -170,7 +177,8 @@ class GrpcServer final : public Server {
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
-    status.environment_capacity = sessions_.limits().environment_count_max;
+    status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
+    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().environment_count_max;
     status.environment_count = load.environment_count;
     status.pool_count = load.pool_count;
     status.stream_count = load.stream_count;
@@ -197,6 +205,7 @@ class GrpcServer final : public Server {
   }
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
+  const bool is_fleet_;                  // steps nothing itself
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};

@@ -2,6 +2,7 @@
 #define SERVER_RPC_SERVER_H_
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -13,6 +14,7 @@
 #include "server/rpc/clone_sources.h"
 #include "server/rpc/tls_files.h"
 #include "server/rpc/token_file.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/limits.h"
 #include "server/shared_memory/shared_folder.h"
 
@@ -33,6 +35,8 @@ struct ServerOptions {
   // Where pools share memory with learners on this machine; null: they share none.
   std::shared_ptr<const SharedFolder> shared_folder;
   CloneSources clone_sources;  // whom CloneStates may be asked to connect to
+  // Makes where pools are made, which counts what it does in `metrics`; null: in this process.
+  std::function<std::unique_ptr<PoolHost>(Metrics* metrics)> make_host;
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
   // ended if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(30);

@@ -33,7 +33,9 @@ ARROWS = {
     "server/session": ("envcore/pool", "server/encoding", "server/metrics",
                        "server/shared_memory"),
     "server/dm_env_rpc": ("envcore/pool", "server/session", "server/metrics", "proto"),
-    "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
+    # A client of other servers, which speaks the same contract as server/rpc, in its conversions.
+    "server/fleet": ("envcore/pool", "server/session", "server/cluster", "server/metrics",
+                     "server/rpc", "proto", "clients/cpp"),
     "server/rpc": ("envcore/pool", "server/cluster", "server/dm_env_rpc", "server/encoding",
                    "server/session", "server/metrics", "server/shared_memory", "proto"),
     "server/web": ("envcore/pool", "server/session"),
