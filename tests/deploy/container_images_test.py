@@ -1,4 +1,4 @@
-"""The images of deploy/containers: built on a root of Debian that is made here, run, stepped, stopped.
+"""The images of deploy/containers: built on a root of Debian that is made here, run, played, ended.
 
 No registry of images is asked. What the Dockerfile's build stage would compile is this build's.
 """

@@ -119,9 +119,8 @@ def test_panels_ask_the_chosen_source_for_the_chosen_servers() -> None:
 
 def test_each_alert_is_tested() -> None:
     tested = yaml.safe_load((_FOLDER / "alerts_test.yaml").read_text())["tests"]
-    names = {
-        case["alertname"] for test in tested for case in test["alert_rule_test"] if case["exp_alerts"]
-    }
+    cases = [case for test in tested for case in test["alert_rule_test"]]
+    names = {case["alertname"] for case in cases if case["exp_alerts"]}
     assert names == {rule["alert"] for rule in _RULES}
 
 
