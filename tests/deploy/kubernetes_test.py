@@ -155,7 +155,9 @@ def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay
         flags = server_flags.values(overlay.flags(server))
         name = headless["metadata"]["name"]
         assert flags["cluster_peers"] == name
-        assert flags["advertised_address"] == f"pod_name.{name}:{port_of(flags['address'])}"
+        # Certificates have no wildcard for a name of two parts, so it is told in full.
+        host = f"pod_name.{name}.pod_namespace.svc"
+        assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
         assert flags["node_id"] == "pod_name"
 
 
@@ -215,9 +217,20 @@ def test_what_is_mounted_is_there(overlay: Overlay) -> None:
                 name = volume["secret"]["secretName"]
                 assert re.search(rf"kubectl .*create secret \S+ {name} ", readme), name
         flags = server_flags.values(overlay.flags(server))
-        for flag in ("tls_certificate", "tls_key", "tokens", "state_dir"):
-            if flag in flags:
-                assert any(flags[flag].startswith(p) for p in mount_paths(server).values()), flag
+        assert all(path_is_mounted(server, path) for path in flags.values() if path[:1] == "/")
+
+
+def path_is_mounted(server: dict[str, Any], path: str) -> bool:
+    """Whether a volume has `path`; and if a secret should, whether the guide puts it there."""
+    readme = (_FOLDER / "README.md").read_text()
+    volumes = {each["name"]: each for each in pod(server)["volumes"]}
+    for name, folder in mount_paths(server).items():
+        if Path(path) == Path(folder):
+            return True
+        if Path(path).parent == Path(folder):
+            secret = volumes[name]["secret"]["secretName"]
+            return re.search(rf"{secret} .*--from-file={Path(path).name}[=\s]", readme) is not None
+    return False
 
 
 def test_workers_and_patience_fit_what_pods_ask_for(overlay: Overlay) -> None:
@@ -258,6 +271,8 @@ def test_in_production_nobody_is_let_in_unasked() -> None:
     for server in production.of_kind("StatefulSet"):
         flags = server_flags.values(production.flags(server))
         assert {"tls_certificate", "tls_key", "tokens"} <= flags.keys()
+        if "fleet" in flags:  # It comes to the nodes as a client.
+            assert {"fleet_ca", "fleet_token"} <= flags.keys()
 
 
 def test_the_server_takes_all_flags(overlay: Overlay) -> None:
