@@ -19,6 +19,8 @@ packages=(
   libzstd-dev             # compresses observations
   liblz4-dev              # and quicker, if less
   prometheus-cpp-dev      # metrics
+  cyclonedds-dev          # servers of a cluster find each other
+  cyclonedds-tools        # compiles what they say to each other
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # replayed recordings are JSON

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "server/cluster/cluster.h"
 #include "server/rpc/address.h"
 
 namespace procgen {
@@ -82,6 +83,43 @@ absl::Status CheckMetricsAddress(const Config& config) {
   return absl::OkStatus();
 }
 
+absl::Status CheckAdvertisedAddress(const Config& config) {
+  const std::string& given = config.server.advertised_address;
+  if (!given.empty()) {
+    const absl::StatusOr<Address> address = ParseAddress(given);
+    if (!address.ok() || IsWildcard(*address)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--advertised_address is '", given,
+                       "', allowed: 'HOST:PORT' with a host that others can reach and a port of 0 "
+                       "to 65535, 'unix:PATH', or nothing"));
+    }
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Address> address = ParseAddress(config.server.address);
+  if (!config.cluster.name.empty() && address.ok() && IsWildcard(*address)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--address is ", config.server.address,
+                     ", which is no address that others of --cluster could reach: give "
+                     "--advertised_address=HOST:PORT"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckCluster(const Config& config) {
+  const ClusterOptions& cluster = config.cluster;
+  if (absl::Status status = CheckAdvertisedAddress(config); !status.ok()) {
+    return status;
+  }
+  if (!cluster.name.empty()) {
+    return CheckClusterOptions(cluster);
+  }
+  if (cluster.domain_id != 0 || !cluster.peers.empty() || !cluster.security.IsOff()) {
+    return absl::InvalidArgumentError(
+        "--cluster is missing, which the other flags that begin with --cluster_ need");
+  }
+  return CheckNodeId(cluster.node_id);
+}
+
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
@@ -89,6 +127,9 @@ absl::Status CheckConfig(const Config& config) {
     return status;
   }
   if (absl::Status status = CheckMetricsAddress(config); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckCluster(config); !status.ok()) {
     return status;
   }
   const Limits& limits = config.server.limits;
@@ -153,6 +194,18 @@ absl::Status LoadSecrets(Config* config) {
   }
   config->server.clone_sources = *std::move(sources);
   return absl::OkStatus();
+}
+
+absl::Status JoinCluster(Config* config) {
+  if (config->cluster.name.empty()) {
+    config->server.cluster = Cluster::Alone(config->cluster.node_id);
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::unique_ptr<Cluster>> cluster = Cluster::Join(config->cluster);
+  if (cluster.ok()) {
+    config->server.cluster = *std::move(cluster);
+  }
+  return cluster.status();
 }
 
 }  // namespace procgen

@@ -12,6 +12,7 @@
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
 #include "server/rpc/listener.h"
+#include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
 
@@ -32,11 +33,20 @@ constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
 // How often a client may ask whether the server is there.
 constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
-std::string BoundAddress(const std::string& address, uint16_t port) {
+std::string WithPort(const std::string& address, uint16_t port) {
   if (absl::StartsWith(address, "unix:")) {
     return address;
   }
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
+}
+
+// Where clients reach a server that listens at `bound`.
+std::string AdvertisedAddress(const std::string& advertised, const std::string& bound,
+                              uint16_t port) {
+  if (advertised.empty()) {
+    return bound;
+  }
+  return absl::EndsWith(advertised, ":0") ? WithPort(advertised, port) : advertised;
 }
 
 int Milliseconds(absl::Duration duration) {
@@ -72,7 +82,9 @@ class GrpcServer final : public Server {
                   options.shared_folder),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
                  &metrics_),
-        services_(&sessions_, &callers_, options.clone_sources) {
+        cluster_(options.cluster != nullptr ? options.cluster
+                                            : Cluster::Alone(ClusterOptions().node_id)),
+        services_(&sessions_, cluster_.get(), &callers_, options.clone_sources) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(sessions_.load()); });
   }
 
@@ -103,11 +115,13 @@ class GrpcServer final : public Server {
       return absl::UnavailableError("gRPC does not start a server");
     }
     listener_ = *std::move(listener);
-    address_ = BoundAddress(options.address, listener_->port());
+    address_ = WithPort(options.address, listener_->port());
+    advertised_address_ =
+        AdvertisedAddress(options.advertised_address, address_, listener_->port());
     for (const char* service :
-         {v1::CatalogService::service_full_name(), v1::PoolService::service_full_name(),
-          v1::StepService::service_full_name(), v1::StateService::service_full_name(),
-          v1::RenderService::service_full_name()}) {
+         {v1::CatalogService::service_full_name(), v1::ClusterService::service_full_name(),
+          v1::PoolService::service_full_name(), v1::StepService::service_full_name(),
+          v1::StateService::service_full_name(), v1::RenderService::service_full_name()}) {
       server_->GetHealthCheckService()->SetServingStatus(service, true);
     }
     server_->GetHealthCheckService()->SetServingStatus(true);
@@ -117,6 +131,7 @@ class GrpcServer final : public Server {
       parameters.fd = connection;
       acceptor->HandleNewConnection(&parameters);
     });
+    reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return Standing(); });
     return absl::OkStatus();
   }
 
@@ -126,6 +141,7 @@ class GrpcServer final : public Server {
   void BeginDrain() override {
     server_->GetHealthCheckService()->SetServingStatus(false);
     sessions_.Drain();
+    reporter_->ReportNow();
   }
 
   void Stop(absl::Duration deadline) override {
@@ -138,11 +154,28 @@ class GrpcServer final : public Server {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
     listener_.reset();
+    services_.EndWatches();
     server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
   }
 
  private:
+  // As the cluster is told.
+  NodeReporter::Standing Standing() const {
+    const Load load = sessions_.load();
+    NodeStatus status;
+    status.address = advertised_address_;
+    status.server_version = PROCGEN_SERVER_VERSION;
+    status.environment_capacity = sessions_.limits().environment_count_max;
+    status.environment_count = load.environment_count;
+    status.pool_count = load.pool_count;
+    status.stream_count = load.stream_count;
+    status.worker_count = load.worker_count;
+    status.healthy = !load.draining;  // as the health service says
+    status.draining = load.draining;
+    return {std::move(status), load.step_count};
+  }
+
   // What strangers can have of gRPC.
   static void SetLimits(const Limits& limits, grpc::ServerBuilder* builder) {
     builder->SetMaxReceiveMessageSize(static_cast<int>(limits.request_bytes_max));
@@ -161,12 +194,15 @@ class GrpcServer final : public Server {
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
   std::string address_;
+  std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   Sessions sessions_;
   const Callers callers_;
+  const std::shared_ptr<Cluster> cluster_;
   Services services_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Listener> listener_;  // hands its connections to server_
+  std::unique_ptr<Listener> listener_;      // hands its connections to server_
+  std::unique_ptr<NodeReporter> reporter_;  // since the server listens; last: it asks the others
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
+#include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/rpc/clone_sources.h"
 #include "server/rpc/tls_files.h"
@@ -20,7 +21,11 @@ namespace procgen {
 struct ServerOptions {
   // Where to listen: "host:port", port 0 for any that is free, or "unix:path".
   std::string address = "127.0.0.1:50051";
-  int32_t worker_count = 1;  // threads that step environments, >= 1
+  // Where clients reach it, as the cluster is told; port 0: the one that was bound. Empty: as
+  // `address`.
+  std::string advertised_address;
+  std::shared_ptr<Cluster> cluster;  // that it is a node of; null: it is alone
+  int32_t worker_count = 1;          // threads that step environments, >= 1
   Limits limits;
   std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
@@ -48,8 +53,8 @@ class Server {
   // What it has counted; to be read no longer than there is a server.
   virtual const Metrics& metrics() const = 0;
 
-  // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
-  // request that each is carrying out. Returns at once.
+  // Tells the cluster that it drains and the health service NOT_SERVING, makes no more pools and
+  // ends all streams after the request that each is carrying out. Returns at once.
   virtual void BeginDrain() = 0;
   // BeginDrain; then waits, `deadline` at most, until no call is under way and the pools whose
   // streams it ended are deleted (their learners may want to save states), and stops; what is left

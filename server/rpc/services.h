@@ -4,9 +4,11 @@
 #include <initializer_list>
 
 #include "grpcpp/server_builder.h"
+#include "server/cluster/cluster.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/catalog_service.h"
 #include "server/rpc/clone_sources.h"
+#include "server/rpc/cluster_service.h"
 #include "server/rpc/pool_service.h"
 #include "server/rpc/render_service.h"
 #include "server/rpc/state_service.h"
@@ -18,23 +20,29 @@ namespace procgen {
 // All services of the contract. Threads: as those of its members; it must outlive the gRPC server.
 class Services {
  public:
-  // `sessions` and `callers` must outlive this.
-  Services(Sessions* sessions, const Callers* callers, const CloneSources& clone_sources)
+  // `sessions`, `cluster` and `callers` must outlive this.
+  Services(Sessions* sessions, Cluster* cluster, const Callers* callers,
+           const CloneSources& clone_sources)
       : catalog_(sessions, callers),
+        cluster_(cluster, callers),
         pool_(sessions, callers),
         step_(sessions, callers),
         state_(sessions, callers, clone_sources),
         render_(sessions, callers) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
-    for (grpc::Service* service :
-         std::initializer_list<grpc::Service*>{&catalog_, &pool_, &step_, &state_, &render_}) {
+    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+             &catalog_, &cluster_, &pool_, &step_, &state_, &render_}) {
       builder->RegisterService(service);
     }
   }
 
+  // Ends the streams that would go on for as long as the server does.
+  void EndWatches() { cluster_.EndWatches(); }
+
  private:
   CatalogServiceImpl catalog_;
+  ClusterServiceImpl cluster_;
   PoolServiceImpl pool_;
   StepServiceImpl step_;
   StateServiceImpl state_;

@@ -76,6 +76,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token)
     : token_(std::move(token)),
       catalog_(v1::CatalogService::NewStub(channel)),
+      cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
       step_(v1::StepService::NewStub(channel)),
       states_(v1::StateService::NewStub(channel)),
@@ -89,6 +90,15 @@ absl::StatusOr<v1::Catalog> Client::GetCatalog() {
 absl::StatusOr<v1::Load> Client::GetLoad() {
   return CallUnary(token_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
                    v1::GetLoadRequest());
+}
+
+absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
+  return CallUnary(token_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
+                   v1::ListNodesRequest());
+}
+
+std::unique_ptr<NodeWatch> Client::WatchNodes() {
+  return std::make_unique<NodeWatch>(cluster_.get(), token_);
 }
 
 absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {

@@ -13,12 +13,14 @@
 #include "absl/types/span.h"
 #include "grpcpp/channel.h"
 #include "procgen/v1/catalog.grpc.pb.h"
+#include "procgen/v1/cluster.grpc.pb.h"
 #include "procgen/v1/pools.grpc.pb.h"
 #include "procgen/v1/render.grpc.pb.h"
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/credentials.h"
+#include "procgen_client/node_watch.h"
 #include "procgen_client/step_stream.h"
 
 namespace procgen_client {
@@ -55,6 +57,10 @@ class Client {
   // What the server offers, and how busy it is.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
   absl::StatusOr<procgen::v1::Load> GetLoad();
+
+  // The servers of its cluster, or it alone: now, and again when that changes.
+  absl::StatusOr<procgen::v1::ListNodesResponse> ListNodes();
+  std::unique_ptr<NodeWatch> WatchNodes();
 
   // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
   // it is deleted or its lease (PoolSpec.lease_duration) runs out.
@@ -93,6 +99,7 @@ class Client {
 
   const std::string token_;  // empty: none
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
+  const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;
   const std::unique_ptr<procgen::v1::StateService::Stub> states_;
