@@ -59,7 +59,8 @@ void Crew::SubmitAndHelp(CrewJob& job, int32_t item_count) {
   {
     absl::MutexLock lock(&mutex_);
     job.workers_inside_ = 1;
-    if (!threads_.empty()) {
+    // One item is for the caller alone: nobody is woken for it.
+    if (!threads_.empty() && item_count > 1) {
       waiting_.push_back(&job);
       work_waits_.store(true, std::memory_order_relaxed);
     }

@@ -68,7 +68,8 @@ class Crew {
   // OnDone.
   void Submit(CrewJob& job, int32_t item_count);
   // As Submit, and the calling thread takes part as worker number thread_count(). Returns once it
-  // has nothing left to do, which may be before OnDone.
+  // has nothing left to do, which may be before OnDone; a job of one item it does alone, OnDone
+  // included. Works without threads, too.
   void SubmitAndHelp(CrewJob& job, int32_t item_count);
 
  private:

@@ -18,6 +18,8 @@ namespace {
 // the last time; to ask for it costs more than it saves.
 constexpr size_t kCachedBytesMax = 2 << 20;
 constexpr size_t kCacheLineBytes = 64;
+// A single environment that repeats its action no more often is stepped sooner than handed over.
+constexpr int32_t kRepeatHereMax = 4;
 
 // Has the cache fetch memory that will be written soon, so that what is done until then is not
 // followed by waiting for it.
@@ -288,7 +290,11 @@ void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback do
     return;
   }
   job_->Set(input, batch, std::move(done));
-  crew_->Submit(*job_, input.count);
+  if (input.count == 1 && input.repeat <= kRepeatHereMax) {
+    crew_->SubmitAndHelp(*job_, input.count);
+  } else {
+    crew_->Submit(*job_, input.count);
+  }
 }
 
 absl::Status Pool::Observe(int32_t first, int32_t count, const Batch& batch) {

@@ -155,9 +155,10 @@ class Pool {
   // and is not reset; ABORTED another call runs.
   absl::Status Step(const StepInput& input, const Batch& batch);
   // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
-  // crew thread (or, with an error, before StepAsync returns, on the calling one); it must not
-  // block. It may step the pool again or end it, but not the crew. The spans must stay valid until
-  // then. REQUIRES: the crew has a thread.
+  // crew thread; it must not block. It may step the pool again or end it, but not the crew. The
+  // spans must stay valid until then. With an error, and for a single environment (which is stepped
+  // sooner than handed over), `done` is called before StepAsync returns, on the calling thread.
+  // REQUIRES: the crew has a thread.
   void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -46,6 +47,14 @@ StepPoolReactor::StepPoolReactor(Sessions* sessions, const Callers* callers,
     : sessions_(sessions), callers_(callers), context_(context), caller_(std::move(caller)) {}
 
 void StepPoolReactor::Drive() {
+  // An event that happens while this thread drives, in something that Act calls, is seen by the
+  // loop that is under way. A second one inside of it would nest with each request.
+  thread_local const StepPoolReactor* driven = nullptr;
+  if (driven == this) {
+    return;
+  }
+  const StepPoolReactor* const outer = std::exchange(driven, this);
+  const absl::Cleanup restore = [outer] { driven = outer; };
   const std::shared_ptr<StepPoolReactor> self = shared_from_this();
   while (true) {
     Action action = Action::kWait;
@@ -83,6 +92,10 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
       return Action::kTurn;
     }
   }
+  if (responses_.CanWrite()) {
+    responses_.BeginWrite();
+    return Action::kWrite;
+  }
   if (requests_.CanRead()) {
     requests_.BeginRead();
     return Action::kRead;
@@ -91,10 +104,6 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
   if (attached_ && !letting_go_ && takes_no_turn) {
     letting_go_ = true;
     return Action::kLetGo;
-  }
-  if (responses_.CanWrite()) {
-    responses_.BeginWrite();
-    return Action::kWrite;
   }
   if (takes_no_turn && !attached_ && responses_.empty()) {
     finished_ = true;

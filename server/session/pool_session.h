@@ -154,9 +154,9 @@ class PoolSession {
   absl::StatusOr<std::optional<Answer>> Accept(Request* request);
   // Keeps the answer to an accepted request of a resumable stream.
   void Keep(int64_t sequence_number, Answer answer);
-  // Carries out a part of an accepted request (kSample: all of it). Returns at once; `done` is
-  // called once, on another thread or, with an error, on this one. `request` and the memory of
-  // `batch` must stay valid until then.
+  // Carries out a part of an accepted request (kSample: all of it). Returns soon; `done` is
+  // called once, on another thread or, with an error or a single environment, on this one before
+  // this returns. `request` and the memory of `batch` must stay valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
   // A number that is another one whenever environments were stepped, reset or restored, or their
   // choice of levels changed.

@@ -179,6 +179,26 @@ TEST_F(StreamTest, RequestsSentAheadAreAnsweredInOrder) {
   }
 }
 
+// A single environment is stepped on the thread on which its request arrives, within what that
+// calls.
+TEST_F(StreamTest, OneEnvironmentStepsThroughManyRequestsSentAhead) {
+  constexpr int64_t kStepCount = 20'000;
+  procgen_client::StreamOptions options;
+  options.requests_in_flight_max = 8;  // the limit of this server
+  const auto stream = CreateAndAttach(MazeSpec(1), options);
+  v1::StepPoolRequest request = StepRequest({4});
+  request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
+  procgen_client::Batch batch;
+  int64_t sent = 0;
+  for (int64_t received = 0; received < kStepCount; ++received) {
+    for (; sent < std::min(kStepCount, received + options.requests_in_flight_max); ++sent) {
+      ASSERT_THAT(stream->Send(request), IsOk());
+    }
+    ASSERT_THAT(stream->Receive(&batch), IsOk());
+    ASSERT_EQ(batch.sequence_number(), received + 1);
+  }
+}
+
 TEST_F(StreamTest, LearnerThatSendsTooFarAheadIsNotReadButServed) {
   const auto stub = v1::StepService::NewStub(channel_);
   grpc::ClientContext context;

@@ -98,6 +98,22 @@ TEST(CrewTest, WithoutThreadsTheCallerDoesAllOfIt) {
   EXPECT_TRUE(done) << "nobody else is left to finish it";
 }
 
+TEST(CrewTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
+  Crew crew(2);
+  for (int round = 0; round < 200; ++round) {
+    CountingJob job(1);
+    std::thread::id here;
+    bool done = false;
+    job.on_item = [&here](int32_t /*item*/, int32_t /*worker*/) {
+      here = std::this_thread::get_id();
+    };
+    job.on_done = [&done] { done = true; };
+    crew.SubmitAndHelp(job, 1);
+    ASSERT_EQ(here, std::this_thread::get_id());
+    ASSERT_TRUE(done);
+  }
+}
+
 TEST(CrewTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
   constexpr int32_t kItemCount = 40;
   Crew crew(1);

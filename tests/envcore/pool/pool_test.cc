@@ -360,6 +360,35 @@ TEST(PoolStepAsyncTest, MayStepThePoolAgainWhenItIsDone) {
   EXPECT_THAT(buffers.episode_lengths, Each(kStepCount));
 }
 
+TEST(PoolStepAsyncTest, OneEnvironmentIsSteppedBeforeItReturns) {
+  const auto async = MadePool(OptionsOf({"maze", "miner"}), 2);
+  const auto sync = MadePool(OptionsOf({"maze", "miner"}));
+  const std::vector<int32_t> actions = AllTake(7);
+  for (int32_t i = 0; i < kEnvCount; ++i) {
+    const StepInput input = {.first = i, .count = 1, .actions = absl::MakeSpan(actions).first(1)};
+    BatchBuffers stepped(1);
+    BatchBuffers expected(1);
+    bool done = false;
+    async->StepAsync(input, stepped.Whole(), [&done](const absl::Status& status) {
+      EXPECT_TRUE(status.ok());
+      done = true;
+    });
+    ASSERT_TRUE(done);
+    ASSERT_TRUE(sync->Step(input, expected.Whole()).ok());
+    EXPECT_TRUE(stepped == expected) << "environment " << i;
+  }
+}
+
+TEST(PoolStepAsyncTest, ASingleEnvironmentMayEndThePoolWhenItIsDone) {
+  auto crew = std::make_shared<Crew>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  BatchBuffers buffers(1);
+  const std::vector<int32_t> actions = {kNoAction};
+  pool->StepAsync({.count = 1, .actions = actions}, buffers.Whole(),
+                  [&pool](const absl::Status& /*status*/) { pool.reset(); });
+  EXPECT_EQ(pool, nullptr);
+}
+
 TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
   auto crew = std::make_shared<Crew>(1);
   auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
