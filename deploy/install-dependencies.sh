@@ -42,6 +42,7 @@ packages=(
   kubernetes-client       # and render those of Kubernetes
   dpkg-dev                # what a Debian package depends on
   file                    # what is a program in it
+  iproute2                # networks of tests' own
   fonts-dejavu-core       # the names in that picture
 )
 

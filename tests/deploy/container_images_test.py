@@ -18,7 +18,7 @@ import pytest
 from procgen_client import Client, errors
 
 _SOURCE = Path(__file__).resolve().parents[2]
-_BUILD = Path(os.environ["PROCGEN_BUILD_FOLDER"])
+_PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
 _BASE = "localhost/debian-slim"
 _SERVER_OVER_BASE_MB_MAX = 60
 # As Debian's own slim image leaves them out.
@@ -84,10 +84,9 @@ def containers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Containers]
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the Dockerfile's build stage hands on, of this build."""
     folder = tmp_path_factory.mktemp("packages")
-    _output("cpack", "--config", _BUILD / "CPackConfig.cmake", "-B", folder)
-    shutil.rmtree(folder / "_CPack_Packages")
-    client = "clients/python/procgen_client"
-    shutil.copytree(_SOURCE / client, folder / "procgen_client")
+    for package in _PACKAGES.glob("*.deb"):
+        shutil.copy(package, folder)
+    shutil.copytree(_SOURCE / "clients/python/procgen_client", folder / "procgen_client")
     return folder
 
 

@@ -275,6 +275,9 @@ def test_in_production_nobody_is_let_in_unasked() -> None:
             assert {"fleet_ca", "fleet_token"} <= flags.keys()
 
 
-def test_the_server_takes_all_flags(overlay: Overlay) -> None:
-    for server in overlay.of_kind("StatefulSet"):
-        assert server_flags.complaint(overlay.flags(server)) == ""
+@pytest.mark.parametrize(
+    "name", ["procgen-node", pytest.param("procgen-fleet", marks=server_flags.WITHOUT_FLEET)]
+)
+def test_the_server_takes_all_flags(overlay: Overlay, name: str) -> None:
+    server = overlay.named("StatefulSet", name)
+    assert server_flags.complaint(overlay.flags(server)) == ""

@@ -18,35 +18,24 @@ from throwaway_root import NotPermittedError, ThrowawayRoot
 
 from procgen_client import Client
 
-_BUILD = Path(os.environ["PROCGEN_BUILD_FOLDER"])
+_PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
 _UNIT = Path("usr/lib/systemd/system/procgen-server.service")
 _FLAGS = Path("etc/procgen-server/server.flags")
 _EXPOSURE_MAX = 20  # Of 100, as systemd-analyze counts what a unit may do.
 
 
 @pytest.fixture(scope="module")
-def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """What cpack makes of this build: files by the names of the packages."""
-    folder = tmp_path_factory.mktemp("packages")
-    subprocess.run(
-        ["cpack", "--config", _BUILD / "CPackConfig.cmake", "-B", folder], check=True, cwd=folder
-    )
-    return {path.name.split("_")[0]: path for path in folder.glob("*.deb")}
-
-
-@pytest.fixture(scope="module")
-def root(
-    packages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[ThrowawayRoot]:
+def root(tmp_path_factory: pytest.TempPathFactory) -> ThrowawayRoot:
     """A file system with the packages in its /tmp, and none installed."""
     try:
         made = ThrowawayRoot(tmp_path_factory.mktemp("throwaway"))
     except NotPermittedError as error:
         pytest.skip(str(error))
-    for name, path in packages.items():
-        shutil.copy(path, made.path / "tmp" / f"{name}.deb")
-    made.run("dpkg", "--purge", "procgen-server", "procgen-server-dev")
-    yield made
+    for name in ("procgen-server", "procgen-server-dev"):
+        (package,) = _PACKAGES.glob(f"{name}_*.deb")
+        shutil.copy(package, made.path / "tmp" / f"{name}.deb")
+        made.run("dpkg", "--purge", name)
+    return made
 
 
 @pytest.fixture

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
-import socket
-import struct
 import subprocess
 from pathlib import Path
 
 _CLONE_NEWNS = 0x00020000
 _CLONE_NEWNET = 0x40000000
-_SIOCGIFFLAGS = 0x8913
-_SIOCSIFFLAGS = 0x8914
-_IFF_UP = 1
 
 
 class NotPermittedError(Exception):
@@ -57,7 +51,7 @@ class ThrowawayRoot:
             _mount("--rbind", f"/{place}", self.path / place)
         for place in ("run", "tmp"):  # No systemd runs here, whatever runs outside.
             _mount("-t", "tmpfs", place, self.path / place)
-        _raise_loopback()
+        _run("ip", "link", "set", "lo", "up")
 
     def run(self, *command: str, user: str = "root") -> subprocess.CompletedProcess[str]:
         """Runs a command in it to its end."""
@@ -80,13 +74,10 @@ class ThrowawayRoot:
 
 
 def _mount(*arguments: str | Path) -> None:
-    result = subprocess.run(["mount", *arguments], capture_output=True, text=True, check=False)
+    _run("mount", *arguments)
+
+
+def _run(*command: str | Path) -> None:
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode != 0:
         raise NotPermittedError(result.stderr.strip())
-
-
-def _raise_loopback() -> None:
-    request = struct.pack("16sh22x", b"lo", 0)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        (flags,) = struct.unpack("16xh22x", fcntl.ioctl(any_socket, _SIOCGIFFLAGS, request))
-        fcntl.ioctl(any_socket, _SIOCSIFFLAGS, struct.pack("16sh22x", b"lo", flags | _IFF_UP))
