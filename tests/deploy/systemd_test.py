@@ -32,6 +32,9 @@ procgen-top --once --interval=100ms
 systemctl show --property=NRestarts procgen-server
 dpkg --install /probe/procgen-server.deb
 procgen-top --once --interval=100ms
+printf '%s\\n' --cluster=probe --node_id=alone >> /etc/procgen-server/server.flags
+systemctl restart procgen-server
+procgen-top --once --interval=100ms
 systemctl stop procgen-server
 systemctl show --property=Result procgen-server
 systemctl start procgen-server
@@ -78,7 +81,11 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def test_the_package_starts_the_service_and_has_it_start_again(said: str) -> None:
     assert re.search(r"^enabled$", said, re.MULTILINE)
-    assert said.count("procgen-server 0.") == 3
+    assert said.count("procgen-server 0.") == 4
+
+
+def test_it_may_be_a_node_of_a_cluster(said: str) -> None:
+    assert re.search(r"^nodes/alone .* serving ", said, re.MULTILINE)
 
 
 def test_it_may_do_nothing_that_it_need_not(said: str) -> None:
