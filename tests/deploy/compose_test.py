@@ -60,9 +60,6 @@ def test_what_the_fleet_server_keeps_is_on_a_volume() -> None:
     assert folder == flags(_SERVERS["fleet"])["state_dir"]
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=server_flags.WITHOUT_FLEET if n == "fleet" else ()) for n in _SERVERS],
-)
+@pytest.mark.parametrize("name", _SERVERS)
 def test_the_server_takes_all_flags(name: str) -> None:
     assert server_flags.complaint(_SERVERS[name]["command"]) == ""

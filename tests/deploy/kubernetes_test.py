@@ -275,9 +275,7 @@ def test_in_production_nobody_is_let_in_unasked() -> None:
             assert {"fleet_ca", "fleet_token"} <= flags.keys()
 
 
-@pytest.mark.parametrize(
-    "name", ["procgen-node", pytest.param("procgen-fleet", marks=server_flags.WITHOUT_FLEET)]
-)
+@pytest.mark.parametrize("name", ["procgen-node", "procgen-fleet"])
 def test_the_server_takes_all_flags(overlay: Overlay, name: str) -> None:
     server = overlay.named("StatefulSet", name)
     assert server_flags.complaint(overlay.flags(server)) == ""

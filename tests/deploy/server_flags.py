@@ -7,17 +7,11 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
-
 from procgen_client.server_process import BINARY_VARIABLE
 
 _FLAG_FILE = "--flagfile="
 # Wrong on purpose, so that the server reads all other flags, says so and ends.
 _WRONG = "--log_level=whisper"
-
-
-# The server has no --fleet yet. Once it does, tests with this mark fail, and the mark goes.
-WITHOUT_FLEET = pytest.mark.xfail(strict=True, reason="procgen-server has no --fleet yet")
 
 
 def expand(arguments: Sequence[str], files: dict[str, str]) -> list[str]:
