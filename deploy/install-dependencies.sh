@@ -38,10 +38,24 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
-  iproute2                # the hosts of tests/hosts
-  nftables                # and what cuts them off
+  nodejs                  # the Node.js client and its tests; what else it needs npm fetches
+  golang-go               # the Go client and its tests
+  protoc-gen-go           # its messages
+  protoc-gen-go-grpc      # its service stubs
+  golang-google-grpc-dev  # its transport
+  golang-google-protobuf-dev  # its messages' library
+  golang-github-klauspost-compress-dev  # decompresses its observations
+  python3-yaml            # the tests of deploy/ read manifests
+  kubernetes-client       # and render those of Kubernetes
+  dpkg-dev                # what a Debian package depends on
+  file                    # what is a program in it
+  iproute2                # networks of tests' own
+  nftables                # and what cuts hosts off from them
   fonts-dejavu-core       # the names in that picture
 )
+
+# npm comes with some packages of nodejs, and Debian's would not go along with those.
+command -v npm >/dev/null || packages+=(npm)
 
 # What the presets lint and fuzz need besides.
 clang_packages=(
@@ -55,15 +69,25 @@ plot_packages=(
   python3-matplotlib
 )
 
+# What tests of the label slow build and run images with, and check rules for Prometheus.
+slow_packages=(
+  mmdebstrap              # makes a root of Debian without asking a registry of images
+  buildah                 # builds images
+  podman                  # runs them
+  runc                    # by this, which also knows older control groups
+  prometheus              # promtool
+)
+
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--clang] [--plot] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--clang] [--plot] [--slow] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
-for the Python client. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
+for the clients in Python, Node.js and Go. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
+  --slow   and what the tests of the label slow need
   --list   print the names of the packages and stop
   --help   print this and stop
 TEXT
@@ -74,6 +98,7 @@ while [[ $# -gt 0 ]]; do
   case "$1" in
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
+    --slow) packages+=("${slow_packages[@]}"); shift ;;
     --list) list=yes; shift ;;
     -h | --help) usage; exit 0 ;;
     *)

@@ -134,6 +134,7 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   v1::Catalog catalog;
   catalog.set_server_version(std::string(server.version));
   catalog.add_protocols("procgen.v1");
+  catalog.add_protocols("dm_env_rpc.v1");
   catalog.add_protocols("grpc.health.v1");
   catalog.add_protocols("grpc.reflection.v1alpha");
   for (const GameFacts& facts : GameCatalog()) {

@@ -1,7 +1,6 @@
 #include "server/rpc/convert_pool.h"
 
 #include <algorithm>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "absl/time/time.h"
 #include "server/rpc/convert_observation.h"
 #include "server/rpc/enum_value.h"
+#include "server/session/rand_seed.h"
 #include "server/session/sessions.h"
 
 namespace procgen {
@@ -61,11 +61,6 @@ v1::EpisodeEnd EpisodeEndMessageOf(EpisodeEnd episode_end) {
       return v1::EPISODE_END_DISABLED;
   }
   return v1::EPISODE_END_UNSPECIFIED;
-}
-
-int64_t DrawRandSeed() {
-  std::random_device device;
-  return static_cast<int64_t>(device() % 2147483647U);
 }
 
 absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {

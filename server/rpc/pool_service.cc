@@ -12,7 +12,6 @@
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/unary_call.h"
-#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -124,11 +123,6 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
                           return;
                         }
                         *call->response() = PoolMessageOf(**pool);
-                        LogEvent(LogLevel::kInfo, "pool_created",
-                                 {{"pool", (*pool)->name()},
-                                  {"owner", (*pool)->owner()},
-                                  {"games", absl::StrCat((*pool)->options().games.front())},
-                                  {"environments", absl::StrCat((*pool)->env_count())}});
                         call->Finish(absl::OkStatus());
                       });
   });
@@ -162,12 +156,7 @@ grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContex
                                                       grpc::ByteBuffer* response) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
   return Call::Start(*callers_, *context, request, response, [this](Call* call) {
-    absl::Status status = sessions_->Delete(call->owner(), call->request().name());
-    if (status.ok()) {
-      LogEvent(LogLevel::kInfo, "pool_deleted",
-               {{"pool", call->request().name()}, {"owner", call->owner()}});
-    }
-    call->Finish(status);
+    call->Finish(sessions_->Delete(call->owner(), call->request().name()));
   });
 }
 

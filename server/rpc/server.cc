@@ -151,6 +151,7 @@ class GrpcServer final : public Server {
   void BeginDrain() override {
     server_->GetHealthCheckService()->SetServingStatus(false);
     sessions_.Drain();
+    services_.Drain();
     reporter_->ReportNow();
   }
 

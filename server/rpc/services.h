@@ -9,6 +9,7 @@
 #include "server/rpc/catalog_service.h"
 #include "server/rpc/clone_sources.h"
 #include "server/rpc/cluster_service.h"
+#include "server/rpc/dm_env_rpc_service.h"
 #include "server/rpc/pool_service.h"
 #include "server/rpc/render_service.h"
 #include "server/rpc/state_service.h"
@@ -18,7 +19,8 @@
 
 namespace procgen {
 
-// All services of the contract. Threads: as those of its members; it must outlive the gRPC server.
+// All services of the contract, and that of dm_env_rpc. Threads: as those of its members; it must
+// outlive the gRPC server.
 class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
@@ -29,17 +31,21 @@ class Services {
         pool_(sessions, callers),
         step_(sessions, callers, direct_lines),
         state_(sessions, callers, clone_sources),
-        render_(sessions, callers) {}
+        render_(sessions, callers),
+        dm_env_rpc_(sessions, callers) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
     for (grpc::Service* service : std::initializer_list<grpc::Service*>{
-             &catalog_, &cluster_, &pool_, &step_, &state_, &render_}) {
+             &catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}) {
       builder->RegisterService(service);
     }
   }
 
   // Ends the streams that would go on for as long as the server does.
   void EndWatches() { cluster_.EndWatches(); }
+
+  // Ends the streams of which Sessions::Drain does not know.
+  void Drain() { dm_env_rpc_.Drain(); }
 
  private:
   CatalogServiceImpl catalog_;
@@ -48,6 +54,7 @@ class Services {
   StepServiceImpl step_;
   StateServiceImpl state_;
   RenderServiceImpl render_;
+  DmEnvRpcServiceImpl dm_env_rpc_;
 };
 
 }  // namespace procgen

@@ -10,19 +10,12 @@
 #include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
 #include "server/rpc/convert_shared.h"
+#include "server/rpc/drain_trailer.h"
 #include "server/rpc/method_name.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
-namespace {
-
-// Tells a client that this server will not serve it, so that it does not try the same again. Other
-// UNAVAILABLEs are broken connections.
-constexpr char kDrainsKey[] = "procgen-drains";
-constexpr char kDrainsValue[] = "1";
-
-}  // namespace
 
 StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* callers,
                                         DirectLines* direct_lines,
@@ -466,9 +459,7 @@ void StepPoolReactor::FinishStream() {
               {"code", absl::StatusCodeToString(status.code())},
               {"message", std::string(status.message())}});
   }
-  if (absl::IsUnavailable(status)) {
-    context_->AddTrailingMetadata(kDrainsKey, kDrainsValue);
-  }
+  AddDrainTrailer(status, context_);
   Finish(callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), status));
 }
 

@@ -167,6 +167,8 @@ class PoolSession {
   // A number that is another one whenever environments were stepped, reset or restored, or their
   // choice of levels changed.
   int64_t change_number() const { return change_number_; }
+  // Whether the episode of `environment` has ended and it must be reset before it is stepped.
+  bool AwaitsReset(int32_t environment) const { return pool_->AwaitsReset(environment); }
   // Takes snapshots of `environments`, in their order, on another thread, and hands each to `take`
   // there until no more are wanted. The span must stay valid until then. Errors: those of
   // Pool::SaveStates.

@@ -200,6 +200,11 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>
     absl::MutexLock lock(&mutex_);
     entries_.find(key)->second.pool = session;
   }
+  LogEvent(LogLevel::kInfo, "pool_created",
+           {{"pool", session->name()},
+            {"owner", session->owner()},
+            {"games", session->options().games.front()},
+            {"environments", absl::StrCat(session->env_count())}});
   done(std::move(session));
 }
 
@@ -314,6 +319,7 @@ absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
     EraseLocked(Key(owner, name));
   }
   pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
+  LogEvent(LogLevel::kInfo, "pool_deleted", {{"pool", pool->name()}, {"owner", pool->owner()}});
   return absl::OkStatus();
 }
 

@@ -1,5 +1,6 @@
-// procgen-make-request-corpus FOLDER: writes the inputs that request_fuzz and stream_fuzz begin
-// with, requests that make sense and some that nearly do, to FOLDER/request and FOLDER/stream.
+// procgen-make-request-corpus FOLDER: writes the inputs that request_fuzz, stream_fuzz and
+// dm_env_rpc_fuzz begin with, requests that make sense and some that nearly do, to FOLDER/request,
+// FOLDER/stream and FOLDER/dm_env_rpc.
 
 #include <filesystem>
 #include <fstream>
@@ -8,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "dm_env_rpc/v1/dm_env_rpc.pb.h"
+#include "dm_env_rpc/v1/extensions/properties.pb.h"
 #include "procgen/v1/catalog.pb.h"
 #include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/pools.pb.h"
@@ -172,6 +175,84 @@ void WriteStreams(const std::filesystem::path& folder) {
   Write(folder / "again", {Message(Attach("pools/a", 2)), Message(Attach("pools/a", 2))});
 }
 
+namespace dm = ::dm_env_rpc::v1;
+namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
+
+Piece Message(const dm::EnvironmentRequest& message) {
+  return {false, message.SerializeAsString()};
+}
+
+Piece CreateWorld(const std::string& id, int32_t env_count) {
+  dm::EnvironmentRequest request;
+  auto& settings = *request.mutable_create_world()->mutable_settings();
+  settings["env_name"].mutable_strings()->add_array("maze");
+  settings["distribution_mode"].mutable_strings()->add_array("easy");
+  settings["rand_seed"].mutable_int64s()->add_array(3);
+  settings["pool_id"].mutable_strings()->add_array(id);
+  if (env_count > 0) {
+    settings["num_envs"].mutable_int64s()->add_array(env_count);
+  }
+  return Message(request);
+}
+
+Piece JoinWorld(const std::string& id) {
+  dm::EnvironmentRequest request;
+  request.mutable_join_world()->set_world_name("pools/" + id);
+  return Message(request);
+}
+
+Piece Act(const std::vector<int32_t>& actions, const std::vector<uint64_t>& observations) {
+  dm::EnvironmentRequest request;
+  dm::Tensor& action = (*request.mutable_step()->mutable_actions())[1];
+  action.mutable_int32s()->mutable_array()->Add(actions.begin(), actions.end());
+  if (actions.size() > 1) {
+    action.add_shape(static_cast<int32_t>(actions.size()));
+  }
+  request.mutable_step()->mutable_requested_observations()->Add(observations.begin(),
+                                                                observations.end());
+  return Message(request);
+}
+
+Piece Property(const dm_properties::PropertyRequest& property) {
+  dm::EnvironmentRequest request;
+  request.mutable_extension()->PackFrom(property);
+  return Message(request);
+}
+
+void WriteConversations(const std::filesystem::path& folder, const std::string& snapshot) {
+  dm::EnvironmentRequest reset;
+  (*reset.mutable_reset()->mutable_settings())["level_seed"].mutable_int64s()->add_array(9);
+  dm::EnvironmentRequest reset_world;
+  reset_world.mutable_reset_world()->set_world_name("pools/w");
+  dm::EnvironmentRequest leave;
+  leave.mutable_leave_world();
+  dm::EnvironmentRequest destroy;
+  destroy.mutable_destroy_world()->set_world_name("pools/w");
+  Write(folder / "single",
+        {CreateWorld("w", 0), JoinWorld("w"), Act({4}, {1, 2, 3}), Act({7}, {2}), Message(reset),
+         Act({4}, {3}), Message(reset_world), Message(leave), Message(destroy)});
+  Write(folder / "batch", {CreateWorld("w", 2), JoinWorld("w"), Act({4, 4}, {1, 9, 10, 11}),
+                           Act({-1, 7}, {2, 8}), Message(reset), Act({4, 4}, {3})});
+  Write(folder / "pools", {JoinWorld("a"), Act({4, 4}, {}), Message(leave), JoinWorld("b"),
+                           Act({4, 4, 4}, {1}), Act({-1, 4, 4}, {}), Act({4, 4, 4}, {})});
+  dm_properties::PropertyRequest list;
+  list.mutable_list_property();
+  dm_properties::PropertyRequest read;
+  read.mutable_read_property()->set_key("state.1");
+  dm_properties::PropertyRequest write;
+  write.mutable_write_property()->set_key("state.0");
+  write.mutable_write_property()->mutable_value()->mutable_uint8s()->set_array(snapshot);
+  write.mutable_write_property()->mutable_value()->add_shape(-1);
+  dm_properties::PropertyRequest next;
+  next.mutable_write_property()->set_key("next_level_seed.0");
+  next.mutable_write_property()->mutable_value()->mutable_int32s()->add_array(5);
+  Write(folder / "properties", {JoinWorld("a"), Property(list), Property(read), Property(write),
+                                Property(next), Act({4, 4}, {3}), Act({4, 4}, {3})});
+  Write(folder / "several",
+        {JoinWorld("a"), kMark, JoinWorld("a"), kMark, kMark, Message(leave), JoinWorld("b")});
+  Write(folder / "garbage", {{false, "\x0a\xff\xff"}, {false, ""}, JoinWorld("a")});
+}
+
 }  // namespace
 }  // namespace procgen
 
@@ -181,7 +262,7 @@ int main(int argument_count, char** arguments) {
     return 2;
   }
   const std::filesystem::path folder = arguments[1];
-  for (const char* kind : {"request", "stream"}) {
+  for (const char* kind : {"request", "stream", "dm_env_rpc"}) {
     std::filesystem::create_directories(folder / kind);
   }
   std::ifstream file(folder / "state" / "maze_easy.pgst", std::ios::binary);
@@ -189,5 +270,6 @@ int main(int argument_count, char** arguments) {
   procgen::WritePoolCalls(folder / "request");
   procgen::WriteStateCalls(folder / "request", snapshot);
   procgen::WriteStreams(folder / "stream");
+  procgen::WriteConversations(folder / "dm_env_rpc", snapshot);
   return 0;
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "dm_env_rpc/v1/dm_env_rpc.pb.h"
 #include "gmock/gmock.h"
 #include "google/protobuf/descriptor.h"
 #include "grpcpp/create_channel.h"
@@ -42,7 +43,8 @@ std::vector<std::string> AllMethods() {
   for (const google::protobuf::FileDescriptor* file :
        {v1::Catalog::descriptor()->file(), v1::Node::descriptor()->file(),
         v1::Pool::descriptor()->file(), v1::Attach::descriptor()->file(),
-        v1::State::descriptor()->file(), v1::Frame::descriptor()->file()}) {
+        v1::State::descriptor()->file(), v1::Frame::descriptor()->file(),
+        dm_env_rpc::v1::Tensor::descriptor()->file()}) {
     const google::protobuf::ServiceDescriptor* service = file->service(0);
     for (int i = 0; i < service->method_count(); ++i) {
       methods.push_back(absl::StrCat("/", service->full_name(), "/", service->method(i)->name()));
@@ -52,7 +54,7 @@ std::vector<std::string> AllMethods() {
 }
 
 TEST_F(TokensTest, EveryMethodAsksForATokenAndRepeatsNone) {
-  ASSERT_GE(AllMethods().size(), 15U);
+  ASSERT_GE(AllMethods().size(), 16U);
   for (const std::string& method : AllMethods()) {
     EXPECT_THAT(CallRaw(Channel(), method, {""}).status,
                 StatusIs(absl::StatusCode::kUnauthenticated,

@@ -27,8 +27,7 @@ std::vector<std::string> TestFleet::FlagsOf(const std::string& name) const {
           absl::StrCat("--node_id=", name), "--log_level=warning", "--drain_deadline=30s"};
 }
 
-void TestFleet::StartNode(const std::string& name,
-                          const std::vector<std::string>& node_flags) {
+void TestFleet::StartNode(const std::string& name, const std::vector<std::string>& node_flags) {
   std::vector<std::string> flags = FlagsOf(name);
   flags.insert(flags.end(), {"--address=127.0.0.1:0", "--workers=1"});
   flags.insert(flags.end(), node_flags.begin(), node_flags.end());

@@ -32,11 +32,12 @@ ARROWS = {
     "server/shared_memory": ("envcore/pool",),
     "server/session": ("envcore/pool", "server/encoding", "server/metrics",
                        "server/shared_memory"),
+    "server/dm_env_rpc": ("envcore/pool", "server/session", "server/metrics", "proto"),
     # A client of other servers, which speaks the same contract as server/rpc, in its conversions.
     "server/fleet": ("envcore/pool", "server/session", "server/cluster", "server/metrics",
                      "server/rpc", "proto", "clients/cpp"),
-    "server/rpc": ("envcore/pool", "server/cluster", "server/encoding", "server/session",
-                   "server/metrics", "server/shared_memory", "proto"),
+    "server/rpc": ("envcore/pool", "server/cluster", "server/dm_env_rpc", "server/encoding",
+                   "server/session", "server/metrics", "server/shared_memory", "proto"),
     "server/web": ("envcore/pool", "server/session"),
     # The program itself: flags, wiring, signals, shutdown.
     "server": ("envcore/pool", "server/session", "server/rpc", "server/metrics",
@@ -53,7 +54,10 @@ _FREE = ("tests",)
 _GUARDED_HEADERS = (
     (r"grpc(pp)?/|.*\.grpc\.pb\.h$", ("server/rpc", "clients", "tests"),
      "only server/rpc and the clients speak gRPC; put the call behind an interface of this module"),
-    (r".*\.pb\.h$", ("server/rpc", "server/fleet", "clients", "tests"),
+    # What dm_env_rpc is about are its messages: tensors and what is said of them.
+    (r"dm_env_rpc/.*\.pb\.h$", ("server/rpc", "server/dm_env_rpc", "tests"),
+     "messages of dm_env_rpc stop at server/dm_env_rpc; give this module what it needs as values"),
+    (r"(?!dm_env_rpc/).*\.pb\.h$", ("server/rpc", "server/fleet", "clients", "tests"),
      "messages of the wire stop at server/rpc; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),

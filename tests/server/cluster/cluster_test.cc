@@ -203,11 +203,14 @@ TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
   const auto a = Join(Options("a"));
   auto before = Join(Options("b"));
   const auto after = Join(Options("b"));
-  before->Publish(SomeStatus("127.0.0.1:2"));
-  after->Publish(SomeStatus("127.0.0.1:3"));
   ClusterWatch watch(a.get());
-  EXPECT_TRUE(watch.Await(
-      [&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == "127.0.0.1:3"; }));
+  const auto await_address = [&](const std::string& address) {
+    return watch.Await([&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == address; });
+  };
+  before->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(await_address("127.0.0.1:2"));
+  after->Publish(SomeStatus("127.0.0.1:3"));
+  EXPECT_TRUE(await_address("127.0.0.1:3"));
   before = nullptr;
   after->PublishPlacement(PoolPlacement());  // said after the other has gone
   EXPECT_TRUE(watch.Await([&] { return !a->Placements().empty(); }));

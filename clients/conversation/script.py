@@ -1,0 +1,133 @@
+"""The conversation that is recorded: what its learner asks for, where its messages lie."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parent
+sys.path.append(str(FOLDER.parent / "python"))
+
+from procgen_client._proto import pools_pb2, step_pb2  # noqa: E402
+from procgen_client._wire import Part, part_of  # noqa: E402
+from procgen_client.batch import assemble  # noqa: E402
+from procgen_client.encoding import decoder_for  # noqa: E402
+
+# One folder of messages for each.
+ENCODINGS = {
+    "raw": pools_pb2.ENCODING_RAW,
+    "zstd": pools_pb2.ENCODING_ZSTD_DIFFERENCE,
+    "lz4": pools_pb2.ENCODING_LZ4_DIFFERENCE,
+}
+CATALOG = "catalog.response.bin"
+EXPECTED = "expected.json"
+_SIDE_PX = 16
+
+
+def create_pool_request(encoding: str) -> pools_pb2.CreatePoolRequest:
+    """Two environments in grey without art, so that messages are small and the same for all art."""
+    return pools_pb2.CreatePoolRequest(
+        pool_id="recorded",
+        spec=pools_pb2.PoolSpec(
+            games=["maze"],
+            env_count=2,
+            options=pools_pb2.EnvironmentOptions(
+                distribution_mode=pools_pb2.DISTRIBUTION_MODE_EASY,
+                rand_seed=5,
+                use_monochrome_assets=True,
+            ),
+            observation_format=pools_pb2.ObservationFormat(
+                color=pools_pb2.COLOR_GRAYSCALE, width_px=_SIDE_PX, height_px=_SIDE_PX
+            ),
+            encoding=ENCODINGS[encoding],
+        ),
+    )
+
+
+def requests() -> list[step_pb2.StepPoolRequest]:
+    """All requests of the stream, in order; the first attaches."""
+    reset = step_pb2.Reset
+    asked = [
+        {"attach": step_pb2.Attach(pool="pools/recorded")},
+        {"observe": step_pb2.Observe()},
+        {"step": step_pb2.Step(actions=[4, 7], response_count_min=2)},
+        {"step": step_pb2.Step(actions=[-1, 3], with_final_observations=True)},
+        {
+            "step": step_pb2.Step(
+                slice=step_pb2.Slice(first_environment=1, environment_count=1),
+                actions=[8],
+                repeat_count=3,
+                next_levels=[step_pb2.NextLevel(environment=1, level_seed=42)],
+            )
+        },
+        {
+            "step": step_pb2.Step(
+                actions=[4, 4],
+                observation=step_pb2.OBSERVATION_NONE,
+                resets=[reset(environment=1)],
+            )
+        },
+        {
+            "reset": step_pb2.ResetSlice(
+                resets=[reset(environment=0, level_seed=7, rand_seed=9)]
+            )
+        },
+        {
+            "level_sampler": pools_pb2.LevelSampler(
+                level_seeds=[3, 5], weights=[1, 2], rand_seed=1
+            )
+        },
+        {"reset": step_pb2.ResetSlice(resets=[reset(environment=0), reset(environment=1)])},
+        {"step": step_pb2.Step(actions=[2, 6])},
+    ]
+    return [
+        step_pb2.StepPoolRequest(sequence_number=number, **what)
+        for number, what in enumerate(asked)
+    ]
+
+
+def response_paths(encoding: str, number: int) -> list[Path]:
+    """Where the responses to the request of a sequence number lie, in order; 0: attach."""
+    return sorted((FOLDER / encoding).glob(f"{number}.response-*.bin"))
+
+
+def expected_values(
+    responses: list[list[step_pb2.StepPoolResponse]],
+) -> Iterator[dict[str, object] | None]:
+    """What a client should make of the responses to each request; None: no values."""
+    pool = responses[0][0].attached.pool
+    decoder = decoder_for(pool)
+    for answer in responses:
+        parts = [part_of(response) for response in answer if response.HasField("batch")]
+        for part in parts:
+            _decode(decoder, part)
+        yield _values(parts, tuple(pool.observation_shape)) if parts else None
+
+
+def _decode(decoder: object, part: Part) -> None:
+    encoded = part.arrays["observations"]
+    if decoder is not None and len(encoded):
+        part.arrays["observations"] = decoder.decode(
+            part.first_environment, part.environment_count, encoded.tobytes()
+        )
+
+
+def _values(parts: list[Part], shape: tuple[int, ...]) -> dict[str, object]:
+    batch = assemble(parts, shape)
+    values: dict[str, object] = {
+        name: getattr(batch, name).tolist()
+        for name in (
+            "rewards", "first", "terminated", "truncated", "level_seeds", "prev_level_seeds",
+            "prev_level_complete", "episode_returns", "episode_lengths",
+        )
+    }  # fmt: skip
+    values["first_environment"] = batch.first_environment
+    # As text: not every language's JSON has whole numbers of 64 bits.
+    values["fingerprints"] = [str(hash_) for hash_ in batch.fingerprints]
+    for name in ("final_observations", "observations"):
+        pictures = getattr(batch, name)
+        content = b"" if pictures is None else pictures.tobytes()
+        values[name] = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    return values

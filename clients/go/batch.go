@@ -1,0 +1,108 @@
+package procgenclient
+
+import "google.golang.org/grpc/codes"
+
+// Batch is how n environments stand after a request. Row i is environment FirstEnvironment + i of the pool. F is the bytes
+// of one observation, m the number of rows whose episode ended in this step.
+//
+// Observations and FinalObservations are slices of the received message, which nobody writes again. Where an answer came in
+// several responses they are joined, and what came encoded is decoded.
+type Batch struct {
+	SequenceNumber   int64   // Number of the request that this answers.
+	FirstEnvironment int     // Index in the pool of row 0.
+	ObservationShape []int32 // Shape of one observation, e.g. [64, 64, 3].
+
+	Rewards           []float32 // Of this step, the old episode's where one ended   [n]
+	First             []bool    // A new episode has begun                           [n]
+	Terminated        []bool    // The game (or action -1) ended the episode         [n]
+	Truncated         []bool    // The time limit ended the episode                  [n]
+	LevelSeeds        []int32   // Level in the observation                          [n]
+	PrevLevelSeeds    []int32   // Level that was stepped                            [n]
+	PrevLevelComplete []bool    // That level was completed by this step             [n]
+	EpisodeReturns    []float32 // Of the ended or running episode                   [n]
+	EpisodeLengths    []int32   // Of the same, in steps                             [n]
+	Fingerprints      []uint64  // Hashes of episodes that ended, in order           [m]
+	FinalObservations []byte    // Last ones of those, if asked for                  [m * F]
+	Observations      []byte    // What the agents see; empty without pictures       [n * F]
+}
+
+// EnvironmentCount is the number of rows, n.
+func (b *Batch) EnvironmentCount() int { return len(b.Rewards) }
+
+// Observation is that of a row.
+func (b *Batch) Observation(row int) []byte {
+	size := elements(b.ObservationShape)
+	return b.Observations[row*size : (row+1)*size]
+}
+
+// One response with values: the answer to a request, or a part of it.
+type part struct {
+	Batch
+	count int
+	last  bool
+}
+
+func elements(shape []int32) int {
+	product := 1
+	for _, side := range shape {
+		product *= int(side)
+	}
+	return product
+}
+
+// Joins the responses to one request, which cover successive ranges of environments.
+func assemble(parts []*part, shape []int32) (*Batch, error) {
+	if len(parts) == 0 {
+		return nil, newError(codes.Internal, "a request for values was answered without any")
+	}
+	whole := &parts[0].Batch
+	whole.ObservationShape = shape
+	for i, next := range parts {
+		if err := next.check(elements(shape)); err != nil {
+			return nil, err
+		}
+		if i == 0 {
+			continue
+		}
+		if expected := whole.FirstEnvironment + whole.EnvironmentCount(); next.FirstEnvironment != expected {
+			return nil, newError(codes.Internal, "the answer to request %d goes on with environment %d, where %d is next",
+				next.SequenceNumber, next.FirstEnvironment, expected)
+		}
+		whole.append(&next.Batch)
+	}
+	return whole, nil
+}
+
+func (b *Batch) append(next *Batch) {
+	b.Rewards = append(b.Rewards, next.Rewards...)
+	b.First = append(b.First, next.First...)
+	b.Terminated = append(b.Terminated, next.Terminated...)
+	b.Truncated = append(b.Truncated, next.Truncated...)
+	b.LevelSeeds = append(b.LevelSeeds, next.LevelSeeds...)
+	b.PrevLevelSeeds = append(b.PrevLevelSeeds, next.PrevLevelSeeds...)
+	b.PrevLevelComplete = append(b.PrevLevelComplete, next.PrevLevelComplete...)
+	b.EpisodeReturns = append(b.EpisodeReturns, next.EpisodeReturns...)
+	b.EpisodeLengths = append(b.EpisodeLengths, next.EpisodeLengths...)
+	b.Fingerprints = append(b.Fingerprints, next.Fingerprints...)
+	b.FinalObservations = append(b.FinalObservations, next.FinalObservations...)
+	b.Observations = append(b.Observations, next.Observations...)
+}
+
+func (p *part) check(observationBytes int) error {
+	for _, length := range []int{len(p.Rewards), len(p.First), len(p.Terminated), len(p.Truncated), len(p.LevelSeeds),
+		len(p.PrevLevelSeeds), len(p.PrevLevelComplete), len(p.EpisodeReturns), len(p.EpisodeLengths)} {
+		if length != p.count {
+			return newError(codes.Internal, "the answer to request %d has an array of %d values for %d environments",
+				p.SequenceNumber, length, p.count)
+		}
+	}
+	if size := len(p.Observations); size != 0 && size != p.count*observationBytes {
+		return newError(codes.Internal, "the answer to request %d has %d bytes of observations for %d environments of %d each",
+			p.SequenceNumber, size, p.count, observationBytes)
+	}
+	if size := len(p.FinalObservations); size%observationBytes != 0 {
+		return newError(codes.Internal, "the answer to request %d has %d bytes of final observations, no multiple of %d",
+			p.SequenceNumber, size, observationBytes)
+	}
+	return nil
+}

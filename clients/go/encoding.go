@@ -1,0 +1,232 @@
+package procgenclient
+
+import (
+	"math/bits"
+
+	"github.com/klauspost/compress/zstd"
+	"google.golang.org/grpc/codes"
+
+	pb "procgenclient/procgenv1"
+)
+
+const blockSide = 8    // Of a block, in rows and pixels.
+const sideDefault = 64 // Of a picture, in pixels.
+const decoderMemoryMin = 1 << 20
+
+func checkDecodable(encoding pb.Encoding) error {
+	if encoding == pb.Encoding_ENCODING_LZ4_DIFFERENCE {
+		return newError(codes.Unimplemented, "this client decodes ENCODING_ZSTD_DIFFERENCE, and not ENCODING_LZ4_DIFFERENCE: "+
+			"the LZ4 library that it could use reads no frames of linked blocks")
+	}
+	return nil
+}
+
+// The decoder for a pool's observations; nil where they come as they are.
+func decoderFor(pool *pb.Pool) (*ObservationDecoder, error) {
+	switch pool.Spec.Encoding {
+	case pb.Encoding_ENCODING_UNSPECIFIED, pb.Encoding_ENCODING_RAW:
+		return nil, nil
+	}
+	return NewObservationDecoder(pool)
+}
+
+// ObservationDecoder decodes observations that a server sends compressed (PoolSpec.encoding); the comment of Encoding in
+// procgen/v1/pools.proto defines the bytes. It needs all encoded observations of a learner's answers, each once, in the order
+// of their sequence numbers, and remembers each environment's last one. After an error nothing has changed. Pools use it by
+// themselves.
+type ObservationDecoder struct {
+	rows, columns, pixelBytes, stack int
+
+	zstd  *zstd.Decoder
+	ages  []byte // That is next, of each environment.
+	shown []byte // The last observation of each.
+	basis []byte // What one follows from.
+}
+
+// NewObservationDecoder is for a pool as the server told it.
+func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
+	spec := pool.Spec
+	if spec.Encoding != pb.Encoding_ENCODING_ZSTD_DIFFERENCE {
+		if err := checkDecodable(spec.Encoding); err != nil {
+			return nil, err
+		}
+		return nil, invalid("encoding is %v; decoded is ENCODING_ZSTD_DIFFERENCE", spec.Encoding)
+	}
+	format := spec.GetObservationFormat()
+	side := int(format.GetWidthPx())
+	if side == 0 {
+		side = int(format.GetHeightPx())
+	}
+	if side == 0 {
+		side = sideDefault
+	}
+	d := &ObservationDecoder{columns: side, pixelBytes: 3, stack: clamp(int(format.GetFrameStack()), 1, 16)}
+	if format.GetColor() == pb.Color_COLOR_GRAYSCALE {
+		d.pixelBytes = 1
+	}
+	d.rows = side * d.stack
+	if format.GetLayout() == pb.Layout_LAYOUT_CHW {
+		d.rows, d.pixelBytes = d.rows*d.pixelBytes, 1
+	}
+	observationBytes := d.rows * d.columns * d.pixelBytes
+	d.ages = make([]byte, spec.EnvCount)
+	d.shown = make([]byte, int(spec.EnvCount)*observationBytes)
+	d.basis = make([]byte, observationBytes)
+	var err error
+	// The library wants room for more than the content, and at least so much.
+	memoryMax := uint64(d.contentBytesMax(len(d.ages)) + decoderMemoryMin)
+	d.zstd, err = zstd.NewReader(nil, zstd.WithDecoderConcurrency(1), zstd.WithDecoderMaxMemory(memoryMax))
+	return d, err
+}
+
+// Decode decodes the observations of the environments [first, first + count).
+func (d *ObservationDecoder) Decode(first, count int, encoded []byte) ([]byte, error) {
+	if first < 0 || count < 1 || first+count > len(d.ages) {
+		return nil, invalid("environments %d and %d from there; the pool has %d", first, count, len(d.ages))
+	}
+	bytes, err := d.frameContent(encoded, d.contentBytesMax(count))
+	if err != nil {
+		return nil, err
+	}
+	content, err := d.read(first, count, bytes)
+	if err != nil {
+		return nil, err
+	}
+	size := len(d.basis)
+	observations := make([]byte, count*size)
+	for i := 0; i < count; i++ {
+		shown := d.shown[(first+i)*size : (first+i+1)*size]
+		age := content.ages[i]
+		d.writeBasis(shown, age, content.advance(i))
+		observation := observations[i*size : (i+1)*size]
+		copy(observation, d.basis)
+		for block := 0; block < d.blockCount(); block++ {
+			if content.isChanged(i, block) {
+				d.decodeBlock(block, content, observation)
+			}
+		}
+		copy(shown, observation)
+		if d.ages[first+i] = age + 1; age == 255 {
+			d.ages[first+i] = 1
+		}
+	}
+	return observations, nil
+}
+
+func (d *ObservationDecoder) blockColumns() int { return (d.columns + blockSide - 1) / blockSide }
+
+func (d *ObservationDecoder) blockCount() int {
+	return (d.rows + blockSide - 1) / blockSide * d.blockColumns()
+}
+
+func (d *ObservationDecoder) contentBytesMax(count int) int {
+	numbers := 2 + (d.blockCount()+7)/8 + d.blockCount()*(3+blockSide)
+	return count * (numbers + len(d.basis))
+}
+
+func (d *ObservationDecoder) frameContent(frame []byte, bytesMax int) ([]byte, error) {
+	var header zstd.Header
+	if err := header.Decode(frame); err != nil || header.Skippable || !header.HasFCS {
+		return nil, damaged("no frame of zstd that tells the size of its content")
+	}
+	if header.FrameContentSize > uint64(bytesMax) {
+		return nil, damaged("content of %d bytes, there can be %d at most", header.FrameContentSize, bytesMax)
+	}
+	content, err := d.zstd.DecodeAll(frame, make([]byte, 0, header.FrameContentSize))
+	if err != nil {
+		return nil, damaged("not one whole frame of zstd: %v", err)
+	}
+	if uint64(len(content)) != header.FrameContentSize {
+		return nil, damaged("content of %d bytes, the frame tells %d", len(content), header.FrameContentSize)
+	}
+	return content, nil
+}
+
+func (d *ObservationDecoder) read(first, count int, bytes []byte) (*content, error) {
+	c, err := readContent(bytes, count, d.stack, d.blockCount(), d.pixelBytes)
+	if err != nil {
+		return nil, err
+	}
+	for i, age := range c.ages {
+		if expected := d.ages[first+i]; age != 0 && age != expected {
+			return nil, newError(codes.FailedPrecondition, "encoded observations: environment %d is at age %d, after what was "+
+				"decoded before it would be %d or 0: answers are missing or came twice", first+i, age, expected)
+		}
+		if advance := c.advance(i); advance >= d.stack || age == 0 && advance != 0 {
+			return nil, damaged("a stack of %d moves by %d", d.stack, advance)
+		}
+	}
+	return c, d.checkInside(c)
+}
+
+// Sees that nothing is mended beyond the picture, where blocks of the last row and column may be smaller.
+func (d *ObservationDecoder) checkInside(c *content) error {
+	changed, mended := 0, 0
+	for i := range c.ages {
+		for block := 0; block < d.blockCount(); block++ {
+			if !c.isChanged(i, block) {
+				continue
+			}
+			_, _, height, width := d.place(block)
+			rows := c.mendedRows[changed]
+			changed++
+			if rows>>height != 0 {
+				return damaged("a row is mended that the picture has not")
+			}
+			for row := bits.OnesCount8(rows); row > 0; row-- {
+				mask := c.masks[mended]
+				mended++
+				if mask == 0 || mask>>width != 0 {
+					return damaged("no pixel is mended in a row, or one that the picture has not")
+				}
+			}
+		}
+	}
+	return nil
+}
+
+func (d *ObservationDecoder) place(block int) (row, column, height, width int) {
+	row = block / d.blockColumns() * blockSide
+	column = block % d.blockColumns() * blockSide
+	return row, column, clamp(d.rows-row, 0, blockSide), clamp(d.columns-column, 0, blockSide)
+}
+
+func (d *ObservationDecoder) writeBasis(shown []byte, age byte, advance int) {
+	pictureBytes := len(d.basis) / d.stack
+	for place := 0; place < d.stack; place++ {
+		picture := d.basis[place*pictureBytes : (place+1)*pictureBytes]
+		if age == 0 {
+			zero(picture)
+			continue
+		}
+		from := clamp(place+advance, 0, d.stack-1) * pictureBytes
+		copy(picture, shown[from:from+pictureBytes])
+	}
+}
+
+func (d *ObservationDecoder) decodeBlock(block int, c *content, observation []byte) {
+	row, column, height, width := d.place(block)
+	down, right, rows := c.nextBlock()
+	rowBytes := d.columns * d.pixelBytes
+	for y := 0; y < height; y++ {
+		from := d.basis[clamp(row+y+down, 0, d.rows-1)*rowBytes:]
+		to := observation[(row+y)*rowBytes+column*d.pixelBytes:]
+		for x := 0; x < width; x++ {
+			pixel := clamp(column+x+right, 0, d.columns-1) * d.pixelBytes
+			copy(to[x*d.pixelBytes:], from[pixel:pixel+d.pixelBytes])
+		}
+		if rows>>y&1 != 0 {
+			c.mendRow(to)
+		}
+	}
+}
+
+func zero(bytes []byte) {
+	for i := range bytes {
+		bytes[i] = 0
+	}
+}
+
+func damaged(format string, arguments ...interface{}) error {
+	return newError(codes.DataLoss, "encoded observations: "+format, arguments...)
+}

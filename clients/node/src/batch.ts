@@ -1,0 +1,130 @@
+// A batch: how environments stand after a request, as typed arrays.
+
+import { InternalError } from "./errors.js";
+
+// The arrays of a batch of n environments, of which m have ended an episode in this step. F: the bytes of an observation.
+export interface BatchArrays {
+  // Of this step, the old episode's where one ended                          [n]
+  rewards: Float32Array;
+  // A new episode has begun; 0 or 1, as all flags                            [n]
+  first: Uint8Array;
+  // The game (or action -1) ended the episode                                [n]
+  terminated: Uint8Array;
+  // The time limit ended the episode                                         [n]
+  truncated: Uint8Array;
+  // Level in the observation                                                 [n]
+  levelSeeds: Int32Array;
+  // Level that was stepped                                                   [n]
+  prevLevelSeeds: Int32Array;
+  // That level was completed by this step                                    [n]
+  prevLevelComplete: Uint8Array;
+  // Sum of rewards of the ended, or of the running, episode                  [n]
+  episodeReturns: Float32Array;
+  // Steps of the same                                                        [n]
+  episodeLengths: Int32Array;
+  // Hashes of the episodes that ended, in order                              [m]
+  fingerprints: BigUint64Array;
+  // The last observations of those; empty unless asked for                   [m * F]
+  finalObservations: Uint8Array;
+  // What the agents see; empty with `observe: false`                         [n * F]
+  observations: Uint8Array;
+}
+
+// One response with values: the answer to a request, or a part of it.
+export interface Part {
+  sequenceNumber: number;
+  firstEnvironment: number;
+  environmentCount: number;
+  last: boolean;
+  arrays: BatchArrays;
+}
+
+// How n environments stand after a request. Row i is environment firstEnvironment + i of the pool. `observations` and
+// `finalObservations` are views of the received message, which nobody writes again; an answer of several responses is
+// joined, and what came encoded is decoded, into arrays of their own.
+export interface Batch extends BatchArrays {
+  // Number of the request that this answers.
+  sequenceNumber: number;
+  // Index in the pool of row 0.
+  firstEnvironment: number;
+  // Number of rows, n.
+  environmentCount: number;
+  // Shape of one observation, e.g. [64, 64, 3].
+  observationShape: readonly number[];
+}
+
+const rowArrays = [
+  "rewards", "first", "terminated", "truncated", "levelSeeds", "prevLevelSeeds", "prevLevelComplete", "episodeReturns",
+  "episodeLengths",
+] as const;
+
+// The observation of a row: a view.
+export function observationOf(batch: Batch, row: number): Uint8Array {
+  const bytes = batch.observations.length / batch.environmentCount;
+  return batch.observations.subarray(row * bytes, (row + 1) * bytes);
+}
+
+// Joins the responses to one request, which cover successive ranges of environments.
+export function assemble(parts: readonly Part[], observationShape: readonly number[]): Batch {
+  const [head] = parts;
+  if (head === undefined) {
+    throw new InternalError("a request for values was answered without any");
+  }
+  let next = head.firstEnvironment;
+  for (const part of parts) {
+    check(part, observationShape);
+    if (part.firstEnvironment !== next) {
+      throw new InternalError(
+        `the answer to request ${part.sequenceNumber} goes on with environment ${part.firstEnvironment}, where ${next} is next`,
+      );
+    }
+    next += part.environmentCount;
+  }
+  return {
+    sequenceNumber: head.sequenceNumber,
+    firstEnvironment: head.firstEnvironment,
+    environmentCount: next - head.firstEnvironment,
+    observationShape,
+    ...(parts.length === 1 ? head.arrays : joined(parts)),
+  };
+}
+
+function joined(parts: readonly Part[]): BatchArrays {
+  const arrays: Record<string, unknown> = {};
+  for (const name of Object.keys(parts[0]!.arrays) as (keyof BatchArrays)[]) {
+    const pieces = parts.map((part) => part.arrays[name]);
+    const length = pieces.reduce((sum, piece) => sum + piece.length, 0);
+    const whole = new (pieces[0]!.constructor as Uint8ArrayConstructor)(length);
+    let at = 0;
+    for (const piece of pieces) {
+      whole.set(piece as Uint8Array, at);
+      at += piece.length;
+    }
+    arrays[name] = whole;
+  }
+  return arrays as unknown as BatchArrays;
+}
+
+function check(part: Part, observationShape: readonly number[]): void {
+  const { sequenceNumber, environmentCount: count, arrays } = part;
+  for (const name of rowArrays) {
+    if (arrays[name].length !== count) {
+      throw new InternalError(
+        `the answer to request ${sequenceNumber} has ${arrays[name].length} ${name} for ${count} environments`,
+      );
+    }
+  }
+  const bytes = observationShape.reduce((product, side) => product * side, 1);
+  if (arrays.observations.length !== 0 && arrays.observations.length !== count * bytes) {
+    throw new InternalError(
+      `the answer to request ${sequenceNumber} has ${arrays.observations.length} bytes of observations for ${count} ` +
+        `environments of ${bytes} each`,
+    );
+  }
+  if (arrays.finalObservations.length % bytes !== 0) {
+    throw new InternalError(
+      `the answer to request ${sequenceNumber} has ${arrays.finalObservations.length} bytes of final observations, ` +
+        `which is no multiple of ${bytes}`,
+    );
+  }
+}

@@ -1,0 +1,25 @@
+// The client for Procgen Server. README.md shows how it is used.
+
+export { Client, connect, type ClientOptions, type PoolSpecInit } from "./client.js";
+export type { CallOptions } from "./connection.js";
+export { credentialsFromEnvironment, type Credentials } from "./credentials.js";
+export { observationOf, type Batch, type BatchArrays, type Part } from "./batch.js";
+export {
+  Pool,
+  type AttachOptions, type HoldOptions, type PlayOptions, type Reset, type SliceOptions, type StepOptions,
+} from "./pool.js";
+export type { CloneSource } from "./pool_resource.js";
+export { ServerProcess, type ServerProcessOptions } from "./server_process.js";
+export { ObservationDecoder } from "./encoding.js";
+export { readResponse } from "./wire.js";
+export * from "./errors.js";
+export * from "./generated/procgen/v1/catalog_pb.js";
+export {
+  Color, DistributionMode, Encoding, EpisodeEnd, Layout, PoolSchema, PoolSpecSchema, Transport,
+  type EnvironmentOptions, type LevelSampler, type ObservationFormat, type Pool as PoolMessage, type PoolSpec,
+} from "./generated/procgen/v1/pools_pb.js";
+export type { Frame } from "./generated/procgen/v1/render_pb.js";
+export {
+  StepPoolRequestSchema, StepPoolResponseSchema,
+  type StepPoolRequest, type StepPoolResponse,
+} from "./generated/procgen/v1/step_pb.js";

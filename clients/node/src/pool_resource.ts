@@ -1,0 +1,158 @@
+// A pool as it lies on a server: what can be asked of it from beside its stream.
+
+import type { Connection, CallOptions } from "./connection.js";
+import { encoded } from "./connection.js";
+import { InvalidArgumentError } from "./errors.js";
+import { PoolService, type Pool as PoolMessage, type PoolSpec } from "./generated/procgen/v1/pools_pb.js";
+import { FrameFormat, RenderService, type Frame } from "./generated/procgen/v1/render_pb.js";
+import { StateSchema, StateService } from "./generated/procgen/v1/states_pb.js";
+
+// Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
+const renderBytes = 4 * 1024 * 1024;
+const renderOverheadBytes = 4096;
+// What a state has in a request besides its own bytes, at most: a tag and a length.
+const stateOverheadBytes = 8;
+
+export interface CloneSource {
+  // The pool that is read, or its name. Absent: this one (on another server: the one of the same name).
+  sourcePool?: PoolResource | string;
+  // Address of its server, as this pool's server can reach it. Absent: the same server.
+  sourceServer?: string;
+}
+
+// These calls happen between two requests of whoever steps the pool; while requests of its own are unanswered they are a
+// FailedPreconditionError.
+export abstract class PoolResource {
+  // Resource name, e.g. "pools/7".
+  readonly name: string;
+  // What the pool was made with, every default filled in (also a randSeed that the server drew).
+  readonly spec: PoolSpec;
+  // Shape of one environment's observation, [64, 64, 3] by default.
+  readonly observationShape: readonly number[];
+  // Bytes of one, F.
+  readonly observationBytes: number;
+
+  constructor(
+    protected readonly connection: Connection,
+    message: PoolMessage,
+    private readonly requestBytesMax: number,
+  ) {
+    this.name = message.name;
+    this.spec = message.spec!;
+    this.observationShape = message.observationShape;
+    this.observationBytes = message.observationBytes;
+  }
+
+  // Number of environments, N.
+  get envCount(): number {
+    return this.spec.envCount;
+  }
+
+  // Takes snapshots of environments (all, unless told which), in the order asked for. An environment that is put into one
+  // goes on as this one does, bit for bit, in any pool of the same game on any server.
+  async saveStates(environments?: readonly number[], options?: CallOptions): Promise<Uint8Array[]> {
+    this.requireNothingInFlight();
+    const snapshots: Uint8Array[] = [];
+    if (environments?.length === 0) {
+      return snapshots;
+    }
+    const request = { pool: this.name, environments: [...(environments ?? [])], pageToken: "" };
+    do {
+      const page = await this.connection.unary(StateService.method.saveStates, request, options);
+      snapshots.push(...page.states.map((state) => state.snapshot));
+      request.pageToken = page.nextPageToken;
+    } while (request.pageToken !== "");
+    return snapshots;
+  }
+
+  // Puts environments into saved states: one for each environment, or some by environment. All or nothing, as long as they
+  // fit one request of the server; more are sent in several, and those before one that is refused are restored.
+  async restoreStates(
+    states: readonly Uint8Array[] | ReadonlyMap<number, Uint8Array>,
+    options?: CallOptions,
+  ): Promise<void> {
+    this.requireNothingInFlight();
+    if (!(states instanceof Map) && (states as readonly Uint8Array[]).length !== this.envCount) {
+      throw new InvalidArgumentError(
+        `states has ${(states as readonly Uint8Array[]).length} entries; there are ${this.envCount} environments (a Map ` +
+          "gives some of them theirs)",
+      );
+    }
+    const overhead = this.name.length + stateOverheadBytes;
+    let batch: { environment: number; snapshot: Uint8Array }[] = [];
+    let bytes = overhead;
+    const send = () =>
+      this.connection.unary(StateService.method.restoreStates, { pool: this.name, states: batch }, options);
+    for (const [environment, snapshot] of states.entries()) {
+      const stateBytes = encoded(StateSchema, { environment, snapshot }).length + stateOverheadBytes;
+      if (batch.length > 0 && bytes + stateBytes > this.requestBytesMax) {
+        await send();
+        [batch, bytes] = [[], overhead];
+      }
+      batch.push({ environment, snapshot });
+      bytes += stateBytes;
+    }
+    if (batch.length > 0) {
+      await send();
+    }
+  }
+
+  // Puts environments of this pool into the states of others: pairs of the environment that is read and the one that is
+  // written. All or nothing; all are read before any is written.
+  async cloneStates(
+    pairs: Iterable<readonly [source: number, target: number]>,
+    { sourcePool = "", sourceServer = "", ...options }: CloneSource & CallOptions = {},
+  ): Promise<void> {
+    this.requireNothingInFlight();
+    const messages = Array.from(pairs, ([sourceEnvironment, targetEnvironment]) => ({
+      sourceEnvironment,
+      targetEnvironment,
+    }));
+    if (messages.length > 0) {
+      const source = typeof sourcePool === "string" ? sourcePool : sourcePool.name;
+      const request = { pool: this.name, sourcePool: source, sourceServer, pairs: messages };
+      await this.connection.unary(StateService.method.cloneStates, request, options);
+    }
+  }
+
+  // Begins the pool's lease anew: its time to live while nobody steps it. `leaseSeconds`: its length from now on.
+  async renew(leaseSeconds?: number, options?: CallOptions): Promise<void> {
+    const leaseDuration = leaseSeconds === undefined ? undefined : durationOf(leaseSeconds);
+    await this.connection.unary(PoolService.method.renewPool, { name: this.name, leaseDuration }, options);
+  }
+
+  // Draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
+  async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
+    if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
+      throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
+    }
+    const wanted = environments ?? Array.from({ length: this.envCount }, (_, environment) => environment);
+    const frameBytes = 3 * sidePx ** 2 + 64;
+    const atATime = Math.max(1, Math.floor((renderBytes - renderOverheadBytes) / frameBytes));
+    const responseBytesMax = BigInt(Math.max(renderBytes, frameBytes + renderOverheadBytes));
+    const frames: Frame[] = [];
+    for (let begin = 0; begin < wanted.length; begin += atATime) {
+      const request = {
+        pool: this.name,
+        environments: wanted.slice(begin, begin + atATime),
+        sidePx,
+        format: FrameFormat.RGB,
+        responseBytesMax,
+      };
+      frames.push(
+        ...(await this.connection.unary(RenderService.method.renderEnvironments, request, options)).frames,
+      );
+    }
+    return frames;
+  }
+
+  protected abstract requireNothingInFlight(): void;
+}
+
+function durationOf(seconds: number): { seconds: bigint; nanos: number } {
+  if (!Number.isFinite(seconds)) {
+    throw new InvalidArgumentError(`a duration of ${seconds} seconds is none`);
+  }
+  const whole = Math.trunc(seconds);
+  return { seconds: BigInt(whole), nanos: Math.round((seconds - whole) * 1e9) };
+}

@@ -1,0 +1,208 @@
+#include "server/dm_env_rpc/joined_world.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace procgen {
+
+bool Interruption::IsOpen() const {
+  absl::MutexLock lock(&mutex_);
+  return done_ != nullptr;
+}
+
+void Interruption::Settle(End end) {
+  Done done;
+  {
+    absl::MutexLock lock(&mutex_);
+    std::swap(done, done_);
+  }
+  if (done != nullptr) {
+    done(end);
+  }
+}
+
+void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, OnDrain on_drain,
+                       JoinDone done) {
+  PoolSession* const session = pool.get();
+  if (session->shared_ring() != nullptr) {
+    done(
+        absl::FailedPreconditionError(absl::StrCat("pool ", session->name(),
+                                                   " shares memory with its learners, allowed: one "
+                                                   "whose observations are sent")));
+    return;
+  }
+  const std::shared_ptr<JoinedWorld> world(
+      new JoinedWorld(std::move(pool), worlds, std::move(on_drain)));
+  session->Attach(
+      AttachOptions(),
+      [world](StreamEnd why, const absl::Status& reason) { world->OnStreamEnd(why, reason); },
+      [world, done = std::move(done)](const absl::Status& attached) mutable {
+        if (!attached.ok()) {
+          done(attached);
+          return;
+        }
+        world->worlds_->Add(world->identity_, world);
+        if (!world->status().ok()) {
+          world->worlds_->Remove(world->identity_, world.get());
+        }
+        done(world);
+      });
+}
+
+JoinedWorld::JoinedWorld(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, OnDrain on_drain)
+    : identity_(pool.get()),
+      worlds_(worlds),
+      on_drain_(std::move(on_drain)),
+      pool_(std::move(pool)) {}
+
+absl::Status JoinedWorld::status() const {
+  absl::MutexLock lock(&mutex_);
+  return lost_;
+}
+
+void JoinedWorld::OnStreamEnd(StreamEnd why, const absl::Status& reason) {
+  std::shared_ptr<PoolSession> pool;
+  {
+    absl::MutexLock lock(&mutex_);
+    lost_ = reason;
+    if (!in_use_) {
+      pool = std::move(pool_);
+    }
+  }
+  LetGo(pool);
+  if (why == StreamEnd::kDrain) {
+    on_drain_(reason);
+  }
+}
+
+void JoinedWorld::Leave() {
+  std::shared_ptr<PoolSession> pool;
+  {
+    absl::MutexLock lock(&mutex_);
+    pool = std::move(pool_);
+  }
+  LetGo(pool);
+}
+
+void JoinedWorld::LetGo(const std::shared_ptr<PoolSession>& pool) {
+  if (pool == nullptr) {
+    return;
+  }
+  worlds_->Remove(identity_, this);
+  pool->Detach();
+  // Who waits for this stream to be told finds the pool free.
+  for (const std::shared_ptr<Interruption>& interruption : TakeInterruptions()) {
+    interruption->Settle(Interruption::End::kLeft);
+  }
+}
+
+std::shared_ptr<PoolSession> JoinedWorld::BeginUse() {
+  absl::MutexLock lock(&mutex_);
+  in_use_ = pool_ != nullptr;
+  return pool_;
+}
+
+void JoinedWorld::EndUse() {
+  std::shared_ptr<PoolSession> pool;
+  {
+    absl::MutexLock lock(&mutex_);
+    in_use_ = false;
+    if (!lost_.ok()) {
+      pool = std::move(pool_);
+    }
+  }
+  LetGo(pool);
+}
+
+void JoinedWorld::InTurn(Work work, Done done) {
+  std::shared_ptr<PoolSession> pool = BeginUse();
+  if (pool == nullptr) {
+    done(status());
+    return;
+  }
+  PoolSession* const session = pool.get();
+  session->TakeTurn([self = shared_from_this(), pool = std::move(pool), work = std::move(work),
+                     done = std::move(done)](const absl::Status& turn) mutable {
+    if (!turn.ok()) {
+      self->EndUse();
+      done(turn);
+      return;
+    }
+    PoolSession* const session = pool.get();
+    work(session, [self = std::move(self), pool = std::move(pool),
+                   done = std::move(done)](absl::Status status) mutable {
+      pool->EndTurn();
+      self->EndUse();
+      done(std::move(status));
+    });
+  });
+}
+
+void JoinedWorld::Run(const Request& request, const Batch& batch, Done done) {
+  request_ = request;
+  asked_time_ = SteadyNow();
+  InTurn(
+      [this, batch](PoolSession* pool, Done end) {
+        begin_time_ = SteadyNow();
+        request_.sequence_number = pool->next_sequence_number();
+        const absl::StatusOr<std::optional<Answer>> accepted = pool->Accept(&request_);
+        if (!accepted.ok()) {
+          end(accepted.status());
+          return;
+        }
+        pool->RunPart(request_, {request_.first, request_.count}, batch, std::move(end));
+      },
+      [this, done = std::move(done)](absl::Status status) mutable {
+        if (status.ok()) {
+          worlds_->metrics_->AddRequest(begin_time_ - asked_time_, SteadyNow() - begin_time_);
+        }
+        done(std::move(status));
+      });
+}
+
+void JoinedWorld::Interrupt(std::shared_ptr<Interruption> interruption) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (pool_ != nullptr) {
+      interruptions_.push_back(std::move(interruption));
+      return;
+    }
+  }
+  interruption->Settle(Interruption::End::kLeft);
+}
+
+std::vector<std::shared_ptr<Interruption>> JoinedWorld::TakeInterruptions() {
+  absl::MutexLock lock(&mutex_);
+  std::vector<std::shared_ptr<Interruption>> taken;
+  taken.swap(interruptions_);
+  // Those for which nobody waits any more have not happened.
+  taken.erase(std::remove_if(taken.begin(), taken.end(),
+                             [](const auto& interruption) { return !interruption->IsOpen(); }),
+              taken.end());
+  return taken;
+}
+
+std::shared_ptr<JoinedWorld> JoinedWorlds::Find(const PoolSession& pool) const {
+  absl::MutexLock lock(&mutex_);
+  const auto found = joined_.find(&pool);
+  return found == joined_.end() ? nullptr : found->second.lock();
+}
+
+void JoinedWorlds::Add(const PoolSession* pool, std::weak_ptr<JoinedWorld> joined) {
+  absl::MutexLock lock(&mutex_);
+  joined_[pool] = std::move(joined);
+}
+
+void JoinedWorlds::Remove(const PoolSession* pool, const JoinedWorld* joined) {
+  absl::MutexLock lock(&mutex_);
+  const auto found = joined_.find(pool);
+  // Another one may have joined in the meantime.
+  if (found != joined_.end() && found->second.lock().get() == joined) {
+    joined_.erase(found);
+  }
+}
+
+}  // namespace procgen

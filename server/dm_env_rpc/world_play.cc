@@ -1,0 +1,219 @@
+#include "server/dm_env_rpc/world_play.h"
+
+#include <utility>
+
+namespace procgen {
+namespace {
+
+// One that concerns all environments of the pool.
+Request RequestOf(Request::Kind kind) {
+  Request request;
+  request.kind = kind;
+  return request;
+}
+
+}  // namespace
+
+WorldPlay::WorldPlay(std::shared_ptr<JoinedWorld> world, const WorldForm& form)
+    : world_(std::move(world)),
+      form_(form),
+      values_(form),
+      next_(static_cast<size_t>(form.env_count)) {}
+
+void WorldPlay::Observe(Done done) {
+  world_->Run(RequestOf(Request::Kind::kObserve), values_.BatchOf({}), std::move(done));
+}
+
+void WorldPlay::Step(const dm::StepRequest& request, int64_t response_bytes_max,
+                     dm::StepResponse* response, Done done) {
+  absl::Status status = CheckRequestedObservations(form_, request, response_bytes_max);
+  if (status.ok() && running_) {
+    absl::StatusOr<std::vector<int32_t>> actions = ReadActions(form_, request);
+    status = actions.status();
+    actions_ = std::move(actions).value_or(std::vector<int32_t>());
+  }
+  if (!status.ok()) {
+    done(std::move(status));
+    return;
+  }
+  interruptions_ = world_->TakeInterruptions();
+  if (!running_) {
+    Begin(request, response, std::move(done));
+  } else if (!interruptions_.empty()) {
+    TellInterruption(request, response, std::move(done));
+  } else {
+    TakeActions(request, response, std::move(done));
+  }
+}
+
+void WorldPlay::TakeActions(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+  next_levels_.clear();
+  for (size_t i = 0; i < next_.size(); ++i) {
+    if (next_[i].level_seed.has_value()) {
+      next_levels_.push_back({static_cast<int32_t>(i), *next_[i].level_seed});
+    }
+  }
+  Request asked = RequestOf(Request::Kind::kStep);
+  asked.actions = actions_;
+  asked.next_levels = next_levels_;
+  Run(asked, std::nullopt, request, response, std::move(done));
+}
+
+void WorldPlay::TellInterruption(const dm::StepRequest& request, dm::StepResponse* response,
+                                 Done done) {
+  Run(RequestOf(Request::Kind::kObserve), dm::INTERRUPTED, request, response, std::move(done));
+}
+
+void WorldPlay::Begin(const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+  if (!interruptions_.empty()) {
+    Adopt(interruptions_.back()->settings());
+    reset_all_ = true;
+  }
+  resets_.clear();
+  for (size_t i = 0; i < next_.size(); ++i) {
+    const Next& next = next_[i];
+    if (reset_all_ || next.level_seed.has_value() || next.rand_seed.has_value() ||
+        !(next.restored || values_.first(i))) {
+      resets_.push_back({static_cast<int32_t>(i), next.level_seed, next.rand_seed});
+    }
+  }
+  Request asked = RequestOf(resets_.empty() ? Request::Kind::kObserve : Request::Kind::kReset);
+  asked.resets = resets_;
+  Run(asked, dm::RUNNING, request, response, std::move(done));
+}
+
+void WorldPlay::Run(const Request& asked, std::optional<dm::EnvironmentStateType> state,
+                    const dm::StepRequest& request, dm::StepResponse* response, Done done) {
+  const absl::Span<uint8_t> frames = AddFrames(form_, request, response);
+  world_->Run(
+      asked, values_.BatchOf(frames),
+      [this, state, &request, response, done = std::move(done)](absl::Status status) mutable {
+        OnRun(status, state, request, response);
+        done(std::move(status));
+      });
+}
+
+void WorldPlay::OnRun(const absl::Status& status, std::optional<dm::EnvironmentStateType> state,
+                      const dm::StepRequest& request, dm::StepResponse* response) {
+  if (!status.ok()) {
+    SettleInterruptions(Interruption::End::kLeft);
+    return;
+  }
+  reset_all_ = state == dm::INTERRUPTED;
+  if (reset_all_) {
+    Adopt(interruptions_.back()->settings());
+  } else {
+    next_.assign(next_.size(), Next());
+  }
+  if (state.has_value()) {
+    values_.ForgetOutcome();
+  }
+  response->set_state(state.has_value() ? *state : StateAfterActions());
+  running_ = response->state() == dm::RUNNING;
+  values_.Fill(form_, request, response);
+  SettleInterruptions(Interruption::End::kTold);
+}
+
+dm::EnvironmentStateType WorldPlay::StateAfterActions() const {
+  if (form_.is_single && values_.terminated(0)) {
+    return dm::TERMINATED;
+  }
+  return form_.is_single && values_.truncated(0) ? dm::INTERRUPTED : dm::RUNNING;
+}
+
+absl::Status WorldPlay::Reset(const Settings& settings) {
+  const absl::StatusOr<EpisodeSettings> read = ReadEpisodeSettings(settings, form_.shape());
+  if (!read.ok()) {
+    return read.status();
+  }
+  Adopt(*read);
+  reset_all_ = reset_all_ || running_ || !settings.empty();
+  running_ = false;
+  return absl::OkStatus();
+}
+
+void WorldPlay::ResetNow(const EpisodeSettings& settings, Done done) {
+  struct Exchange {
+    dm::StepRequest request;
+    dm::StepResponse response;
+  };
+  Adopt(settings);
+  reset_all_ = true;
+  running_ = false;
+  auto exchange = std::make_unique<Exchange>();
+  Exchange* const exchanged = exchange.get();
+  Begin(exchanged->request, &exchanged->response,
+        [exchange = std::move(exchange), done = std::move(done)](absl::Status status) mutable {
+          done(std::move(status));
+        });
+}
+
+void WorldPlay::Adopt(const EpisodeSettings& settings) {
+  for (size_t i = 0; i < next_.size(); ++i) {
+    if (settings.level_seeds[i].has_value()) {
+      next_[i].level_seed = settings.level_seeds[i];
+    }
+    if (settings.rand_seeds[i].has_value()) {
+      next_[i].rand_seed = settings.rand_seeds[i];
+    }
+  }
+}
+
+void WorldPlay::SettleInterruptions(Interruption::End end) {
+  for (const std::shared_ptr<Interruption>& interruption : std::exchange(interruptions_, {})) {
+    interruption->Settle(end);
+  }
+}
+
+void WorldPlay::SetNextLevel(int32_t environment, int32_t level_seed) {
+  next_[static_cast<size_t>(environment)].level_seed = level_seed;
+}
+
+void WorldPlay::SaveState(int32_t environment, SaveDone done) {
+  saved_environment_ = environment;
+  world_->InTurn(
+      [this](PoolSession* pool, Done end) {
+        pool->SaveStates(
+            absl::MakeConstSpan(&saved_environment_, 1),
+            [this](int32_t /*environment*/, std::string snapshot) {
+              saved_ = std::move(snapshot);
+              return true;
+            },
+            std::move(end));
+      },
+      [this, done = std::move(done)](absl::Status status) mutable {
+        if (!status.ok()) {
+          done(std::move(status));
+        } else {
+          done(std::exchange(saved_, {}));
+        }
+      });
+}
+
+void WorldPlay::RestoreState(int32_t environment, absl::string_view snapshot, Done done) {
+  world_->InTurn(
+      [this, environment, snapshot](PoolSession* pool, Done end) {
+        pool->RestoreStates(
+            {{.environment = environment, .snapshot = snapshot}},
+            [this, pool, environment, end = std::move(end)](absl::Status status) mutable {
+              if (status.ok()) {
+                // One that was saved at an episode's end goes on as it would have: with another.
+                const bool ended = pool->AwaitsReset(environment);
+                Next& next = next_[static_cast<size_t>(environment)];
+                next = Next();
+                next.restored = !ended;
+                running_ = running_ && !ended;
+              }
+              end(std::move(status));
+            });
+      },
+      [this, done = std::move(done)](absl::Status status) mutable {
+        if (!status.ok()) {
+          done(std::move(status));
+        } else {
+          Observe(std::move(done));
+        }
+      });
+}
+
+}  // namespace procgen

@@ -1,0 +1,303 @@
+#include "server/dm_env_rpc/world_settings.h"
+
+#include <algorithm>
+#include <array>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/time/time.h"
+#include "server/session/rand_seed.h"
+
+namespace procgen {
+namespace {
+
+constexpr size_t kGamesMax = 64;
+constexpr size_t kGameBytesMax = 64;  // no game has a longer name
+
+constexpr size_t kPoolIdBytesMax = 63;
+
+// A setting of a new world: its name, and what takes it in.
+struct WorldSetting {
+  absl::string_view name;
+  absl::Status (*read)(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan);
+};
+
+absl::Status ReadGames(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  absl::StatusOr<std::vector<std::string>> games = ReadTexts(name, tensor);
+  if (!games.ok()) {
+    return games.status();
+  }
+  if (games->empty() || games->size() > kGamesMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, " has ", games->size(), " games, allowed: 1 to ", kGamesMax));
+  }
+  for (const std::string& game : *games) {
+    if (game.size() > kGameBytesMax) {
+      return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(game),
+                                                     "', allowed: the name of a game, at most ",
+                                                     kGameBytesMax, " characters"));
+    }
+  }
+  plan->options.games = *std::move(games);
+  return absl::OkStatus();
+}
+
+// Takes in an integer of [min, max].
+template <typename Integer>
+absl::Status ReadIntegerTo(absl::string_view name, const dm::Tensor& tensor, int64_t min,
+                           int64_t max, Integer* value) {
+  const absl::StatusOr<int64_t> read = ReadInteger(name, tensor, min, max);
+  if (read.ok()) {
+    *value = static_cast<Integer>(*read);
+  }
+  return read.status();
+}
+
+// `option`: the member of EnvironmentOptions, or of PoolOptions, that is set.
+template <auto option>
+absl::Status ReadCount(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, 0, INT32_MAX, &(plan->options.environment.*option));
+}
+
+template <auto option, int32_t min>
+absl::Status ReadPlace(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, min, INT32_MAX, &(plan->options.*option));
+}
+
+template <auto option>
+absl::Status ReadFlag(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  const absl::StatusOr<bool> read = ReadBool(name, tensor);
+  if (read.ok()) {
+    plan->options.environment.*option = *read;
+  }
+  return read.status();
+}
+
+absl::Status ReadMode(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  constexpr std::array kModes = {DistributionMode::kEasy, DistributionMode::kHard,
+                                 DistributionMode::kExtreme, DistributionMode::kMemory,
+                                 DistributionMode::kExploration};
+  std::string given;
+  std::optional<DistributionMode> mode;
+  if (tensor.has_strings()) {
+    const absl::StatusOr<std::string> text = ReadText(name, tensor);
+    if (!text.ok()) {
+      return text.status();
+    }
+    given = absl::StrCat("'", Shown(*text), "'");
+    mode = FindDistributionMode(*text);
+  } else {
+    const absl::StatusOr<int64_t> number = ReadInteger(name, tensor, INT64_MIN, INT64_MAX);
+    if (!number.ok()) {
+      return number.status();
+    }
+    given = absl::StrCat(*number);
+    const auto* const found = std::find_if(
+        kModes.begin(), kModes.end(),
+        [&](DistributionMode known) { return static_cast<int64_t>(known) == *number; });
+    mode = found == kModes.end() ? std::nullopt : std::optional(*found);
+  }
+  if (!mode.has_value()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        name, " is ", given,
+        ", allowed: ", absl::StrJoin(kModes, ", ", [](std::string* out, DistributionMode known) {
+          absl::StrAppend(out, "'", DistributionModeName(known), "' (", static_cast<int>(known),
+                          ")");
+        })));
+  }
+  plan->options.environment.distribution_mode = *mode;
+  return absl::OkStatus();
+}
+
+absl::Status ReadRandSeed(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, INT64_MIN, INT64_MAX, &plan->options.environment.rand_seed);
+}
+
+absl::Status ReadDebugMode(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, INT32_MIN, INT32_MAX, &plan->options.environment.debug_mode);
+}
+
+absl::Status ReadEnvCount(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  plan->options.episode_end = EpisodeEnd::kSameStep;
+  return ReadIntegerTo(name, tensor, 1, INT32_MAX, &plan->options.env_count);
+}
+
+absl::Status ReadScreenSize(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, kObservationSidePxMin, kObservationSidePxMax,
+                       &plan->options.observation_format.frame.side_px);
+}
+
+absl::Status ReadGrayscale(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  const absl::StatusOr<bool> read = ReadBool(name, tensor);
+  if (read.ok()) {
+    plan->options.observation_format.frame.color = *read ? Color::kGrayscale : Color::kRgb;
+  }
+  return read.status();
+}
+
+absl::Status ReadLayout(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  const absl::StatusOr<std::string> text = ReadText(name, tensor);
+  if (!text.ok()) {
+    return text.status();
+  }
+  if (*text != "hwc" && *text != "chw") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, " is '", Shown(*text), "', allowed: 'hwc', 'chw'"));
+  }
+  plan->options.observation_format.frame.layout = *text == "hwc" ? Layout::kHwc : Layout::kChw;
+  return absl::OkStatus();
+}
+
+absl::Status ReadFrameStack(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  return ReadIntegerTo(name, tensor, 1, kFrameStackMax,
+                       &plan->options.observation_format.frame_stack);
+}
+
+absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  const absl::StatusOr<double> seconds = ReadNumber(name, tensor);
+  if (seconds.ok()) {
+    plan->terms.lease_duration = absl::Seconds(*seconds);
+  }
+  return seconds.status();
+}
+
+absl::Status ReadPoolId(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
+  absl::StatusOr<std::string> text = ReadText(name, tensor);
+  if (!text.ok()) {
+    return text.status();
+  }
+  if (text->empty() || text->size() > kPoolIdBytesMax) {
+    return absl::InvalidArgumentError(absl::StrCat(name, " is '", Shown(*text), "', allowed: 1 to ",
+                                                   kPoolIdBytesMax, " characters"));
+  }
+  plan->pool_id = *std::move(text);
+  return absl::OkStatus();
+}
+
+constexpr absl::string_view kEnvName = "env_name";
+constexpr absl::string_view kRandSeed = "rand_seed";
+constexpr absl::string_view kLeaseDuration = "lease_duration";
+constexpr absl::string_view kLevelSeed = "level_seed";
+
+constexpr WorldSetting kWorldSettings[] = {
+    {kEnvName, ReadGames},
+    {"num_envs", ReadEnvCount},
+    {"distribution_mode", ReadMode},
+    {"num_levels", ReadCount<&EnvironmentOptions::num_levels>},
+    {"start_level", ReadCount<&EnvironmentOptions::start_level>},
+    {kRandSeed, ReadRandSeed},
+    {"use_sequential_levels", ReadFlag<&EnvironmentOptions::use_sequential_levels>},
+    {"center_agent", ReadFlag<&EnvironmentOptions::center_agent>},
+    {"use_backgrounds", ReadFlag<&EnvironmentOptions::use_backgrounds>},
+    {"use_generated_assets", ReadFlag<&EnvironmentOptions::use_generated_assets>},
+    {"use_monochrome_assets", ReadFlag<&EnvironmentOptions::use_monochrome_assets>},
+    {"restrict_themes", ReadFlag<&EnvironmentOptions::restrict_themes>},
+    {"paint_vel_info", ReadFlag<&EnvironmentOptions::paint_vel_info>},
+    {"debug_mode", ReadDebugMode},
+    {"screen_size", ReadScreenSize},
+    {"grayscale_obs", ReadGrayscale},
+    {"layout", ReadLayout},
+    {"frame_stack", ReadFrameStack},
+    {"first_environment", ReadPlace<&PoolOptions::first_environment, 0>},
+    {"total_environments", ReadPlace<&PoolOptions::total_environments, 1>},
+    {kLeaseDuration, ReadLeaseDuration},
+    {"pool_id", ReadPoolId},
+};
+
+absl::Status UnknownSetting(absl::string_view name, absl::string_view allowed) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("there is no setting '", Shown(name), "', allowed: ", allowed));
+}
+
+// Checks what several settings say together.
+absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Limits& limits) {
+  if (plan.options.games.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("settings have no ", kEnvName, ", which is the name of a game"));
+  }
+  const int64_t least_total =
+      int64_t{plan.options.first_environment} + int64_t{plan.options.env_count};
+  const int32_t total = plan.options.total_environments;
+  if (least_total > INT32_MAX || (total != 0 && total < least_total)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("total_environments is ", total,
+                     ", allowed: first_environment + num_envs = ", least_total, " to ", INT32_MAX));
+  }
+  if (settings.contains(std::string(kLeaseDuration))) {
+    return CheckLeaseDuration(kLeaseDuration, plan.terms.lease_duration, limits);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limits& limits) {
+  WorldPlan plan;
+  plan.options.env_count = 1;
+  plan.options.episode_end = EpisodeEnd::kDisabled;
+  for (const auto& [name, tensor] : settings) {
+    const absl::string_view given = name;
+    const auto* const known =
+        std::find_if(std::begin(kWorldSettings), std::end(kWorldSettings),
+                     [&](const WorldSetting& setting) { return setting.name == given; });
+    if (known == std::end(kWorldSettings)) {
+      return UnknownSetting(given, absl::StrJoin(kWorldSettings, ", ",
+                                                 [](std::string* out, const WorldSetting& setting) {
+                                                   absl::StrAppend(out, setting.name);
+                                                 }));
+    }
+    if (absl::Status status = known->read(known->name, tensor, &plan); !status.ok()) {
+      return status;
+    }
+  }
+  if (absl::Status status = CheckPlan(settings, plan, limits); !status.ok()) {
+    return status;
+  }
+  if (!settings.contains(std::string(kRandSeed))) {
+    plan.options.environment.rand_seed = DrawRandSeed();
+  }
+  return plan;
+}
+
+absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, TensorShape shape) {
+  const auto env_count = static_cast<size_t>(shape.element_count());
+  EpisodeSettings read;
+  read.level_seeds.resize(env_count);
+  read.rand_seeds.resize(env_count);
+  for (const auto& [name, tensor] : settings) {
+    const bool is_level = name == kLevelSeed;
+    if (!is_level && name != kRandSeed) {
+      return UnknownSetting(name, absl::StrCat(kLevelSeed, ", ", kRandSeed));
+    }
+    // A scalar stands for all: the same level, or seeds that differ.
+    const bool for_all = shape.is_list && tensor.shape_size() == 0;
+    const absl::StatusOr<std::vector<int64_t>> values =
+        ReadIntegers(name, tensor, for_all ? TensorShape::Scalar() : shape);
+    if (!values.ok()) {
+      return values.status();
+    }
+    for (size_t i = 0; i < env_count; ++i) {
+      const int64_t value = (*values)[for_all ? 0 : i];
+      if (!is_level) {
+        // Modulo 2^32 in the end, so it may wrap.
+        read.rand_seeds[i] = static_cast<int64_t>(static_cast<uint64_t>(value) + (for_all ? i : 0));
+      } else if (value < INT32_MIN || value > INT32_MAX) {
+        return absl::InvalidArgumentError(
+            absl::StrCat(kLevelSeed, " is ", value, ", allowed: ", INT32_MIN, " to ", INT32_MAX));
+      } else {
+        read.level_seeds[i] = static_cast<int32_t>(value);
+      }
+    }
+  }
+  return read;
+}
+
+absl::Status CheckNoSettings(absl::string_view request, const Settings& settings) {
+  if (settings.empty()) {
+    return absl::OkStatus();
+  }
+  return UnknownSetting(settings.begin()->first, absl::StrCat("none with ", request));
+}
+
+}  // namespace procgen

@@ -1,0 +1,58 @@
+#include "server/rpc/dm_env_rpc_service.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "server/rpc/method_name.h"
+#include "server/rpc/refused_stream.h"
+
+namespace procgen {
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* DmEnvRpcServiceImpl::Process(
+    grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  if (!caller.ok()) {
+    using Stream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
+    return new RefusedStream<Stream>(
+        callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
+  }
+  const std::shared_ptr<DmEnvRpcReactor> stream =
+      DmEnvRpcReactor::Start(sessions_, &worlds_, callers_, context, *std::move(caller));
+  bool draining = false;
+  {
+    absl::MutexLock lock(&mutex_);
+    draining = draining_;
+    if (streams_.size() >= streams_kept_max_) {
+      ForgetEnded();
+    }
+    streams_.push_back(stream);
+  }
+  if (draining) {
+    stream->End(Sessions::Draining());
+  }
+  return stream.get();
+}
+
+void DmEnvRpcServiceImpl::ForgetEnded() {
+  streams_.erase(std::remove_if(streams_.begin(), streams_.end(),
+                                [](const auto& stream) { return stream.expired(); }),
+                 streams_.end());
+  streams_kept_max_ = std::max(kStreamsKeptMin, 2 * streams_.size());
+}
+
+void DmEnvRpcServiceImpl::Drain() {
+  std::vector<std::weak_ptr<DmEnvRpcReactor>> streams;
+  {
+    absl::MutexLock lock(&mutex_);
+    draining_ = true;
+    streams = streams_;
+  }
+  for (const std::weak_ptr<DmEnvRpcReactor>& ended : streams) {
+    if (const std::shared_ptr<DmEnvRpcReactor> stream = ended.lock(); stream != nullptr) {
+      stream->End(Sessions::Draining());
+    }
+  }
+}
+
+}  // namespace procgen

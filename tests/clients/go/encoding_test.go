@@ -1,0 +1,102 @@
+package procgenclient
+
+// Compressed observations are those that would have come raw, and damaged ones are found.
+
+import (
+	"bytes"
+	"testing"
+
+	"github.com/klauspost/compress/zstd"
+	"google.golang.org/grpc/codes"
+	"google.golang.org/protobuf/proto"
+
+	pb "procgenclient/procgenv1"
+)
+
+func TestEncodedObservationsAreLossless(t *testing.T) {
+	client := connected(t, Options{})
+	for name, format := range map[string]*pb.ObservationFormat{
+		"default": nil,
+		"grey":    {Color: pb.Color_COLOR_GRAYSCALE, WidthPx: 84, FrameStack: 4},
+		"planes":  {Layout: pb.Layout_LAYOUT_CHW, WidthPx: 21, FrameStack: 2},
+	} {
+		t.Run(name, func(t *testing.T) {
+			spec := easy(6, "bigfish", "jumper", "maze")
+			spec.ObservationFormat = format
+			raw := madePool(t, client, spec, HoldOptions{})
+			encoded := proto.Clone(spec).(*pb.PoolSpec)
+			encoded.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
+			told := madePool(t, client, encoded, HoldOptions{})
+			for step := 0; step < 80; step++ {
+				if step == 40 {
+					told.Detach(testContext(t)) // Another stream begins without a past.
+				}
+				expected := stepped(t, raw, actionsOf(step, 6), StepOptions{})
+				batch := stepped(t, told, actionsOf(step, 6), StepOptions{})
+				if !bytes.Equal(batch.Observations, expected.Observations) {
+					t.Fatalf("step %d is another", step)
+				}
+			}
+		})
+	}
+}
+
+func zstdFrame(t *testing.T, content ...byte) []byte {
+	encoder, err := zstd.NewWriter(nil, zstd.WithSingleSegment(true))
+	must(t, err)
+	return encoder.EncodeAll(content, nil)
+}
+
+// Of one environment that shows 2 x 2 blocks of grey.
+func decoder(t *testing.T) *ObservationDecoder {
+	decoder, err := NewObservationDecoder(&pb.Pool{Spec: &pb.PoolSpec{
+		EnvCount:          1,
+		Encoding:          pb.Encoding_ENCODING_ZSTD_DIFFERENCE,
+		ObservationFormat: &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, WidthPx: 16, HeightPx: 16},
+	}})
+	must(t, err)
+	return decoder
+}
+
+// Age, changed, down, right, rows, masks, values.
+var onePixel = []byte{0, 0b0001, 0, 0, 0b10, 0b100, 77}
+
+func TestTablesAreReadAsTheContractHasThem(t *testing.T) {
+	decoder := decoder(t)
+	shown, err := decoder.Decode(0, 1, zstdFrame(t, onePixel...))
+	must(t, err)
+	expected := make([]byte, 256)
+	expected[16+2] = 77
+	if !bytes.Equal(shown, expected) {
+		t.Error(shown)
+	}
+	// The block shows what is a row below and two pixels to the right.
+	moved, err := decoder.Decode(0, 1, zstdFrame(t, 1, 0b0001, 1, 2, 0))
+	must(t, err)
+	if moved[0] != 77 {
+		t.Error(moved[:16])
+	}
+	_, err = decoder.Decode(0, 1, zstdFrame(t, 3, 0))
+	expectError(t, err, codes.FailedPrecondition, "is at age 3, after what was decoded before it would be 2 or 0")
+	_, err = decoder.Decode(0, 1, zstdFrame(t, 2, 0))
+	must(t, err)
+}
+
+func TestDamagedObservationsAreFound(t *testing.T) {
+	whole := zstdFrame(t, onePixel...)
+	for what, frame := range map[string][]byte{
+		"a table that ends":          zstdFrame(t, onePixel[:5]...),
+		"bytes too many":             zstdFrame(t, append(onePixel, 0)...),
+		"a block beyond the picture": zstdFrame(t, 0, 0b10000, 0, 0, 0),
+		"a row without pixels":       zstdFrame(t, 0, 1, 0, 0, 1, 0),
+		"a frame that is cut off":    whole[:len(whole)-1],
+		"two frames":                 append(append([]byte(nil), whole...), whole...),
+		"no frame":                   []byte("no frame of any kind"),
+		"more than there can be":     zstdFrame(t, make([]byte, 10000)...),
+	} {
+		t.Run(what, func(t *testing.T) {
+			_, err := decoder(t).Decode(0, 1, frame)
+			expectError(t, err, codes.DataLoss)
+		})
+	}
+}

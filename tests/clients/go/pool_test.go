@@ -1,0 +1,211 @@
+package procgenclient
+
+// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+
+import (
+	"bytes"
+	"context"
+	"errors"
+	"reflect"
+	"testing"
+
+	"google.golang.org/grpc/codes"
+
+	pb "procgenclient/procgenv1"
+)
+
+func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), HoldOptions{})
+	batch, err := pool.Observe(testContext(t), Slice{})
+	must(t, err)
+	if batch.SequenceNumber != 1 || batch.EnvironmentCount() != 3 || len(batch.Observations) != 3*12288 {
+		t.Error(batch.SequenceNumber, batch.EnvironmentCount(), len(batch.Observations))
+	}
+	if !reflect.DeepEqual(batch.First, []bool{true, true, true}) || !reflect.DeepEqual(batch.Rewards, []float32{0, 0, 0}) {
+		t.Error(batch.First, batch.Rewards)
+	}
+	if bytes.Equal(batch.Observation(0), batch.Observation(1)) {
+		t.Error("two levels look alike")
+	}
+}
+
+func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsSliced(t *testing.T) {
+	client := connected(t, Options{})
+	plain := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{})
+	ahead := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 4, Pipeline: 3})
+	ended := 0
+	for step := 0; step < 60; step += 2 {
+		actions, more := actionsOf(step, 8), actionsOf(step+1, 8)
+		first := stepped(t, plain, actions, StepOptions{})
+		second := stepped(t, plain, more, StepOptions{})
+		must(t, ahead.SendStep(testContext(t), actions[:4], StepOptions{}))
+		must(t, ahead.SendStep(testContext(t), actions[4:], StepOptions{FirstEnvironment: 4}))
+		must(t, ahead.SendStep(testContext(t), more, StepOptions{}))
+		var halves [2]*Batch
+		for i := range halves {
+			var err error
+			halves[i], err = ahead.Receive(testContext(t))
+			must(t, err)
+		}
+		if !bytes.Equal(halves[1].Observations, first.Observations[4*12288:]) || halves[1].FirstEnvironment != 4 {
+			t.Fatalf("the second half of step %d is another", step)
+		}
+		whole, err := ahead.Receive(testContext(t))
+		must(t, err)
+		whole.SequenceNumber = second.SequenceNumber
+		if !reflect.DeepEqual(whole, second) {
+			t.Fatalf("step %d is another", step+1)
+		}
+		ended += len(first.Fingerprints) + len(second.Fingerprints)
+	}
+	if ended == 0 {
+		t.Error("no episode ended")
+	}
+}
+
+func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(400, "coinrun"), HoldOptions{})
+	batch := stepped(t, pool, make([]int32, 400), StepOptions{})
+	if batch.EnvironmentCount() != 400 || len(batch.Observations) != 400*12288 {
+		t.Error(batch.EnvironmentCount(), len(batch.Observations))
+	}
+}
+
+func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
+	spec := easy(2, "maze")
+	spec.EpisodeEnd = pb.EpisodeEnd_EPISODE_END_DISABLED
+	spec.ObservationFormat = &pb.ObservationFormat{
+		Color: pb.Color_COLOR_GRAYSCALE, Layout: pb.Layout_LAYOUT_CHW, WidthPx: 32, FrameStack: 2,
+	}
+	ctx := testContext(t)
+	pool := madePool(t, connected(t, Options{}), spec, HoldOptions{})
+	if !reflect.DeepEqual(pool.ObservationShape(), []int32{2, 1, 32, 32}) {
+		t.Error(pool.ObservationShape())
+	}
+	ended := stepped(t, pool, []int32{-1, 4}, StepOptions{NextLevels: map[int32]int32{0: 42}})
+	if !ended.Terminated[0] || ended.Terminated[1] {
+		t.Error(ended.Terminated)
+	}
+	_, err := pool.Step(ctx, []int32{4, 4}, StepOptions{})
+	expectError(t, err, codes.FailedPrecondition)
+	begun := stepped(t, pool, []int32{4, 4}, StepOptions{Resets: []*pb.Reset{{Environment: 0}}})
+	if !begun.First[0] || begun.First[1] || begun.LevelSeeds[0] != 42 {
+		t.Error(begun.First, begun.LevelSeeds)
+	}
+	seed := int32(7)
+	reset, err := pool.Reset(ctx, []*pb.Reset{{Environment: 1, LevelSeed: &seed}}, Slice{FirstEnvironment: 1})
+	must(t, err)
+	if !reflect.DeepEqual(reset.LevelSeeds, []int32{7}) {
+		t.Error(reset.LevelSeeds)
+	}
+	must(t, pool.SetLevelSampler(ctx, &pb.LevelSampler{LevelSeeds: []int32{99}}))
+	all, err := pool.Reset(ctx, nil, Slice{})
+	must(t, err)
+	if !reflect.DeepEqual(all.LevelSeeds, []int32{99, 99}) {
+		t.Error(all.LevelSeeds)
+	}
+	blind := stepped(t, pool, []int32{4, 4}, StepOptions{Blind: true, RepeatCount: 5})
+	if len(blind.Observations) != 0 || !reflect.DeepEqual(blind.EpisodeLengths, []int32{5, 5}) {
+		t.Error(len(blind.Observations), blind.EpisodeLengths)
+	}
+}
+
+func TestLastObservationOfAnEpisodeIsAnsweredWhereAskedFor(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), HoldOptions{})
+	before, err := pool.Observe(testContext(t), Slice{})
+	must(t, err)
+	batch := stepped(t, pool, []int32{4, -1, 4}, StepOptions{FinalObservations: true})
+	if len(batch.Fingerprints) != 1 || !bytes.Equal(batch.FinalObservations, before.Observation(1)) {
+		t.Error(batch.Fingerprints, len(batch.FinalObservations))
+	}
+}
+
+func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
+	ctx := testContext(t)
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	stepped(t, pool, []int32{4, 4}, StepOptions{})
+	stream := pool.stream
+	for words, try := range map[string]func() error{
+		"actions[1] is 99; actions are -1 ... 14": func() error { return pool.SendStep(ctx, []int32{4, 99}, StepOptions{}) },
+		"3 actions from environment 0":            func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
+		"FirstEnvironment is 2": func() error {
+			return pool.SendStep(ctx, []int32{4}, StepOptions{FirstEnvironment: 2})
+		},
+		"RepeatCount is 1001": func() error { return pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1001}) },
+		"3 environments from": func() error { return pool.SendObserve(ctx, Slice{EnvironmentCount: 3}) },
+	} {
+		expectError(t, try(), codes.InvalidArgument, words)
+	}
+	if pool.stream != stream || stepped(t, pool, []int32{4, 4}, StepOptions{}).SequenceNumber != 2 {
+		t.Error("the stream was lost")
+	}
+}
+
+func TestErrorOfTheServerEndsTheStreamAndLosesNothing(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	stepped(t, pool, []int32{4, 4}, StepOptions{})
+	_, err := pool.Step(testContext(t), []int32{4, 4}, StepOptions{Resets: []*pb.Reset{{Environment: 5}}})
+	expectError(t, err, codes.InvalidArgument, "5")
+	if number := stepped(t, pool, []int32{4, 4}, StepOptions{}).SequenceNumber; number != 2 {
+		t.Error(number)
+	}
+}
+
+func TestNoMoreIsSentAheadThanMayBe(t *testing.T) {
+	ctx := testContext(t)
+	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), HoldOptions{})
+	_, err := pool.Receive(ctx)
+	expectError(t, err, codes.FailedPrecondition, "send first")
+	must(t, pool.SendStep(ctx, []int32{4}, StepOptions{}))
+	must(t, pool.SendStep(ctx, []int32{4}, StepOptions{}))
+	expectError(t, pool.SendStep(ctx, []int32{4}, StepOptions{}), codes.FailedPrecondition, "at most 2: receive first")
+	_, err = pool.Step(ctx, []int32{4}, StepOptions{})
+	expectError(t, err, codes.FailedPrecondition, "receive them first")
+}
+
+func TestContextEndsTheWaitAndThePoolGoesOn(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	ctx, cancel := context.WithCancel(context.Background())
+	must(t, pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1000}))
+	cancel()
+	_, err := pool.Receive(ctx)
+	expectError(t, err, codes.Canceled)
+	if !errors.Is(err, context.Canceled) {
+		t.Error(err)
+	}
+	if number := stepped(t, pool, []int32{4, 4}, StepOptions{}).SequenceNumber; number > 2 {
+		t.Error(number)
+	}
+	_, err = pool.client.Load(ctx)
+	expectError(t, err, codes.Canceled)
+}
+
+func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
+	ctx := testContext(t)
+	client := connected(t, Options{})
+	pool := madePool(t, client, easy(2, "maze"), HoldOptions{})
+	stepped(t, pool, []int32{4, 4}, StepOptions{})
+	other, err := client.GetPool(ctx, pool.Name(), HoldOptions{})
+	must(t, err)
+	_, err = other.Step(ctx, []int32{4, 4}, StepOptions{})
+	expectError(t, err, codes.FailedPrecondition)
+	must(t, other.Attach(ctx, AttachOptions{TakeOver: true}))
+	stepped(t, other, []int32{4, 4}, StepOptions{})
+	_, err = pool.Step(ctx, []int32{4, 4}, StepOptions{})
+	expectError(t, err, codes.Aborted)
+	other.Detach(ctx)
+	if number := stepped(t, pool, []int32{4, 4}, StepOptions{}).SequenceNumber; number != 3 {
+		t.Error(number)
+	}
+}
+
+func TestWhatThisClientCannotReadIsRefused(t *testing.T) {
+	client := connected(t, Options{})
+	for _, spec := range []*pb.PoolSpec{
+		{Games: []string{"maze"}, EnvCount: 1, Transport: pb.Transport_TRANSPORT_SHARED_MEMORY},
+		{Games: []string{"maze"}, EnvCount: 1, Encoding: pb.Encoding_ENCODING_LZ4_DIFFERENCE},
+	} {
+		_, err := client.CreatePool(testContext(t), "", spec, HoldOptions{})
+		expectError(t, err, codes.Unimplemented)
+	}
+}

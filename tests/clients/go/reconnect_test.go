@@ -1,0 +1,152 @@
+package procgenclient
+
+// Streams that outlive their connections.
+
+import (
+	"bufio"
+	"context"
+	"fmt"
+	"os"
+	"os/exec"
+	"reflect"
+	"strings"
+	"testing"
+	"time"
+
+	"google.golang.org/grpc/codes"
+
+	pb "procgenclient/procgenv1"
+)
+
+const half = 6
+
+// Steps one half of the pool and the other in turn, with requests sent ahead.
+func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
+	t.Helper()
+	ctx := testContext(t)
+	// Attaching is not tried again by itself.
+	for pool.Attach(ctx, AttachOptions{TakeOver: true, ResponseBytesMax: 65536}) != nil {
+		must(t, ctx.Err())
+	}
+	var trace []*Batch
+	for sent := 0; len(trace) < count; {
+		for ; sent < count && pool.InFlight() < pool.RequestsInFlightMax(); sent++ {
+			must(t, pool.SendStep(ctx, actionsOf(sent, half), StepOptions{FirstEnvironment: sent % 2 * half}))
+		}
+		batch, err := pool.Receive(ctx)
+		must(t, err)
+		trace = append(trace, batch)
+	}
+	return trace
+}
+
+func TestNothingIsLostOnABadNetwork(t *testing.T) {
+	program := os.Getenv("PROCGEN_FAULT_PROXY")
+	if program == "" {
+		t.Skip("set PROCGEN_FAULT_PROXY")
+	}
+	client := connected(t, Options{})
+	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 3}), 150)
+	for encoding, bytesBetweenFaults := range map[pb.Encoding]string{
+		pb.Encoding_ENCODING_RAW: "120000", pb.Encoding_ENCODING_ZSTD_DIFFERENCE: "20000",
+	} {
+		t.Run(encoding.String(), func(t *testing.T) {
+			network := exec.Command(program, server.Address, "11", bytesBetweenFaults)
+			input, err := network.StdinPipe()
+			must(t, err)
+			output, err := network.StdoutPipe()
+			must(t, err)
+			must(t, network.Start())
+			lines := bufio.NewScanner(output)
+			lines.Scan()
+			address := strings.TrimPrefix(lines.Text(), "listening on ")
+
+			spec := easy(2*half, "maze", "bigfish")
+			spec.Encoding = encoding
+			name := madePool(t, client, spec, HoldOptions{}).Name()
+			ctx := testContext(t)
+			var learner *Client
+			for learner, err = Connect(ctx, address, Options{}); err != nil; learner, err = Connect(ctx, address, Options{}) {
+				must(t, ctx.Err())
+			}
+			var pool *Pool
+			for pool, err = learner.GetPool(ctx, name, HoldOptions{RequestsInFlightMax: 3}); err != nil; {
+				must(t, ctx.Err())
+				pool, err = learner.GetPool(ctx, name, HoldOptions{RequestsInFlightMax: 3})
+			}
+			for step, batch := range traceOf(t, pool, 150) {
+				if !reflect.DeepEqual(batch, undisturbed[step]) {
+					t.Fatalf("step %d is another", step)
+				}
+			}
+			must(t, learner.Close())
+			must(t, input.Close())
+			lines.Scan()
+			broken := 0
+			if _, err := fmt.Sscanf(lines.Text(), "%d broken", &broken); err != nil || broken < 5 {
+				t.Error("the network broke", broken, "connections", err)
+			}
+			must(t, network.Wait())
+		})
+	}
+}
+
+// A server of its own, a pool of two that was stepped, and the client that did so.
+func ownPool(t *testing.T, reconnectTimeout time.Duration, flags ...string) (*ServerProcess, *Pool) {
+	t.Helper()
+	own, err := StartServer("", append(flags, "--workers=1")...)
+	must(t, err)
+	t.Cleanup(func() { _ = own.Process.Kill() })
+	client, err := Connect(testContext(t), own.Address, Options{ReconnectTimeout: reconnectTimeout})
+	must(t, err)
+	t.Cleanup(func() { client.Close() })
+	pool, err := client.CreatePool(testContext(t), "", easy(2, "maze"), HoldOptions{})
+	must(t, err)
+	stepped(t, pool, []int32{4, 4}, StepOptions{})
+	return own, pool
+}
+
+func untilLost(ctx context.Context, pool *Pool) error {
+	for {
+		if _, err := pool.Step(ctx, []int32{4, 4}, StepOptions{}); err != nil {
+			return err
+		}
+	}
+}
+
+func TestServerThatIsGoneIsGivenUpInTime(t *testing.T) {
+	own, pool := ownPool(t, 500*time.Millisecond)
+	must(t, own.Process.Kill())
+	begin := time.Now()
+	expectError(t, untilLost(testContext(t), pool), codes.Unavailable, "made again within 500ms")
+	if took := time.Since(begin); took > 10*time.Second {
+		t.Error(took)
+	}
+}
+
+func TestWithoutATimeToReconnectTheFirstLossIsAnError(t *testing.T) {
+	own, pool := ownPool(t, -1)
+	must(t, own.Process.Kill())
+	err := untilLost(testContext(t), pool)
+	expectError(t, err, codes.Unavailable)
+	if strings.Contains(err.Error(), "made again") {
+		t.Error(err)
+	}
+}
+
+func TestServerThatDrainsIsNotAskedAgain(t *testing.T) {
+	own, pool := ownPool(t, 10*time.Minute, "--drain_deadline=1s")
+	stopped := make(chan error)
+	go func() { stopped <- own.Stop() }()
+	expectError(t, untilLost(testContext(t), pool), codes.Unavailable, "drains")
+	must(t, pool.Delete(testContext(t)))
+	must(t, <-stopped)
+}
+
+func TestContextEndsTheWaitForALostServer(t *testing.T) {
+	own, pool := ownPool(t, 10*time.Minute)
+	must(t, own.Process.Kill())
+	ctx, cancel := context.WithTimeout(context.Background(), 300*time.Millisecond)
+	defer cancel()
+	expectError(t, untilLost(ctx, pool), codes.DeadlineExceeded)
+}

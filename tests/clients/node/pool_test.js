@@ -1,0 +1,193 @@
+// Pools over a real server: batches, slices, requests sent ahead, errors, and giving up.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import {
+  AbortedError, CancelledError, Color, connect, EpisodeEnd, FailedPreconditionError, InvalidArgumentError, Layout,
+  NotFoundError, observationOf, Transport, UnimplementedError,
+} from "../../../clients/node/dist/index.js";
+import { actionsOf, easy, withServer } from "./server.js";
+
+const it = withServer();
+
+async function withPool(spec, use, options) {
+  const pool = await it.client.createPool(spec, options);
+  try {
+    return await use(pool);
+  } finally {
+    await pool.close();
+  }
+}
+
+test("a pool stands at first steps before it is stepped", () =>
+  withPool(easy(["maze"], 3), async (pool) => {
+    const batch = await pool.observe();
+    assert.deepEqual(batch.observationShape, [64, 64, 3]);
+    assert.equal(batch.observations.length, 3 * 12288);
+    assert.deepEqual([...batch.first], [1, 1, 1]);
+    assert.deepEqual([...batch.rewards], [0, 0, 0]);
+    assert.equal(batch.sequenceNumber, 1);
+    assert.notDeepEqual(observationOf(batch, 0), observationOf(batch, 1));
+  }));
+
+test("equal pools give equal batches, whatever is sent ahead and however it is sliced", async () => {
+  const whole = await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
+    const batches = [];
+    for (let step = 0; step < 60; step += 1) {
+      batches.push(await pool.step(actionsOf(step, 8)));
+    }
+    return batches;
+  });
+  const hold = { requestsInFlightMax: 4, pipeline: 3 };
+  await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
+    let pending = [];
+    for (let step = 0; step < 60; step += 1) {
+      const actions = actionsOf(step, 8);
+      pending.push(step % 2 ? pool.step(actions) : pool.step(actions.subarray(0, 4)));
+      if (step % 2 === 0) {
+        pending.push(pool.step(actions.subarray(4), { firstEnvironment: 4 }));
+      } else {
+        const [left, right, both] = await Promise.all(pending);
+        pending = [];
+        assert.deepEqual([...left.levelSeeds, ...right.levelSeeds], [...whole[step - 1].levelSeeds]);
+        assert.equal(right.firstEnvironment, 4);
+        assert.equal(Buffer.compare(right.observations, whole[step - 1].observations.subarray(4 * 12288)), 0);
+        for (const name of ["observations", "rewards", "fingerprints", "episodeReturns", "terminated"]) {
+          assert.deepEqual(both[name], whole[step][name], name);
+        }
+      }
+    }
+  }, hold);
+  assert(whole.some((batch) => batch.fingerprints.length > 0));
+});
+
+test("answers of more than 4 MiB are joined", () =>
+  withPool(easy(["coinrun"], 400), async (pool) => {
+    const batch = await pool.step(new Int32Array(400));
+    assert.equal(batch.environmentCount, 400);
+    assert.equal(batch.observations.length, 400 * 12288);
+    assert.deepEqual(batch.observations, (await pool.observe()).observations);
+  }));
+
+test("formats, ends, resets, levels and samplers are the contract's", () => {
+  const observationFormat = { color: Color.GRAYSCALE, layout: Layout.CHW, widthPx: 32, frameStack: 2 };
+  const spec = easy(["maze"], 2, { observationFormat, episodeEnd: EpisodeEnd.DISABLED });
+  return withPool(spec, async (pool) => {
+    assert.deepEqual([...pool.observationShape], [2, 1, 32, 32]);
+    const ended = await pool.step([-1, 4], { nextLevels: new Map([[0, 42]]) });
+    assert.deepEqual([...ended.terminated], [1, 0]);
+    await assert.rejects(pool.step([4, 4]), FailedPreconditionError);
+    const begun = await pool.step([4, 4], { resets: [{ environment: 0 }] });
+    assert.deepEqual([...begun.first], [1, 0]);
+    assert.equal(begun.levelSeeds[0], 42);
+    const reset = await pool.reset([{ environment: 1, levelSeed: 7 }], { firstEnvironment: 1 });
+    assert.deepEqual([...reset.levelSeeds], [7]);
+    await pool.setLevelSampler({ levelSeeds: [99] });
+    assert.deepEqual([...(await pool.reset()).levelSeeds], [99, 99]);
+    const blind = await pool.step([4, 4], { observe: false, repeatCount: 5 });
+    assert.equal(blind.observations.length, 0);
+    assert.deepEqual([...blind.episodeLengths], [5, 5]);
+  });
+});
+
+test("the last observation of an episode is answered where it is asked for", () =>
+  withPool(easy(["maze"], 3), async (pool) => {
+    const before = await pool.observe();
+    const batch = await pool.step([4, -1, 4], { finalObservations: true });
+    assert.equal(batch.fingerprints.length, 1);
+    assert.equal(batch.finalObservations.length, 12288);
+    assert.notDeepEqual(batch.finalObservations, observationOf(batch, 1));
+    assert.deepEqual(Buffer.from(batch.finalObservations), Buffer.from(observationOf(before, 1)));
+  }));
+
+test("a mistake that can be seen costs no stream", () =>
+  withPool(easy(["maze"], 2), async (pool) => {
+    await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99.* -1 \.\.\. 14/ });
+    await assert.rejects(pool.step([4, 4, 4]), /3 actions from environment 0; .* has 2 environments/);
+    await assert.rejects(pool.step([4], { firstEnvironment: 2 }), /firstEnvironment is 2; it is in \[0, 1\]/);
+    await assert.rejects(pool.step([4, 4], { repeatCount: 0 }), /repeatCount is 0; it is in \[1, 1000\]/);
+    await assert.rejects(pool.step([4, 4], { nextLevels: new Map([[0, 2 ** 40]]) }), InvalidArgumentError);
+    assert.equal((await pool.step([4, 4])).sequenceNumber, 1);
+  }));
+
+test("an error of the server ends the stream and loses nothing", () =>
+  withPool(easy(["maze"], 2), async (pool) => {
+    await pool.step([4, 4]);
+    await assert.rejects(pool.step([4, 4], { resets: [{ environment: 5 }] }), InvalidArgumentError);
+    assert.equal((await pool.step([4, 4])).sequenceNumber, 2);
+  }));
+
+test("no more is sent ahead than may be", () =>
+  withPool(easy(["maze"], 1), async (pool) => {
+    const sent = [pool.step([4]), pool.step([4])];
+    await assert.rejects(pool.step([4]), /2 requests to pools\/.* are unanswered, of at most 2/);
+    assert.deepEqual((await Promise.all(sent)).map((batch) => batch.sequenceNumber), [1, 2]);
+  }));
+
+test("play gives how the pool stands, and then what the policy leads to", () =>
+  withPool(easy(["maze"], 2), async (pool) => {
+    const numbers = [];
+    for await (const batch of pool.play(() => [4, 4], { stepCount: 3 })) {
+      numbers.push(batch.sequenceNumber);
+    }
+    assert.deepEqual(numbers, [1, 2, 3, 4]);
+  }));
+
+test("an AbortSignal ends the wait, and the pool goes on", () =>
+  withPool(easy(["maze"], 2), async (pool) => {
+    const abort = new AbortController();
+    const reason = new Error("enough");
+    const steps = (async () => {
+      for await (const batch of pool.play(() => [4, 4], { signal: abort.signal })) {
+        if (batch.sequenceNumber === 5) {
+          abort.abort(reason);
+        }
+      }
+    })();
+    await assert.rejects(steps, (error) => error instanceof CancelledError && error.cause === reason);
+    assert.equal(pool.inFlight, 0);
+    const waiting = new AbortController();
+    const sent = pool.step([4, 4], { repeatCount: 1000, signal: waiting.signal });
+    waiting.abort();
+    await assert.rejects(sent, CancelledError);
+    assert.equal((await pool.step([4, 4])).environmentCount, 2);
+    await assert.rejects(it.client.load({ signal: AbortSignal.abort() }), CancelledError);
+  }));
+
+test("one stream at a time has a pool, and another can take it over", () =>
+  withPool(easy(["maze"], 2), async (pool) => {
+    await pool.step([4, 4]);
+    const other = await it.client.getPool(pool.name);
+    await assert.rejects(other.step([4, 4]), FailedPreconditionError);
+    await other.attach({ takeOver: true });
+    assert.equal((await other.step([4, 4])).sequenceNumber, 2);
+    await assert.rejects(pool.step([4, 4]), AbortedError);
+    await other.close();
+    assert.equal((await pool.step([4, 4])).sequenceNumber, 3);
+  }));
+
+test("a pool that was closed is gone, and asks for nothing more", async () => {
+  const pool = await it.client.createPool(easy(["maze"], 1));
+  await pool.step([4]);
+  await pool.close();
+  await pool.close();
+  await assert.rejects(pool.step([4]), /was closed by this client/);
+  await assert.rejects(it.client.getPool(pool.name), NotFoundError);
+});
+
+test("shared memory is refused, and why", async () => {
+  const spec = easy(["maze"], 1, { transport: Transport.SHARED_MEMORY });
+  await assert.rejects(it.client.createPool(spec), UnimplementedError);
+});
+
+test("pools of several clients go on beside each other", async () => {
+  const other = await connect(it.server.address);
+  await Promise.all([it.client, other].map(async (client) => {
+    const pool = await client.createPool(easy(["maze"], 2));
+    for (let step = 0; step < 20; step += 1) {
+      await pool.step([4, 4]);
+    }
+    await pool.close();
+  }));
+  other.close();
+});

@@ -1,0 +1,108 @@
+// Streams that outlive their connections.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { test } from "node:test";
+import { connect, Encoding, ServerProcess, UnavailableError } from "../../../clients/node/dist/index.js";
+import { actionsOf, BadNetwork, easy, withServer } from "./server.js";
+
+const it = withServer();
+const envCount = 12;
+const half = envCount / 2;
+
+function digest(batch) {
+  const hash = createHash("sha256");
+  for (const [name, value] of Object.entries(batch).sort()) {
+    hash.update(name).update(ArrayBuffer.isView(value) ? value : JSON.stringify(value));
+  }
+  return hash.digest("hex");
+}
+
+// Connecting and attaching are not tried again by themselves.
+async function persistently(attempt) {
+  for (;;) {
+    try {
+      return await attempt();
+    } catch (error) {
+      if (!(error instanceof Error && "code" in error)) {
+        throw error;
+      }
+    }
+  }
+}
+
+// Steps one half of the pool and the other in turn, with requests sent ahead.
+async function traceOf(pool, stepCount) {
+  await persistently(() => pool.attach({ takeOver: true, responseBytesMax: 65536 }));
+  const sent = [];
+  const trace = [];
+  for (let step = 0; step < stepCount; step += 1) {
+    sent.push(pool.step(actionsOf(step, half), { firstEnvironment: (step % 2) * half }));
+    if (sent.length === pool.requestsInFlightMax) {
+      trace.push(digest(await sent.shift()));
+    }
+  }
+  return [...trace, ...(await Promise.all(sent)).map(digest)];
+}
+
+for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
+  ["raw", Encoding.RAW, 100, 120_000, 15],
+  ["zstd", Encoding.ZSTD_DIFFERENCE, 150, 20_000, 5],
+  ["lz4", Encoding.LZ4_DIFFERENCE, 150, 20_000, 5],
+]) {
+  test(`nothing is lost on a bad network: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
+    const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));
+    const undisturbed = await traceOf(undisturbedPool, stepCount);
+    await undisturbedPool.close();
+    const network = await BadNetwork.start(it.server.address, 11, bytesBetweenFaults);
+    const { name } = await it.client.createPool(easy(["maze", "bigfish"], envCount, { encoding }));
+    const learner = await persistently(() => connect(network.address));
+    const pool = await persistently(() => learner.getPool(name, { requestsInFlightMax: 3 }));
+    assert.deepEqual(await traceOf(pool, stepCount), undisturbed);
+    learner.close();
+    assert((await network.stop()) >= leastBreakCount);
+    await it.client.deletePool(name);
+  });
+}
+
+async function untilLost(pool) {
+  for (;;) {
+    await pool.step([4, 4]);
+  }
+}
+
+test("a server that is gone is given up in time", async () => {
+  const server = await ServerProcess.start({ flags: ["--workers=1"] });
+  const client = await connect(server.address, { reconnectTimeoutMs: 500 });
+  const pool = await client.createPool(easy(["maze"], 2));
+  await pool.step([4, 4]);
+  server.process.kill("SIGKILL");
+  const begin = performance.now();
+  await assert.rejects(untilLost(pool), (error) =>
+    error instanceof UnavailableError && /made again within 0\.5 s/.test(error.message));
+  assert(performance.now() - begin < 10_000);
+  client.close();
+});
+
+test("without a time to reconnect the first loss is an error", async () => {
+  const server = await ServerProcess.start({ flags: ["--workers=1"] });
+  const client = await connect(server.address, { reconnectTimeoutMs: 0 });
+  const pool = await client.createPool(easy(["maze"], 2));
+  await pool.step([4, 4]);
+  server.process.kill("SIGKILL");
+  await assert.rejects(untilLost(pool), (error) =>
+    error instanceof UnavailableError && !/made again/.test(error.message));
+  client.close();
+});
+
+test("a server that drains is not asked again", async () => {
+  const server = await ServerProcess.start({ flags: ["--workers=1", "--drain_deadline=1s"] });
+  const client = await connect(server.address, { reconnectTimeoutMs: 600_000 });
+  const pool = await client.createPool(easy(["maze"], 2));
+  await pool.step([4, 4]);
+  const stopped = server.stop();
+  await assert.rejects(untilLost(pool), (error) => error instanceof UnavailableError && /drains/.test(error.message));
+  await pool.close();
+  client.close();
+  await stopped;
+});

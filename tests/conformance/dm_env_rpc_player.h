@@ -1,0 +1,27 @@
+#ifndef TESTS_CONFORMANCE_DM_ENV_RPC_PLAYER_H_
+#define TESTS_CONFORMANCE_DM_ENV_RPC_PLAYER_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "tests/conformance/player.h"
+#include "tests/conformance/trace.h"
+
+namespace procgen {
+
+// Both play through dm_env_rpc on the server at `address`, which draws with its own art. Errors: as
+// the server's.
+
+// All environments as one batched world.
+absl::StatusOr<std::unique_ptr<Player>> MakeBatchedWorldPlayer(const Trace& trace,
+                                                               const std::string& address,
+                                                               bool with_pictures);
+// Each environment as a world of its own. REQUIRES: no action of the trace is -1.
+absl::StatusOr<std::unique_ptr<Player>> MakeSingleWorldsPlayer(const Trace& trace,
+                                                               const std::string& address,
+                                                               bool with_pictures);
+
+}  // namespace procgen
+
+#endif  // TESTS_CONFORMANCE_DM_ENV_RPC_PLAYER_H_

@@ -1,0 +1,291 @@
+// The protocol's state machine, without a wire. What clients see of it over one is in
+// tests/clients/dm_env_rpc.
+
+#include "server/dm_env_rpc/conversation.h"
+
+#include <memory>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/server/dm_env_rpc/talk.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+MATCHER_P2(IsError, code, message, "is an error") {
+  *result_listener << arg.ShortDebugString().substr(0, 500);
+  return arg.has_error() && arg.error().code() == static_cast<int32_t>(code) &&
+         testing::Value(arg.error().message(), message);
+}
+
+class ConversationTest : public testing::Test {
+ protected:
+  static Limits TestLimits() {
+    Limits limits;
+    limits.response_bytes_max = 64 << 10;
+    limits.owner_pool_count_max = 4;
+    return limits;
+  }
+
+  std::unique_ptr<Talk> MakeTalk(const std::string& owner = "") {
+    return std::make_unique<Talk>(&sessions_, &worlds_, owner);
+  }
+
+  static SettingList Maze() {
+    return {{"env_name", TextTensor("maze")},
+            {"distribution_mode", TextTensor("easy")},
+            {"rand_seed", IntegerTensor(7)}};
+  }
+
+  static SettingList MazeBatch(int32_t env_count) {
+    SettingList settings = Maze();
+    settings["num_envs"] = IntegerTensor(env_count);
+    return settings;
+  }
+
+  static std::string CreateWorld(Talk* talk, const SettingList& settings = Maze()) {
+    const dm::EnvironmentResponse response = talk->Create(settings);
+    EXPECT_TRUE(response.has_create_world()) << response.ShortDebugString();
+    return response.create_world().world_name();
+  }
+
+  static std::string JoinNewWorld(Talk* talk, const SettingList& settings = Maze()) {
+    const std::string world = CreateWorld(talk, settings);
+    EXPECT_TRUE(talk->Join(world).has_join_world());
+    return world;
+  }
+
+  Metrics metrics_{"test"};
+  Sessions sessions_{TestLimits(), 2, &metrics_};
+  JoinedWorlds worlds_{&metrics_};
+};
+
+TEST_F(ConversationTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
+  const auto talk = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get());
+  EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
+  EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
+  EXPECT_TRUE(talk->Leave().has_leave_world());
+  EXPECT_TRUE(talk->Destroy(world).has_destroy_world());
+  EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
+}
+
+TEST_F(ConversationTest, WorldsAreTheirOwners) {
+  const auto alice = MakeTalk("alice");
+  const auto bob = MakeTalk("bob");
+  const std::string world = CreateWorld(alice.get());
+  EXPECT_THAT(bob->Join(world), IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
+  EXPECT_THAT(bob->Destroy(world), IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
+  EXPECT_THAT(bob->Ask(Talk::ResetWorldRequest(world)),
+              IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
+  EXPECT_TRUE(alice->Join(world).has_join_world());
+}
+
+// A message with half a character would be no message any more.
+TEST_F(ConversationTest, LongNamesAreRepeatedInPartAndInWholeCharacters) {
+  const auto talk = MakeTalk();
+  std::string name = "pools/";
+  for (int i = 0; i < 1000; ++i) {
+    name += "\xe2\x82\xac";
+  }
+  SettingList settings = Maze();
+  settings["pool_id"] = TextTensor(name);
+  for (const dm::EnvironmentResponse& response :
+       {talk->Join(name), talk->Destroy(name), talk->Ask(Talk::ResetWorldRequest(name)),
+        talk->Create(settings)}) {
+    EXPECT_THAT(response, IsError(absl::StatusCode::kInvalidArgument, HasSubstr("...', allowed")));
+    EXPECT_LT(response.error().message().size(), 200U);
+    dm::EnvironmentResponse parsed;
+    EXPECT_TRUE(parsed.ParseFromString(response.SerializeAsString()));
+  }
+}
+
+TEST_F(ConversationTest, QuotasAndLimitsHold) {
+  const auto talk = MakeTalk();
+  for (int i = 0; i < TestLimits().owner_pool_count_max; ++i) {
+    CreateWorld(talk.get());
+  }
+  EXPECT_THAT(talk->Create(Maze()), IsError(absl::StatusCode::kResourceExhausted,
+                                            HasSubstr("owner_pool_count_max is 4")));
+}
+
+TEST_F(ConversationTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
+  const auto talk = MakeTalk();
+  JoinNewWorld(talk.get(), MazeBatch(6));
+  EXPECT_THAT(talk->Step(4, {1}), IsError(absl::StatusCode::kResourceExhausted,
+                                          HasSubstr("limit response_bytes_max is 65536")));
+  EXPECT_EQ(talk->Step(4, {2}).step().state(), dm::RUNNING);
+}
+
+TEST_F(ConversationTest, AnErrorLeavesNothingOfTheAnswer) {
+  const auto talk = MakeTalk();
+  JoinNewWorld(talk.get());
+  const dm::EnvironmentResponse response = talk->Step(4, {1, 4711});
+  EXPECT_THAT(response, IsError(absl::StatusCode::kInvalidArgument, HasSubstr("4711")));
+  EXPECT_FALSE(response.has_step());
+}
+
+TEST_F(ConversationTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
+  const auto talk = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get());
+  ASSERT_THAT(sessions_.Delete("", world), IsOk());
+  EXPECT_THAT(talk->Step(4), IsError(absl::StatusCode::kAborted, HasSubstr("was deleted")));
+  EXPECT_THAT(talk->Step(4),
+              IsError(absl::StatusCode::kFailedPrecondition, HasSubstr("no world is joined")));
+  JoinNewWorld(talk.get());
+  EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
+}
+
+TEST_F(ConversationTest, AStreamThatTakesOverGetsThePool) {
+  const auto talk = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get());
+  const auto pool = sessions_.Find("", world);
+  ASSERT_THAT(pool, IsOk());
+  absl::Notification attached;
+  AttachOptions options;
+  options.take_over = true;
+  (*pool)->Attach(
+      options, [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
+      [&attached](const absl::Status& status) {
+        EXPECT_THAT(status, IsOk());
+        attached.Notify();
+      });
+  attached.WaitForNotification();
+  EXPECT_THAT(talk->Step(4), IsError(absl::StatusCode::kAborted, HasSubstr("took over")));
+  EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kFailedPrecondition,
+                                         HasSubstr("another stream is attached")));
+  (*pool)->Detach();
+  EXPECT_TRUE(talk->Join(world).has_join_world());
+}
+
+TEST_F(ConversationTest, AResetWaitsUntilTheOtherAgentIsTold) {
+  const auto player = MakeTalk();
+  const auto other = MakeTalk();
+  const std::string world = JoinNewWorld(player.get());
+  EXPECT_EQ(player->Step(4).step().state(), dm::RUNNING);
+  Talk::Pending reset;
+  reset.request = Talk::ResetWorldRequest(world);
+  (*reset.request.mutable_reset_world()->mutable_settings())["level_seed"] = IntegerTensor(123);
+  other->Send(&reset);
+  EXPECT_FALSE(reset.answered.HasBeenNotified());
+  // What is wrong tells nobody.
+  EXPECT_THAT(player->Step(99), IsError(absl::StatusCode::kInvalidArgument, HasSubstr("99")));
+  EXPECT_FALSE(reset.answered.HasBeenNotified());
+  EXPECT_EQ(player->Step(4).step().state(), dm::INTERRUPTED);
+  reset.answered.WaitForNotification();
+  EXPECT_TRUE(reset.response.has_reset_world());
+  const dm::EnvironmentResponse begun = player->Step(4, {3});
+  EXPECT_EQ(begun.step().state(), dm::RUNNING);
+  EXPECT_EQ(begun.step().observations().at(3).int32s().array(0), 123);
+}
+
+TEST_F(ConversationTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
+  const auto player = MakeTalk();
+  const auto other = MakeTalk();
+  const std::string world = JoinNewWorld(player.get());
+  player->Step(4);
+  Talk::Pending reset;
+  reset.request = Talk::ResetWorldRequest(world);
+  (*reset.request.mutable_reset_world()->mutable_settings())["level_seed"] = IntegerTensor(123);
+  other->Send(&reset);
+  player->Leave();
+  reset.answered.WaitForNotification();
+  EXPECT_TRUE(reset.response.has_reset_world());
+  player->Join(world);
+  EXPECT_EQ(player->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
+}
+
+TEST_F(ConversationTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
+  const auto player = MakeTalk();
+  const auto other = MakeTalk();
+  const std::string world = JoinNewWorld(player.get());
+  player->Step(4);
+  Talk::Pending reset;
+  reset.request = Talk::ResetWorldRequest(world);
+  other->Send(&reset);
+  other->conversation().GiveUp();
+  reset.answered.WaitForNotification();
+  EXPECT_THAT(reset.response, IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
+  EXPECT_EQ(player->Step(4).step().state(), dm::RUNNING);
+  // Nor does it begin to wait any more.
+  EXPECT_THAT(other->Ask(Talk::ResetWorldRequest(world)),
+              IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
+}
+
+TEST_F(ConversationTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
+  const auto talk = MakeTalk();
+  const std::string world = CreateWorld(talk.get());
+  const auto pool = sessions_.Find("", world);
+  ASSERT_THAT(pool, IsOk());
+  (*pool)->Attach(
+      AttachOptions(), [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
+      [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
+  EXPECT_THAT(talk->Ask(Talk::ResetWorldRequest(world)),
+              IsError(absl::StatusCode::kFailedPrecondition, HasSubstr("another stream")));
+  EXPECT_EQ((*pool)->next_sequence_number(), 1);
+  (*pool)->Detach();
+}
+
+TEST_F(ConversationTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
+  const auto talk = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get());
+  const auto level = [&] {
+    return talk->Step(4, {3}).step().observations().at(3).int32s().array(0);
+  };
+  const int32_t first = level();
+  talk->Leave();
+  talk->Join(world);
+  EXPECT_EQ(level(), first);  // The episode has not gone on since its first observation.
+  talk->Step(7);
+  talk->Leave();
+  talk->Join(world);
+  EXPECT_NE(level(), first);
+}
+
+TEST_F(ConversationTest, StatesOfTwoEnvironmentsStayApart) {
+  const auto talk = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get(), MazeBatch(2));
+  dm::EnvironmentRequest request;
+  (*request.mutable_step()->mutable_actions())[kActionUid].mutable_int32s()->add_array(4);
+  (*request.mutable_step()->mutable_actions())[kActionUid].mutable_int32s()->add_array(-1);
+  (*request.mutable_step()->mutable_actions())[kActionUid].add_shape(2);
+  for (const uint64_t uid : {9, 10, 11}) {
+    request.mutable_step()->add_requested_observations(uid);
+  }
+  EXPECT_EQ(talk->Ask(request).step().state(), dm::RUNNING);
+  const dm::EnvironmentResponse response = talk->Ask(request);
+  const auto told = [&](uint64_t uid) { return response.step().observations().at(uid).bools(); };
+  EXPECT_THAT(told(9).array(), testing::ElementsAre(false, true));
+  EXPECT_THAT(told(10).array(), testing::ElementsAre(false, true));
+  EXPECT_THAT(told(11).array(), testing::ElementsAre(false, false));
+}
+
+TEST_F(ConversationTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
+  const auto talk = MakeTalk();
+  const std::string world = CreateWorld(talk.get());
+  sessions_.Drain();
+  EXPECT_THAT(talk->Create(Maze()), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+}
+
+TEST_F(ConversationTest, ExtensionsThatAreNoneOrGarbageAreNamed) {
+  const auto talk = MakeTalk();
+  dm::EnvironmentRequest request;
+  request.mutable_extension()->set_type_url(
+      "type.googleapis.com/dm_env_rpc.v1.extensions.properties.PropertyRequest");
+  request.mutable_extension()->set_value("\xff\xff");
+  EXPECT_THAT(talk->Ask(request), IsError(absl::StatusCode::kInvalidArgument,
+                                          HasSubstr("2 bytes are no valid dm_env_rpc")));
+  request.mutable_extension()->set_value("");
+  EXPECT_THAT(talk->Ask(request), IsError(absl::StatusCode::kInvalidArgument,
+                                          HasSubstr("asks for nothing, allowed: read_property")));
+  request.mutable_extension()->set_type_url("gibberish");
+  EXPECT_THAT(talk->Ask(request),
+              IsError(absl::StatusCode::kUnimplemented, HasSubstr("type gibberish, offered:")));
+}
+
+}  // namespace
+}  // namespace procgen
