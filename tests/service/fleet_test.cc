@@ -284,6 +284,41 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
 
+TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
+  constexpr int32_t kEnvCount = 24;
+  const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
+    const auto client = Connect(server);
+    const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
+    procgen_client::Batch batch;
+    std::vector<BatchCopy> answers;
+    while (goes_on(answers.size())) {
+      v1::StepPoolRequest request;
+      request.mutable_step()->mutable_slice()->set_environment_count(kEnvCount);
+      request.mutable_step()->mutable_actions()->Resize(kEnvCount, 7);
+      request.mutable_step()->set_repeat_count(1);
+      request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);
+      request.mutable_step()->set_response_count_min(4);
+      EXPECT_THAT(stream->Call(std::move(request), &batch), IsOk());
+      answers.emplace_back(batch);
+    }
+    return answers;
+  };
+  StartNode("a");
+  StartFleet();
+  StartNode("b");
+  const NodeStatus joining = list_.Nodes().back();
+  list_.Remove("b");  // until there is a pool
+  const auto node = Connect(joining.address);
+  const auto actual = play(*server_, [&](size_t count) {
+    if (count == 10) {
+      list_.Set(joining);
+    }
+    return node->GetLoad()->environment_count() == 0;
+  });
+  const auto expected = play(*single_, [&](size_t count) { return count < actual.size(); });
+  EXPECT_TRUE(actual == expected);
+}
+
 TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
   StartNode("a");
   StartFleet();
