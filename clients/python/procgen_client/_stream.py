@@ -8,14 +8,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import grpc
 
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part, read_response
+from procgen_client._wire import Part, bytes_field, number_field, read_response, varint
 from procgen_client.encoding import decoder_for
 from procgen_client.errors import (
     AbortedError,
@@ -32,6 +32,19 @@ _BACKOFF_MIN = 0.02
 _BACKOFF_MAX = 2.0
 # A server that drains says so, and that it is not to be asked again.
 _DRAINS_KEY = "procgen-drains"
+
+
+_FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
+_SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
+_ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
+_RELEASED = _FIELDS["released_batches"].number
+
+
+class _Request(NamedTuple):
+    """A request that may have to be sent again."""
+
+    sequence_number: int
+    body: bytes  # A serialised StepPoolRequest without numbers.
 
 
 class _BrokenConnectionError(Exception):
@@ -88,9 +101,9 @@ class Stream:
         self._attach = step_pb2.Attach()
         self._attach.CopyFrom(attach)
         self._attach.resumable = reconnect_timeout > 0
-        self._unanswered: deque[step_pb2.StepPoolRequest] = deque()
+        self._unanswered: deque[_Request] = deque()
         self._call: Any = None  # grpc's iterator of responses, which has no type of its own
-        self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
@@ -117,20 +130,16 @@ class Stream:
         """Number of requests whose answers were not received yet."""
         return len(self._unanswered)
 
-    def send(self, request: step_pb2.StepPoolRequest) -> int:
-        """Numbers a request, sends it and gives its number."""
-        request.sequence_number = self._next_sequence_number
+    def send(self, body: bytes) -> int:
+        """Numbers a request, sends it and gives its number.
+
+        Args:
+            body: A serialised StepPoolRequest that has only what is asked for.
+        """
+        request = _Request(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
-        if self.mapping is None:
-            self._put(request)
-        else:
-            # So that the batches of answers that have arrived are not kept for repetition.
-            request.acknowledged_sequence_number = self._unanswered[0].sequence_number - 1
-            # Not in what is sent again: attaching tells what is held as a whole.
-            sent = step_pb2.StepPoolRequest(released_batches=self.mapping.take_released())
-            sent.MergeFrom(request)
-            self._put(sent)
+        self._put(request)
         return request.sequence_number
 
     def receive(self) -> list[Part]:
@@ -171,11 +180,17 @@ class Stream:
         if self._call is not None:
             self._call.cancel()
 
-    def _put(self, request: step_pb2.StepPoolRequest) -> None:
+    def _put(self, request: _Request) -> None:
+        head = number_field(_SEQUENCE_NUMBER, request.sequence_number)
+        if self.mapping is not None:
+            # So that the batches of answers that have arrived are not kept for repetition.
+            head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
+            released = b"".join(map(varint, self.mapping.take_released()))
+            head += bytes_field(_RELEASED, released) if released else b""
         if self._line is None:
-            self._requests.put(request)
+            self._requests.put(head + request.body)
         else:
-            self._line.send(request)
+            self._line.send(head + request.body)
 
     def _end_requests(self) -> None:
         self._requests.put(None)
@@ -256,7 +271,8 @@ class Stream:
         self._line = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
-        self._requests.put(step_pb2.StepPoolRequest(attach=self._attach))
+        attach = step_pb2.StepPoolRequest(attach=self._attach)
+        self._requests.put(attach.SerializeToString())
         self._call = self._step_pool(iter(self._requests.get, None), **arguments)
         response = self._next_response()
         if isinstance(response, Part) or response.WhichOneof("response") != "attached":

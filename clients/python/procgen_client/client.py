@@ -19,7 +19,6 @@ from procgen_client._proto import (
     render_pb2_grpc,
     states_pb2,
     states_pb2_grpc,
-    step_pb2,
 )
 from procgen_client._requests import in_range
 from procgen_client._wire import read_response
@@ -99,10 +98,10 @@ class Client:
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
+        # Requests are bytes already.
         self._step_pool = functools.partial(
             self._channel.stream_stream(
                 _STEP_POOL_METHOD,
-                request_serializer=step_pb2.StepPoolRequest.SerializeToString,
                 response_deserializer=read_response,
             ),
             metadata=self._metadata,

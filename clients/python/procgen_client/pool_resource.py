@@ -33,6 +33,7 @@ class PoolResource(abc.ABC):
         name: Resource name, e.g. ``"pools/7"``.
         spec: What the pool was made with, every default filled in (also a rand_seed that the server
             drew).
+        env_count: Number of environments, N.
         observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default; with
             a stack of k > 1 pictures k comes first, so ``(4, 84, 84, 1)`` for four grey ones.
     """
@@ -41,13 +42,9 @@ class PoolResource(abc.ABC):
         """For :class:`Pool`."""
         self.name = message.name
         self.spec = message.spec
+        self.env_count = message.spec.env_count
         self.observation_shape = tuple(message.observation_shape)
         self._client = client
-
-    @property
-    def env_count(self) -> int:
-        """Number of environments, N."""
-        return self.spec.env_count
 
     # Saving and restoring.
 
