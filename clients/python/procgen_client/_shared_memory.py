@@ -116,8 +116,8 @@ class SharedMapping:
             self._memory, np.uint8, self._batch_bytes, number * self._batch_bytes
         )
         # All views of it, and views of those, refer to this array, and nothing else does.
-        let_go = self._let_go
-        self._held[number] = weakref.ref(memory, lambda _: let_go.append(number))
+        let_go, batch = self._let_go, number
+        self._held[number] = weakref.ref(memory, lambda _: let_go.append(batch))
 
         def rows(name: str, row_count: int) -> np.ndarray:
             array = self._arrays[name]

@@ -16,10 +16,9 @@ from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
 from procgen_client._wire import Part, bytes_field, number_field, read_response, varint
-from procgen_client.encoding import decoder_for
+from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
-    DataLossError,
     InternalError,
     ProcgenError,
     UnavailableError,
@@ -34,8 +33,9 @@ _BACKOFF_MAX = 2.0
 _DRAINS_KEY = "procgen-drains"
 
 
+# Numbers of the fields that are written beside what is asked for.
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
-_SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
+SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
 _ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
 _RELEASED = _FIELDS["released_batches"].number
 
@@ -181,7 +181,7 @@ class Stream:
             self._call.cancel()
 
     def _put(self, request: _Request) -> None:
-        head = number_field(_SEQUENCE_NUMBER, request.sequence_number)
+        head = number_field(SEQUENCE_NUMBER, request.sequence_number)
         if self.mapping is not None:
             # So that the batches of answers that have arrived are not kept for repetition.
             head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
@@ -229,19 +229,8 @@ class Stream:
         if self._decoder is None:
             return
         try:
-            for part in parts:
-                encoded = part.arrays["observations"]
-                if len(encoded):
-                    part.arrays["observations"] = self._decoder.decode(
-                        part.first_environment, part.environment_count, encoded.tobytes()
-                    )
-        except ProcgenError as error:
-            self.drop()
-            raise DataLossError(
-                f"the answer of {self._attach.pool} to request {parts[0].sequence_number}: "
-                f"{error.message}"
-            ) from None
-        except BaseException:  # Ctrl-C, say: what it has decoded it cannot decode again.
+            decode_parts(self._decoder, parts)
+        except BaseException:  # Also Ctrl-C, say: what it has decoded it cannot decode again.
             self.drop()
             raise
 

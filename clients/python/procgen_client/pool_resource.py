@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,18 +102,8 @@ class PoolResource(abc.ABC):
             DataLossError: A snapshot is damaged, or of another version.
         """
         self._require_nothing_in_flight()
-        request = states_pb2.RestoreStatesRequest(pool=self.name)
-        empty_bytes = request_bytes = request.ByteSize()
         bytes_max = self._client.catalog().limits.request_bytes_max
-        for state in state_messages(states, self.env_count):
-            state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
-            if request.states and request_bytes + state_bytes > bytes_max:
-                self._client._restore_states(request)
-                del request.states[:]
-                request_bytes = empty_bytes
-            request.states.append(state)
-            request_bytes += state_bytes
-        if request.states:
+        for request in restore_requests(self.name, states, self.env_count, bytes_max):
             self._client._restore_states(request)
 
     def clone_states(
@@ -216,3 +206,24 @@ class PoolResource(abc.ABC):
     @abc.abstractmethod
     def _require_nothing_in_flight(self) -> None:
         """Raises FailedPreconditionError where requests are unanswered."""
+
+
+def restore_requests(
+    pool: str, states: Mapping[int, bytes] | Sequence[bytes], env_count: int, bytes_max: int
+) -> Iterator[states_pb2.RestoreStatesRequest]:
+    """Gives the requests that restore states, as few as hold them all.
+
+    Errors as PoolResource.restore_states.
+    """
+    request = states_pb2.RestoreStatesRequest(pool=pool)
+    empty_bytes = request_bytes = request.ByteSize()
+    for state in state_messages(states, env_count):
+        state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
+        if request.states and request_bytes + state_bytes > bytes_max:
+            yield request
+            request = states_pb2.RestoreStatesRequest(pool=pool)
+            request_bytes = empty_bytes
+        request.states.append(state)
+        request_bytes += state_bytes
+    if request.states:
+        yield request
