@@ -3,7 +3,7 @@
 
 One state is cloned into all environments of a pool; each tries random moves of its own. The best
 becomes the state from which the next round begins, so the search keeps what it has found and never
-plays it again. Here better means: a higher return, and of equal ones the shorter way.
+plays it again. Here better means: a higher return, and of equal ones one whose episode goes on.
 
     PYTHONPATH=clients/python clients/python/examples/branch_and_search.py localhost:50051
 """
@@ -28,8 +28,7 @@ def branch(
     """
     pool.restore_states([state] * pool.env_count)
     returns = np.zeros(pool.env_count)
-    running = np.ones(pool.env_count, bool)
-    lengths = np.zeros(pool.env_count, int)
+    running = np.ones(pool.env_count, bool)  # What comes after an episode's end does not count.
     for _ in range(moves):
         batch = pool.step(
             random.integers(0, procgen_client.ACTION_COUNT, pool.env_count),
@@ -37,9 +36,8 @@ def branch(
             observe=False,
         )
         returns[running] += batch.rewards[running]
-        lengths[running] += 1
         running &= ~batch.ended
-    best = int(np.lexsort((lengths, -returns))[0])
+    best = int(np.lexsort((~running, -returns))[0])
     return float(returns[best]), pool.save_states([best])[0], not running[best]
 
 
@@ -75,7 +73,6 @@ def main() -> None:
         distribution_mode="easy",
         start_level=arguments.level,
         num_levels=1,
-        episode_end="disabled",  # An episode that is over stays so: its state can be looked at.
     ) as pool:
         total = search(
             pool,
