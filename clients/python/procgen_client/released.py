@@ -65,17 +65,14 @@ class ProcgenGym3Env(Gym3Env):
         """Makes the environments.
 
         Args:
-            num: Number of environments.
-            env_name: Name of a game.
+            num, env_name: Number of environments, and the name of their game.
             center_agent, ..., rand_seed: The released options, as
                 procgen_client.options.EnvironmentOptions tells.
             num_threads: Not used: the server has workers of its own.
             render_mode: "rgb_array": infos have a picture for people, "rgb". Or None.
             server: As ProcgenVectorEnv takes it.
 
-        Raises:
-            InvalidArgumentError: An argument is out of range.
-            ProcgenError: As Client and Client.create_pool.
+        Errors as Client and Client.create_pool.
         """
         if render_mode not in _RENDER_MODES:
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
