@@ -139,7 +139,7 @@ def compete(contestants: dict[str, Turn], rounds: int) -> dict[str, float]:
 
 def report(best: dict[str, float], env_count: int) -> None:
     """Prints a table in Markdown."""
-    print(f"| {env_count} environments of {_GAME} | us a step | rate, of C++ in process or over TCP |")
+    print(f"| {env_count} environments of {_GAME} | us a step | of C++ in process, over TCP |")
     print("| --- | --- | --- |")
     for name, cost in best.items():
         yardstick = "C++, in process" if "shared memory" in name else "C++, TCP"
