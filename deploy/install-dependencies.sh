@@ -19,6 +19,8 @@ packages=(
   libzstd-dev             # compresses observations
   liblz4-dev              # and quicker, if less
   prometheus-cpp-dev      # metrics
+  cyclonedds-dev          # servers of a cluster find each other
+  cyclonedds-tools        # compiles what they say to each other
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # replayed recordings are JSON
@@ -48,6 +50,11 @@ packages=(
   golang-google-grpc-dev  # its transport
   golang-google-protobuf-dev  # its messages' library
   golang-github-klauspost-compress-dev  # decompresses its observations
+  python3-yaml            # the tests of deploy/ read manifests
+  kubernetes-client       # and render those of Kubernetes
+  dpkg-dev                # what a Debian package depends on
+  file                    # what is a program in it
+  iproute2                # networks of tests' own
   fonts-dejavu-core       # the names in that picture
 )
 
@@ -66,15 +73,25 @@ plot_packages=(
   python3-matplotlib
 )
 
+# What tests of the label slow build and run images with, and check rules for Prometheus.
+slow_packages=(
+  mmdebstrap              # makes a root of Debian without asking a registry of images
+  buildah                 # builds images
+  podman                  # runs them
+  runc                    # by this, which also knows older control groups
+  prometheus              # promtool
+)
+
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--clang] [--plot] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--clang] [--plot] [--slow] [--list] [--help]
 
 Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
 for the clients in Python, Node.js and Go. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
 
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
+  --slow   and what the tests of the label slow need
   --list   print the names of the packages and stop
   --help   print this and stop
 TEXT
@@ -85,6 +102,7 @@ while [[ $# -gt 0 ]]; do
   case "$1" in
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
+    --slow) packages+=("${slow_packages[@]}"); shift ;;
     --list) list=yes; shift ;;
     -h | --help) usage; exit 0 ;;
     *)

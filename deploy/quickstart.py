@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import shlex
 import signal
 import sys
@@ -15,6 +17,7 @@ import mosaic
 import numpy as np
 
 from procgen_client import ACTION_COUNT, Client, ProcgenError, ServerProcess
+from procgen_client.errors import UnavailableError
 from procgen_client.server_process import BINARY_VARIABLE
 
 _PICTURES_OF_A_GAME = 6
@@ -26,6 +29,7 @@ _PICTURE_ACTIONS = 30
 _PICTURE_ACTION_STEPS = 5
 _PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
 _SECONDS_BETWEEN_REPORTS = 0.1
+_SECONDS_UNTIL_NODES_MEET = 30
 
 
 @dataclass
@@ -141,15 +145,76 @@ def print_table(results: list[Result], environment_count: int) -> None:
     )
 
 
-def how_to_connect(server: ServerProcess, log_path: Path) -> str:
-    """Tells what can be done with a server that runs on."""
+@dataclass
+class Servers:
+    """What was started: one server, or the nodes of a cluster and before them a fleet server."""
+
+    front: ServerProcess  # The one that learners connect to.
+    nodes: list[ServerProcess]
+
+    def stop(self) -> None:
+        """Stops all."""
+        for server in (self.front, *self.nodes):
+            server.stop()
+
+
+def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
+    """Starts what the arguments ask for, and waits until it is ready."""
+    if arguments.nodes == 0:
+        return Servers(ServerProcess(arguments.binary, log_path=log_path), [])
+    cluster = [f"--cluster=quickstart-{os.getpid()}", "--cluster_peers=127.0.0.1"]
+    with contextlib.ExitStack() as started:  # Stops them if anything goes wrong.
+        nodes = [
+            started.enter_context(
+                ServerProcess(
+                    arguments.binary,
+                    [*cluster, f"--node_id=node-{number}"],
+                    log_path=log_path.with_suffix(f".node-{number}.log"),
+                )
+            )
+            for number in range(1, arguments.nodes + 1)
+        ]
+        front = started.enter_context(
+            ServerProcess(
+                arguments.binary, [*cluster, "--fleet", "--node_id=fleet"], log_path=log_path
+            )
+        )
+        await_nodes(front.address, arguments.nodes)
+        started.pop_all()
+    return Servers(front, nodes)
+
+
+def await_nodes(address: str, node_count: int) -> None:
+    """Waits until the fleet server knows its nodes."""
+    deadline = time.monotonic() + _SECONDS_UNTIL_NODES_MEET
+    with Client(address) as client:
+        while (known := len(client.list_nodes()) - 1) < node_count:
+            if time.monotonic() > deadline:
+                raise UnavailableError(
+                    f"of {node_count} nodes the fleet server has found {known} within "
+                    f"{_SECONDS_UNTIL_NODES_MEET} s"
+                )
+            time.sleep(0.05)
+    print(f"== A fleet server at {address} and {node_count} nodes behind it")
+
+
+def how_to_connect(servers: Servers, log_path: Path) -> str:
+    """Tells what can be done with servers that run on."""
     package = shlex.quote(str(Path(__file__).resolve().parents[1] / "clients/python"))
-    return f"""The server runs on at {server.address} (its log: {log_path}).
+    address = servers.front.address
+    who = "fleet server runs on with its nodes" if servers.nodes else "server runs on"
+    process_ids = [server.process_id for server in (servers.front, *servers.nodes)]
+    text = f"""The {who} at {address} (its log: {log_path}).
 
 Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
-            'import procgen_client; client = procgen_client.connect("{server.address}")'
-Stop:     kill {server.process_id}
+            'import procgen_client; client = procgen_client.connect("{address}")'
+Stop:     kill {" ".join(map(str, process_ids))}
 """
+    if servers.nodes:
+        text += (
+            f"Harm it:  kill -9 {servers.nodes[0].process_id}    (a node; learners notice a pause)\n"
+        )
+    return text
 
 
 def demonstrate(address: str, arguments: argparse.Namespace) -> None:
@@ -182,6 +247,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default="quickstart.png", help="the picture")
     parser.add_argument("--log", type=Path, default="server.log", help="the server's log lines")
     parser.add_argument("--keep", action="store_true", help="leave the server running")
+    parser.add_argument("--nodes", type=int, default=0, help="of a cluster; 0: one server, none")
     arguments = parser.parse_args()
 
     # An end from outside is an exception like any other, so that everything is undone.
@@ -191,13 +257,13 @@ def main() -> int:
     log_path = arguments.log.resolve()
     log_path.unlink(missing_ok=True)  # A server that was kept goes on writing its own.
     try:
-        server = ServerProcess(arguments.binary, log_path=log_path)
+        servers = start_servers(arguments, log_path)
     except (OSError, ProcgenError) as error:
         print(f"quickstart: {error}", file=sys.stderr)
         return 1
     keep = False
     try:
-        demonstrate(server.address, arguments)
+        demonstrate(servers.front.address, arguments)
         keep = arguments.keep
     except KeyboardInterrupt:
         print("\nStopped.", file=sys.stderr)
@@ -207,9 +273,9 @@ def main() -> int:
         return 1
     finally:
         if not keep:
-            server.stop()
+            servers.stop()
     if keep:
-        print(how_to_connect(server, log_path))
+        print(how_to_connect(servers, log_path))
     return 0
 
 

@@ -6,7 +6,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 usage() {
   cat <<TEXT
-Usage: deploy/quickstart.sh [--keep] [--seconds S] [--environments N] [--output FILE] [--help]
+Usage: deploy/quickstart.sh [--keep] [--nodes N] [--seconds S] [--environments N] [--output FILE]
 
 Installs what is missing, builds the server, starts it on a free port of this machine, steps
 environments of each game for some seconds with the Python client, prints steps per second, draws a
@@ -14,6 +14,8 @@ picture of the games and stops the server again. May be run from any directory a
 like; needs root or sudo only if packages are missing.
 
   --keep             leave the server running, and say how to connect to it and how to stop it
+  --nodes N          a cluster of so many servers and a fleet server that spreads pools over them,
+                     1 to 8 (default: one server, no cluster)
   --seconds S        how long to step each game, 1 to 600 (default: 4)
   --environments N   environments of each game, 2 to 4096 (default: 64)
   --output FILE      where to write the picture, a .png (default: quickstart.png, here)
@@ -35,6 +37,7 @@ require_integer() {
 }
 
 keep=()
+nodes=()
 seconds=4
 environments=64
 output=quickstart.png
@@ -45,10 +48,11 @@ while [[ $# -gt 0 ]]; do
   case "$1" in
     --keep) keep=(--keep); shift; continue ;;
     -h | --help) usage; exit 0 ;;
-    --seconds | --environments | --output) [[ $# -ge 2 ]] || fail "$1 needs a value" ;;
+    --nodes | --seconds | --environments | --output) [[ $# -ge 2 ]] || fail "$1 needs a value" ;;
     *) fail "unknown argument '$1'" ;;
   esac
   case "$1" in
+    --nodes) require_integer --nodes "$2" 1 8; nodes=(--nodes "$2") ;;
     --seconds) seconds=$2 ;;
     --environments) environments=$2 ;;
     --output) output=$2 ;;
@@ -83,4 +87,4 @@ echo "== Building the server (some minutes the first time)"
 export PYTHONPATH="$root/clients/python${PYTHONPATH:+:$PYTHONPATH}"
 exec "$python" "$root/deploy/quickstart.py" --binary "$root/build/release/bin/procgen-server" \
   --log "$root/build/quickstart-server.log" --output "$output" \
-  --seconds "$seconds" --environments "$environments" "${keep[@]}"
+  --seconds "$seconds" --environments "$environments" "${nodes[@]}" "${keep[@]}"

@@ -7,6 +7,8 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "server/cluster/cluster.h"
+#include "server/fleet/fleet.h"
 #include "server/rpc/address.h"
 
 namespace procgen {
@@ -82,6 +84,58 @@ absl::Status CheckMetricsAddress(const Config& config) {
   return absl::OkStatus();
 }
 
+absl::Status CheckAdvertisedAddress(const Config& config) {
+  const std::string& given = config.server.advertised_address;
+  if (!given.empty()) {
+    const absl::StatusOr<Address> address = ParseAddress(given);
+    if (!address.ok() || IsWildcard(*address)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--advertised_address is '", given,
+                       "', allowed: 'HOST:PORT' with a host that others can reach and a port of 0 "
+                       "to 65535, 'unix:PATH', or nothing"));
+    }
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Address> address = ParseAddress(config.server.address);
+  if (!config.cluster.name.empty() && address.ok() && IsWildcard(*address)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--address is ", config.server.address,
+                     ", which is no address that others of --cluster could reach: give "
+                     "--advertised_address=HOST:PORT"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckCluster(const Config& config) {
+  const ClusterOptions& cluster = config.cluster;
+  if (absl::Status status = CheckAdvertisedAddress(config); !status.ok()) {
+    return status;
+  }
+  if (!cluster.name.empty()) {
+    return CheckClusterOptions(cluster);
+  }
+  if (cluster.domain_id != 0 || !cluster.peers.empty() || !cluster.security.IsOff()) {
+    return absl::InvalidArgumentError(
+        "--cluster is missing, which the other flags that begin with --cluster_ need");
+  }
+  return CheckNodeId(cluster.node_id);
+}
+
+absl::Status CheckFleet(const Config& config) {
+  const FleetCredentials& credentials = config.fleet.credentials;
+  const bool has_credentials = !credentials.ca.empty() || !credentials.certificate.empty() ||
+                               !credentials.key.empty() || !credentials.token.empty();
+  if (!config.is_fleet && (has_credentials || !config.state_dir.empty())) {
+    return absl::InvalidArgumentError(
+        "--fleet is missing, which --state_dir and the flags that begin with --fleet_ need");
+  }
+  if (config.is_fleet && config.cluster.name.empty()) {
+    return absl::InvalidArgumentError(
+        "--fleet is given without --cluster, whose nodes it spreads pools over");
+  }
+  return CheckFleetCredentials(credentials);
+}
+
 }  // namespace
 
 absl::Status CheckConfig(const Config& config) {
@@ -89,6 +143,12 @@ absl::Status CheckConfig(const Config& config) {
     return status;
   }
   if (absl::Status status = CheckMetricsAddress(config); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckCluster(config); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckFleet(config); !status.ok()) {
     return status;
   }
   const Limits& limits = config.server.limits;
@@ -116,6 +176,8 @@ absl::Status CheckConfig(const Config& config) {
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
+        Range{"fleet_wait_max in seconds", absl::ToInt64Seconds(config.fleet.wait_max), 1,
+              7 * 24 * 3600},
         Range{"drain_deadline in seconds", absl::ToInt64Seconds(config.drain_deadline), 0, 3600}}) {
     if (range.value < range.min || range.value > range.max) {
       return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
@@ -152,6 +214,48 @@ absl::Status LoadSecrets(Config* config) {
     return absl::InvalidArgumentError(absl::StrCat("--clone_sources ", sources.status().message()));
   }
   config->server.clone_sources = *std::move(sources);
+  return absl::OkStatus();
+}
+
+absl::Status JoinCluster(Config* config) {
+  if (config->cluster.name.empty()) {
+    config->server.cluster = Cluster::Alone(config->cluster.node_id);
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::unique_ptr<Cluster>> cluster = Cluster::Join(config->cluster);
+  if (!cluster.ok()) {
+    return cluster.status();
+  }
+  config->server.cluster = *std::move(cluster);
+  return absl::OkStatus();
+}
+
+absl::Status JoinFleet(Config* config) {
+  if (!config->is_fleet) {
+    return absl::OkStatus();
+  }
+  if (config->server.art != nullptr) {
+    return absl::InvalidArgumentError(
+        "--art is given with --fleet, where the nodes draw: give it to "
+        "each of them");
+  }
+  FleetOptions options = config->fleet;
+  options.requests_in_flight_max = config->server.limits.requests_in_flight_max;
+  if (!config->state_dir.empty()) {
+    auto state = FleetState::Open(config->state_dir);
+    if (!state.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("--state_dir is ", state.status().message()));
+    }
+    options.state = *std::move(state);
+  }
+  const std::shared_ptr<Cluster> cluster = config->server.cluster;
+  options.nodes = [cluster] { return cluster->Nodes(); };
+  options.subscribe = [cluster](absl::AnyInvocable<void()> changed) {
+    return cluster->Subscribe(std::move(changed));
+  };
+  config->server.make_host = [options](Metrics* metrics) {
+    return std::make_unique<Fleet>(options, metrics);
+  };
   return absl::OkStatus();
 }
 

@@ -5,6 +5,8 @@
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "server/cluster/cluster_options.h"
+#include "server/fleet/fleet_options.h"
 #include "server/rpc/server.h"
 #include "server/session/event_log.h"
 
@@ -16,6 +18,14 @@ struct Config {
   absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
   std::string metrics_address;  // where metrics are served over HTTP, "HOST:PORT"; empty: nowhere
+
+  // Which cluster it is a node of; no name: none.
+  ClusterOptions cluster;
+
+  // Pools are spread over the nodes of the cluster.
+  bool is_fleet = false;
+  FleetOptions fleet;
+  std::string state_dir;  // where they are kept; empty: nowhere
 
   // Who may call. Paths of files; empty: none.
   TlsPaths tls;
@@ -35,6 +45,14 @@ absl::Status CheckConfig(const Config& config);
 // CheckConfig. Errors: a file that is missing or broken, or sources that are none; the message
 // names the flag.
 absl::Status LoadSecrets(Config* config);
+
+// Joins the cluster of `config`, if it has one, for its server. REQUIRES: CheckConfig. Errors: as
+// Cluster::Join.
+absl::Status JoinCluster(Config* config);
+
+// Has the server of `config` be a fleet's, if it is to be one. REQUIRES: JoinCluster. Errors: a
+// folder for states that cannot be used; the message names the flag.
+absl::Status JoinFleet(Config* config);
 
 }  // namespace procgen
 

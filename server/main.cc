@@ -20,7 +20,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/shared_art.h"
+#include "server/cluster/cluster.h"
+#include "server/cluster_flags.h"
 #include "server/config.h"
+#include "server/fleet_flags.h"
 #include "server/metrics/metrics_page.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
@@ -116,6 +119,8 @@ absl::StatusOr<Config> ReadConfig() {
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
   config.server.keepalive_timeout = absl::GetFlag(FLAGS_keepalive_timeout);
   ReadSecurityFlags(&config);
+  ReadClusterFlags(&config);
+  ReadFleetFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;
   }
@@ -196,6 +201,9 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"version", PROCGEN_SERVER_VERSION},
             {"workers", absl::StrCat(config.server.worker_count)},
             {"access", AccessText(config)},
+            {"cluster", config.cluster.name.empty() ? "none" : config.cluster.name},
+            {"node", config.cluster.node_id},
+            {"fleet", config.is_fleet ? "true" : "false"},
             {"shared_memory",
              config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
@@ -226,6 +234,8 @@ int Main(int argc, char** argv) {
 
   const auto is_ours = [](absl::string_view file) {
     return absl::EndsWith(file, "server/main.cc") ||
+           absl::EndsWith(file, "server/cluster_flags.cc") ||
+           absl::EndsWith(file, "server/fleet_flags.cc") ||
            absl::EndsWith(file, "server/security_flags.cc");
   };
   absl::FlagsUsageConfig usage;
@@ -240,9 +250,20 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "procgen-server: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;
   }
-  const absl::StatusOr<Config> config = ReadConfig();
-  if (!config.ok()) {
-    std::fprintf(stderr, "procgen-server: %s\n", std::string(config.status().message()).c_str());
+  absl::StatusOr<Config> config = ReadConfig();
+  absl::Status status = config.status();
+  if (status.ok()) {
+    LogClusterTo([](bool is_error, absl::string_view message) {
+      LogEvent(is_error ? LogLevel::kError : LogLevel::kWarning, "cluster",
+               {{"message", std::string(message)}});
+    });
+    status = JoinCluster(&*config);
+  }
+  if (status.ok()) {
+    status = JoinFleet(&*config);
+  }
+  if (!status.ok()) {
+    std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());
     return kExitUsage;
   }
   return Serve(*config, stop_signals);

@@ -69,7 +69,8 @@ fi
 
 cd "$root"
 dependencies=()
-[[ $preset != lint && $preset != fuzz ]] || dependencies=(--clang)
+[[ $preset != lint && $preset != fuzz ]] || dependencies+=(--clang)
+[[ $all == no && " ${labels[*]-} " != *" slow "* ]] || dependencies+=(--slow)
 "$root/deploy/install-dependencies.sh" "${dependencies[@]}"
 echo "== Configuring (preset $preset)"
 cmake --preset "$preset"

@@ -17,7 +17,12 @@ absl::StatusOr<Sample> TakeSample(procgen_client::Client* client) {
   if (!load.ok()) {
     return load.status();
   }
-  return Sample{absl::Now(), *std::move(load), *std::move(pools)};
+  absl::StatusOr<v1::ListNodesResponse> nodes = client->ListNodes();
+  if (!nodes.ok() && !absl::IsUnimplemented(nodes.status())) {
+    return nodes.status();
+  }
+  return Sample{absl::Now(), *std::move(load),
+                nodes.ok() ? *std::move(nodes) : v1::ListNodesResponse(), *std::move(pools)};
 }
 
 }  // namespace procgen_top

@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "procgen/v1/catalog.pb.h"
+#include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/pools.pb.h"
 #include "procgen_client/client.h"
 
@@ -15,6 +16,7 @@ namespace procgen_top {
 struct Sample {
   absl::Time time;
   procgen::v1::Load load;
+  procgen::v1::ListNodesResponse nodes;  // of its cluster; none: it is too old to tell
   std::vector<procgen::v1::Pool> pools;  // that the caller owns
 };
 

@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
+#include "clients/top/node_table.h"
 
 namespace procgen_top {
 namespace {
@@ -186,6 +187,10 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
   lines.push_back(LatencyText("queue", queue));
   lines.push_back(LatencyText("run", run));
   lines.emplace_back("");
+  if (std::vector<std::string> nodes = NodeTableOf(now.nodes); !nodes.empty()) {
+    lines.insert(lines.end(), nodes.begin(), nodes.end());
+    lines.emplace_back("");
+  }
   AddPools(before, now, seconds, &lines);
   return lines;
 }

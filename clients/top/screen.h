@@ -9,8 +9,8 @@
 namespace procgen_top {
 
 // What is shown of a server, as lines of text without control characters: how busy it is, what a
-// request took, then the caller's pools, the busiest first. Rates and latencies are those between
-// `before` and `now`. `title` is the first line.
+// request took, then the nodes of its cluster and the caller's pools, the busiest first. Rates and
+// latencies are those between `before` and `now`. `title` is the first line.
 std::vector<std::string> ScreenOf(const std::string& title, const Sample& before,
                                   const Sample& now);
 

@@ -58,7 +58,7 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSampler::Create(
     }
   }
   return std::shared_ptr<const LevelSampler>(new LevelSampler(
-      std::move(level_seeds), std::move(weight_sums), static_cast<uint32_t>(rand_seed)));
+      std::move(level_seeds), weights, std::move(weight_sums), static_cast<uint32_t>(rand_seed)));
 }
 
 uint32_t LevelSampler::StreamSeedOf(int32_t environment) const {

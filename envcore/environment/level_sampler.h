@@ -25,6 +25,11 @@ class LevelSampler {
   static absl::StatusOr<std::shared_ptr<const LevelSampler>> Create(
       std::vector<int32_t> level_seeds, const std::vector<float>& weights, int64_t rand_seed);
 
+  // What it was made with; `rand_seed` modulo 2^32.
+  const std::vector<int32_t>& level_seeds() const { return level_seeds_; }
+  const std::vector<float>& weights() const { return weights_; }
+  uint32_t rand_seed() const { return rand_seed_; }
+
   // What an environment's choice of levels is seeded with. `environment`: its index in the whole,
   // so that a shard chooses as the whole does.
   uint32_t StreamSeedOf(int32_t environment) const;
@@ -32,13 +37,15 @@ class LevelSampler {
   int32_t Draw(RandomStream& stream) const;
 
  private:
-  LevelSampler(std::vector<int32_t> level_seeds, std::vector<double> weight_sums,
-               uint32_t rand_seed)
+  LevelSampler(std::vector<int32_t> level_seeds, std::vector<float> weights,
+               std::vector<double> weight_sums, uint32_t rand_seed)
       : level_seeds_(std::move(level_seeds)),
+        weights_(std::move(weights)),
         weight_sums_(std::move(weight_sums)),
         rand_seed_(rand_seed) {}
 
   const std::vector<int32_t> level_seeds_;
+  const std::vector<float> weights_;  // of each seed; empty: all are equal
   // Of each seed its own weight and those before it; empty: all weights are equal.
   const std::vector<double> weight_sums_;
   const uint32_t rand_seed_;

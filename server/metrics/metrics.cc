@@ -26,6 +26,8 @@ using prometheus::Registry;
 // From a few microseconds, a step of one environment without pictures, to what nobody should wait.
 constexpr double kSecondsBounds[] = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
                                      2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
+// From the repetition of a few steps to nodes that have to be started first.
+constexpr double kPauseBounds[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 30, 60, 300};
 // Returns reach from -60 (fruitbot) to over 60 (starpilot); many games give 0 or 10.
 constexpr double kReturnBounds[] = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
 constexpr double kLengthBounds[] = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
@@ -85,6 +87,8 @@ class Metrics::Families final : public prometheus::Collectable {
                               "broke off.")),
         expired_pools(AddCounter("procgen_pools_expired_total",
                                  "Pools that were freed because their leases ran out.")),
+        fleet_moves(AddCounter("procgen_fleet_moves_total",
+                               "Times that a shard of a fleet's pool left its node.")),
         errors(CounterFamily("procgen_errors_total",
                              "Calls and streams that ended with an error, by method and code.")),
         steps_(CounterFamily("procgen_steps_total",
@@ -130,6 +134,9 @@ class Metrics::Families final : public prometheus::Collectable {
     families.push_back(HistogramFamily(
         "procgen_request_run_seconds",
         "From a stream request's turn to its last response being ready.", {MetricOf(ran, {})}));
+    families.push_back(HistogramFamily("procgen_fleet_pause_seconds",
+                                       "How long requests took during which a shard moved.",
+                                       {MetricOf(fleet_pauses, {})}));
     return families;
   }
 
@@ -187,9 +194,11 @@ class Metrics::Families final : public prometheus::Collectable {
   Counter& sent;
   Family<Counter>& streams;
   Counter& expired_pools;
+  Counter& fleet_moves;
   Family<Counter>& errors;
   AtomicHistogram queued{kSecondsBounds};
   AtomicHistogram ran{kSecondsBounds};
+  AtomicHistogram fleet_pauses{kPauseBounds};
 
  private:
   Family<Counter>& steps_;
@@ -234,6 +243,12 @@ void Metrics::AddStream(bool resumed) {
 }
 
 void Metrics::AddExpiredPool() { families_->expired_pools.Increment(); }
+
+void Metrics::AddFleetMove() { families_->fleet_moves.Increment(); }
+
+void Metrics::AddFleetPause(absl::Duration pause) {
+  families_->fleet_pauses.Add(absl::ToDoubleSeconds(pause));
+}
 
 void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
   families_->errors.Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})

@@ -71,6 +71,10 @@ class Metrics {
   void AddStream(bool resumed);
   // A pool was freed because nobody held it.
   void AddExpiredPool();
+  // A shard of a fleet's pool left its node.
+  void AddFleetMove();
+  // A request waited for that, so long from its beginning to its end.
+  void AddFleetPause(absl::Duration pause);
   // A call or stream of `method` ("PoolService/CreatePool") ended with an error.
   void AddError(absl::string_view method, absl::StatusCode code);
 

@@ -66,6 +66,13 @@ bool IsLocal(const Address& address) {
   return inet_pton(AF_INET6, address.host.c_str(), &ipv6) == 1 && IN6_IS_ADDR_LOOPBACK(&ipv6);
 }
 
+bool IsWildcard(const Address& address) {
+  in_addr ipv4 = {};
+  in6_addr ipv6 = {};
+  return (inet_pton(AF_INET, address.host.c_str(), &ipv4) == 1 && ipv4.s_addr == INADDR_ANY) ||
+         (inet_pton(AF_INET6, address.host.c_str(), &ipv6) == 1 && IN6_IS_ADDR_UNSPECIFIED(&ipv6));
+}
+
 bool IsOnThisMachine(absl::string_view peer) {
   if (absl::StartsWith(peer, "unix:")) {
     return true;

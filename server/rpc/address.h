@@ -23,6 +23,9 @@ absl::StatusOr<Address> ParseAddress(absl::string_view text);
 // Nobody but this very machine can reach it.
 bool IsLocal(const Address& address);
 
+// Stands for all addresses of this machine, and is none that anybody could connect to.
+bool IsWildcard(const Address& address);
+
 // Whether a connection comes from this very machine. `peer`: as gRPC tells it, e.g.
 // "ipv4:127.0.0.1:40000".
 bool IsOnThisMachine(absl::string_view peer);

@@ -158,6 +158,7 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
   catalog.mutable_features()->set_states(true);
   catalog.mutable_features()->set_render(true);
+  catalog.mutable_features()->set_cluster(true);
   catalog.mutable_features()->set_fingerprints(true);
   catalog.mutable_features()->set_leases(true);
   catalog.mutable_features()->set_level_sampler(true);

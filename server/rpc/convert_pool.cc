@@ -142,18 +142,6 @@ v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& opt
   return message;
 }
 
-void FillSpec(const PoolOptions& options, v1::PoolSpec* spec) {
-  spec->mutable_games()->Assign(options.games.begin(), options.games.end());
-  spec->set_env_count(options.env_count);
-  *spec->mutable_options() = EnvironmentOptionsMessageOf(options.environment);
-  spec->set_first_environment(options.first_environment);
-  spec->set_total_environments(options.total_environments != 0
-                                   ? options.total_environments
-                                   : options.first_environment + options.env_count);
-  spec->set_episode_end(EpisodeEndMessageOf(options.episode_end));
-  FillObservationFormat(options.observation_format, spec->mutable_observation_format());
-}
-
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
   const timespec spec = absl::ToTimespec(time);
   message->set_seconds(spec.tv_sec);
@@ -203,6 +191,20 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
     options.level_sampler = *std::move(sampler);
   }
   return options;
+}
+
+v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
+  v1::PoolSpec spec;
+  spec.mutable_games()->Assign(options.games.begin(), options.games.end());
+  spec.set_env_count(options.env_count);
+  *spec.mutable_options() = EnvironmentOptionsMessageOf(options.environment);
+  spec.set_first_environment(options.first_environment);
+  spec.set_total_environments(options.total_environments != 0
+                                  ? options.total_environments
+                                  : options.first_environment + options.env_count);
+  spec.set_episode_end(EpisodeEndMessageOf(options.episode_end));
+  FillObservationFormat(options.observation_format, spec.mutable_observation_format());
+  return spec;
 }
 
 absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered) {
@@ -258,7 +260,7 @@ absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
 v1::Pool PoolMessageOf(const PoolSession& session) {
   v1::Pool message;
   message.set_name(session.name());
-  FillSpec(session.options(), message.mutable_spec());
+  *message.mutable_spec() = PoolSpecMessageOf(session.options());
   message.mutable_spec()->set_transport(
       session.shared_ring() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
   message.mutable_spec()->set_encoding(EncodingMessageOf(session.coding().compression()));

@@ -18,6 +18,10 @@ namespace procgen {
 // Errors: INVALID_ARGUMENT a value that its field does not offer.
 absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 
+// A spec that asks for the same, every default filled in; without the level sampler, whose lists
+// may be long.
+v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options);
+
 // Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
 // Errors: INVALID_ARGUMENT no such transport; UNIMPLEMENTED it is not offered. Whether it goes with
 // the encoding, CompressionOf checks.

@@ -11,7 +11,9 @@
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
+#include "server/rpc/answer_replay.h"
 #include "server/rpc/listener.h"
+#include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
 #include "server/shared_memory/direct_lines.h"
@@ -33,11 +35,20 @@ constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
 // How often a client may ask whether the server is there.
 constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
-std::string BoundAddress(const std::string& address, uint16_t port) {
+std::string WithPort(const std::string& address, uint16_t port) {
   if (absl::StartsWith(address, "unix:")) {
     return address;
   }
   return absl::StrCat(address.substr(0, address.rfind(':')), ":", port);
+}
+
+// Where clients reach a server that listens at `bound`.
+std::string AdvertisedAddress(const std::string& advertised, const std::string& bound,
+                              uint16_t port) {
+  if (advertised.empty()) {
+    return bound;
+  }
+  return absl::EndsWith(advertised, ":0") ? WithPort(advertised, port) : advertised;
 }
 
 int Milliseconds(absl::Duration duration) {
@@ -69,12 +80,17 @@ class GrpcServer final : public Server {
  public:
   GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
       : tls_(options.tls),
+        is_fleet_(options.make_host != nullptr),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                  options.shared_folder),
+                  options.shared_folder,
+                  options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
         callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
                  &metrics_),
+        cluster_(options.cluster != nullptr ? options.cluster
+                                            : Cluster::Alone(ClusterOptions().node_id)),
         direct_lines_(std::move(direct_lines)),
-        services_(&sessions_, &callers_, direct_lines_.get(), options.clone_sources) {
+        services_(&sessions_, cluster_.get(), &callers_, direct_lines_.get(),
+                  options.clone_sources) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(sessions_.load()); });
   }
 
@@ -104,12 +120,18 @@ class GrpcServer final : public Server {
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC does not start a server");
     }
+    for (Sessions::Resumed& resumed : sessions_.Resume()) {
+      ReplayAnswers(std::move(resumed.pool), std::move(resumed.requests),
+                    options.limits.response_bytes_max);
+    }
     listener_ = *std::move(listener);
-    address_ = BoundAddress(options.address, listener_->port());
+    address_ = WithPort(options.address, listener_->port());
+    advertised_address_ =
+        AdvertisedAddress(options.advertised_address, address_, listener_->port());
     for (const char* service :
-         {v1::CatalogService::service_full_name(), v1::PoolService::service_full_name(),
-          v1::StepService::service_full_name(), v1::StateService::service_full_name(),
-          v1::RenderService::service_full_name()}) {
+         {v1::CatalogService::service_full_name(), v1::ClusterService::service_full_name(),
+          v1::PoolService::service_full_name(), v1::StepService::service_full_name(),
+          v1::StateService::service_full_name(), v1::RenderService::service_full_name()}) {
       server_->GetHealthCheckService()->SetServingStatus(service, true);
     }
     server_->GetHealthCheckService()->SetServingStatus(true);
@@ -119,6 +141,7 @@ class GrpcServer final : public Server {
       parameters.fd = connection;
       acceptor->HandleNewConnection(&parameters);
     });
+    reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return Standing(); });
     return absl::OkStatus();
   }
 
@@ -129,6 +152,7 @@ class GrpcServer final : public Server {
     server_->GetHealthCheckService()->SetServingStatus(false);
     sessions_.Drain();
     services_.Drain();
+    reporter_->ReportNow();
   }
 
   void Stop(absl::Duration deadline) override {
@@ -141,11 +165,29 @@ class GrpcServer final : public Server {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
     listener_.reset();
+    services_.EndWatches();
     server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
   }
 
  private:
+  // As the cluster is told.
+  NodeReporter::Standing Standing() const {
+    const Load load = sessions_.load();
+    NodeStatus status;
+    status.address = advertised_address_;
+    status.server_version = PROCGEN_SERVER_VERSION;
+    status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
+    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().environment_count_max;
+    status.environment_count = load.environment_count;
+    status.pool_count = load.pool_count;
+    status.stream_count = load.stream_count;
+    status.worker_count = load.worker_count;
+    status.healthy = !load.draining;  // as the health service says
+    status.draining = load.draining;
+    return {std::move(status), load.step_count};
+  }
+
   // What strangers can have of gRPC.
   static void SetLimits(const Limits& limits, grpc::ServerBuilder* builder) {
     builder->SetMaxReceiveMessageSize(static_cast<int>(limits.request_bytes_max));
@@ -163,14 +205,18 @@ class GrpcServer final : public Server {
   }
 
   const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
+  const bool is_fleet_;                  // steps nothing itself
   std::string address_;
+  std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   Sessions sessions_;
   const Callers callers_;
+  const std::shared_ptr<Cluster> cluster_;
   const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory
   Services services_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Listener> listener_;  // hands its connections to server_
+  std::unique_ptr<Listener> listener_;      // hands its connections to server_
+  std::unique_ptr<NodeReporter> reporter_;  // since the server listens; last: it asks the others
 };
 
 }  // namespace

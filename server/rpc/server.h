@@ -2,16 +2,19 @@
 #define SERVER_RPC_SERVER_H_
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
+#include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/rpc/clone_sources.h"
 #include "server/rpc/tls_files.h"
 #include "server/rpc/token_file.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/limits.h"
 #include "server/shared_memory/shared_folder.h"
 
@@ -20,7 +23,11 @@ namespace procgen {
 struct ServerOptions {
   // Where to listen: "host:port", port 0 for any that is free, or "unix:path".
   std::string address = "127.0.0.1:50051";
-  int32_t worker_count = 1;  // threads that step environments, >= 1
+  // Where clients reach it, as the cluster is told; port 0: the one that was bound. Empty: as
+  // `address`.
+  std::string advertised_address;
+  std::shared_ptr<Cluster> cluster;  // that it is a node of; null: it is alone
+  int32_t worker_count = 1;          // threads that step environments, >= 1
   Limits limits;
   std::shared_ptr<const SharedArt> art;  // all pools draw with it; null: the built-in art
   std::shared_ptr<TlsFiles> tls;         // null: plain text
@@ -28,6 +35,8 @@ struct ServerOptions {
   // Where pools share memory with learners on this machine; null: they share none.
   std::shared_ptr<const SharedFolder> shared_folder;
   CloneSources clone_sources;  // whom CloneStates may be asked to connect to
+  // Makes where pools are made, which counts what it does in `metrics`; null: in this process.
+  std::function<std::unique_ptr<PoolHost>(Metrics* metrics)> make_host;
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
   // ended if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(30);
@@ -48,8 +57,8 @@ class Server {
   // What it has counted; to be read no longer than there is a server.
   virtual const Metrics& metrics() const = 0;
 
-  // Tells the health service NOT_SERVING, makes no more pools and ends all streams after the
-  // request that each is carrying out. Returns at once.
+  // Tells the cluster that it drains and the health service NOT_SERVING, makes no more pools and
+  // ends all streams after the request that each is carrying out. Returns at once.
   virtual void BeginDrain() = 0;
   // BeginDrain; then waits, `deadline` at most, until no call is under way and the pools whose
   // streams it ended are deleted (their learners may want to save states), and stops; what is left

@@ -4,9 +4,11 @@
 #include <initializer_list>
 
 #include "grpcpp/server_builder.h"
+#include "server/cluster/cluster.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/catalog_service.h"
 #include "server/rpc/clone_sources.h"
+#include "server/rpc/cluster_service.h"
 #include "server/rpc/dm_env_rpc_service.h"
 #include "server/rpc/pool_service.h"
 #include "server/rpc/render_service.h"
@@ -22,9 +24,10 @@ namespace procgen {
 class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
-  Services(Sessions* sessions, const Callers* callers, DirectLines* direct_lines,
+  Services(Sessions* sessions, Cluster* cluster, const Callers* callers, DirectLines* direct_lines,
            const CloneSources& clone_sources)
       : catalog_(sessions, callers),
+        cluster_(cluster, callers),
         pool_(sessions, callers),
         step_(sessions, callers, direct_lines),
         state_(sessions, callers, clone_sources),
@@ -33,16 +36,20 @@ class Services {
 
   void RegisterWith(grpc::ServerBuilder* builder) {
     for (grpc::Service* service : std::initializer_list<grpc::Service*>{
-             &catalog_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}) {
+             &catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}) {
       builder->RegisterService(service);
     }
   }
+
+  // Ends the streams that would go on for as long as the server does.
+  void EndWatches() { cluster_.EndWatches(); }
 
   // Ends the streams of which Sessions::Drain does not know.
   void Drain() { dm_env_rpc_.Drain(); }
 
  private:
   CatalogServiceImpl catalog_;
+  ClusterServiceImpl cluster_;
   PoolServiceImpl pool_;
   StepServiceImpl step_;
   StateServiceImpl state_;

@@ -25,7 +25,7 @@ void SelectPart(absl::Span<const Element> list, Part part, std::vector<Element>*
 
 }  // namespace
 
-PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
                          absl::Duration lease_duration, const PoolSurroundings& surroundings,
                          std::optional<Compression> compression, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
@@ -55,6 +55,11 @@ PoolSession::~PoolSession() {
 bool PoolSession::attached() const {
   absl::MutexLock lock(&mutex_);
   return attached_;
+}
+
+bool PoolSession::closed() const {
+  absl::MutexLock lock(&mutex_);
+  return !closed_.ok();
 }
 
 absl::Duration PoolSession::lease_duration() const {
@@ -239,6 +244,7 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
 }
 
 void PoolSession::TellClosed(const absl::Status& reason) {
+  pool_->Discard();
   std::deque<Done> waiting;
   std::optional<Successor> successor;
   {
@@ -359,11 +365,11 @@ absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
 }
 
 void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+  if (part.first == request.first) {
+    pool_->BeginRequest(request, batch);
+  }
   if (request.kind == Request::Kind::kSample) {
-    surroundings_.side_crew->Run(
-        [this, sampler = request.level_sampler, done = std::move(done)]() mutable {
-          done(pool_->SetLevelSampler(std::move(sampler)));
-        });
+    pool_->SetLevelSampler(request.level_sampler, OrTakeBack(request, std::move(done)));
     return;
   }
   SelectPart(request.next_levels, part, &part_next_levels_);
@@ -380,59 +386,55 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
   if (!input.steps) {
-    pool_->StepAsync(input, batch, std::move(done));
+    pool_->StepAsync(input, batch, OrTakeBack(request, std::move(done)));
     return;
   }
   const Batch counted = counts_.WithMemory(batch, part.count);
   pool_->StepAsync(input, counted,
-                   [this, part, counted, done = std::move(done)](absl::Status status) mutable {
+                   [this, part, counted, number = request.sequence_number, again = request.again,
+                    done = std::move(done)](absl::Status status) mutable {
                      if (status.ok()) {
                        *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
+                     } else {
+                       TakeBack(number, again);
                      }
                      done(std::move(status));
                    });
 }
 
+PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
+  return [this, number = request.sequence_number, again = request.again,
+          done = std::move(done)](absl::Status status) mutable {
+    if (!status.ok()) {
+      TakeBack(number, again);
+    }
+    done(std::move(status));
+  };
+}
+
+void PoolSession::TakeBack(int64_t sequence_number, bool again) {
+  if (!again && sequence_number > 0) {
+    next_sequence_number_ = sequence_number;
+  }
+}
+
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  surroundings_.side_crew->Run(
-      [this, environments, take = std::move(take), done = std::move(done)]() mutable {
-        absl::Status status;
-        for (const int32_t environment : environments) {
-          absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
-          status = snapshots.status();
-          if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
-            break;
-          }
-        }
-        done(std::move(status));
-      });
+  pool_->SaveStates(environments, std::move(take), std::move(done));
 }
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
-  surroundings_.side_crew->Run(
-      [this, states = std::move(states), done = std::move(done)]() mutable {
-        done(pool_->RestoreStates(states));
-      });
+  pool_->RestoreStates(std::move(states), std::move(done));
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   ++change_number_;
-  surroundings_.side_crew->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
-    done(pool_->CloneStates(pairs));
-  });
+  pool_->CloneStates(std::move(pairs), std::move(done));
 }
 
 void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
                          std::vector<absl::Span<uint8_t>> frames, Done done) {
-  surroundings_.side_crew->Run(
-      [this, environments, side_px, frames = std::move(frames), done = std::move(done)]() mutable {
-        absl::Status status;
-        for (size_t i = 0; i < environments.size() && status.ok(); ++i) {
-          status = pool_->Render(environments[i], side_px, frames[i]);
-        }
-        done(std::move(status));
-      });
+  pool_->Render(environments, side_px, std::move(frames), std::move(done));
 }
 
 }  // namespace procgen

@@ -19,6 +19,7 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/kept_answers.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
@@ -77,15 +78,15 @@ class PoolSession {
   // Calls that tell a stream that it must end, and with what; called once at most, and not after
   // Detach.
   using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
-  using Done = absl::AnyInvocable<void(absl::Status)>;
+  using Done = HostedPool::Done;
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
-  using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
+  using TakeState = HostedPool::TakeState;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
   // closed. `compression`: of the observations; none: they are sent as they are drawn.
   // `shared_folder`: where it shares memory with learners; null: it shares none. REQUIRES: at most
   // one of the two.
-  PoolSession(std::string owner, std::string name, std::unique_ptr<Pool> pool,
+  PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
               absl::Duration lease_duration, const PoolSurroundings& surroundings,
               std::optional<Compression> compression = std::nullopt,
               const SharedFolder* shared_folder = nullptr);
@@ -107,6 +108,7 @@ class PoolSession {
   // Environment steps since it was made.
   int64_t step_count() const { return counts_.step_count(); }
   bool attached() const;
+  bool closed() const;
   absl::Duration lease_duration() const;
   // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
   absl::Time expire_time() const;
@@ -114,6 +116,9 @@ class PoolSession {
   int64_t next_sequence_number() const { return next_sequence_number_; }
   // The least number of which the answer is kept; the next one if none is.
   int64_t oldest_kept_sequence_number() const;
+
+  // Has it go on where another process had it, before it is used: with this number.
+  void ResumeAt(int64_t next_sequence_number) { next_sequence_number_ = next_sequence_number; }
 
   // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
   // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
@@ -156,7 +161,8 @@ class PoolSession {
   void Keep(int64_t sequence_number, Answer answer);
   // Carries out a part of an accepted request (kSample: all of it). Returns soon; `done` is
   // called once, on another thread or, with an error or a single environment, on this one before
-  // this returns. `request` and the memory of `batch` must stay valid until then.
+  // this returns; with an error the whole request has changed nothing, and its number is the next
+  // again. `request` and the memory of `batch` must stay valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
   // A number that is another one whenever environments were stepped, reset or restored, or their
   // choice of levels changed.
@@ -184,6 +190,9 @@ class PoolSession {
   };
 
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
+  // `done`, where an error gives the number of `request` back.
+  Done OrTakeBack(const Request& request, Done done);
+  void TakeBack(int64_t sequence_number, bool again);
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
   // Lets go of what the stream has done with, answers and batches of shared memory, and fills in
@@ -204,7 +213,7 @@ class PoolSession {
 
   const std::string owner_;
   const std::string name_;
-  const std::unique_ptr<Pool> pool_;
+  const std::unique_ptr<HostedPool> pool_;
   const ObservationCoding coding_;
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;

@@ -20,7 +20,7 @@ struct Request {
     kSample,   // has `level_sampler` choose levels from now on, in the whole pool
   };
 
-  int64_t sequence_number = 0;
+  int64_t sequence_number = 0;         // 0: of no stream
   int64_t acknowledged = 0;            // answers up to this number have arrived; 0: says nothing
   absl::Span<const int32_t> released;  // batches of shared memory that the learner has done with
   Kind kind = Kind::kObserve;
@@ -31,6 +31,8 @@ struct Request {
   absl::Span<const NextLevel> next_levels;  // kStep
   absl::Span<const Reset> resets;           // kStep, kReset
   std::shared_ptr<const LevelSampler> level_sampler;  // kSample
+  // It was accepted by an earlier process, and is carried out again for the sake of its answer.
+  bool again = false;
   // Filled in by PoolSession::Accept: the batch of shared memory that is written; -1: none.
   int32_t shared_batch = -1;
 };

@@ -5,9 +5,11 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "server/session/event_log.h"
+#include "server/session/local_pool.h"
 
 namespace procgen {
 namespace {
@@ -90,17 +92,18 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 
 Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
                    std::shared_ptr<const SharedArt> art, Clock clock,
-                   std::shared_ptr<const SharedFolder> shared_folder)
+                   std::shared_ptr<const SharedFolder> shared_folder,
+                   std::unique_ptr<PoolHost> host)
     : limits_(limits),
-      worker_count_(worker_count),
       metrics_(metrics),
       art_(std::move(art)),
       owners_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       shared_folder_(std::move(shared_folder)),
-      crew_(std::make_shared<Crew>(worker_count)),
       side_crew_(kSideThreadCount),
+      host_(host != nullptr ? std::move(host)
+                            : std::make_unique<LocalPoolHost>(worker_count, art_, &side_crew_)),
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
@@ -123,11 +126,10 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
     done(key.status());
     return;
   }
-  PoolOptions drawn = options;
-  drawn.art = art_;
-  side_crew_.Run([this, key = *std::move(key), drawn = std::move(drawn), terms,
-                  done = std::move(done)]() mutable {
-    Finish(key, Pool::Create(drawn, crew_), terms, std::move(done));
+  const PoolOrder order = {key->first, key->second, options, terms};
+  host_->Create(order, [this, key = *std::move(key), terms, done = std::move(done)](
+                           absl::StatusOr<std::unique_ptr<HostedPool>> pool) mutable {
+    Finish(key, std::move(pool), terms, std::move(done));
   });
 }
 
@@ -182,7 +184,7 @@ void Sessions::EraseLocked(const Key& key) {
   entries_.erase(entry);
 }
 
-void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool,
+void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
                       const PoolTerms& terms, CreateDone done) {
   if (!pool.ok()) {
     {
@@ -192,23 +194,10 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
     done(pool.status());
     return;
   }
-  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
-  // last to let go may be a worker, which the pool's crew cannot do without.
-  std::shared_ptr<PoolSession> session(
-      new PoolSession(key.first, key.second, *std::move(pool), terms.lease_duration,
-                      {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
-                       &shared_memory_bytes_, &step_count_, metrics_},
-                      terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
-      [this](PoolSession* freed) {
-        side_crew_.Run([this, freed] {
-          delete freed;
-          absl::MutexLock lock(&mutex_);
-          --unfreed_count_;
-        });
-      });
+  const PoolOrder order = {key.first, key.second, (*pool)->options(), terms};
+  std::shared_ptr<PoolSession> session = MakeSession(order, *std::move(pool));
   {
     absl::MutexLock lock(&mutex_);
-    ++unfreed_count_;
     entries_.find(key)->second.pool = session;
   }
   LogEvent(LogLevel::kInfo, "pool_created",
@@ -217,6 +206,57 @@ void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool
             {"games", session->options().games.front()},
             {"environments", absl::StrCat(session->env_count())}});
   done(std::move(session));
+}
+
+std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
+                                                   std::unique_ptr<HostedPool> pool) {
+  {
+    absl::MutexLock lock(&mutex_);
+    ++unfreed_count_;
+  }
+  const PoolTerms& terms = order.terms;
+  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
+  // last to let go may be a worker, which the pool's crew cannot do without.
+  return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
+                          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
+                           &shared_memory_bytes_, &step_count_, metrics_},
+                          terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
+          [this](PoolSession* freed) {
+            side_crew_.Run([this, freed] {
+              delete freed;
+              absl::MutexLock lock(&mutex_);
+              --unfreed_count_;
+            });
+          }};
+}
+
+std::vector<Sessions::Resumed> Sessions::Resume() {
+  std::vector<Resumed> all;
+  for (ResumedPool& resumed : host_->TakeResumed()) {
+    const PoolOrder& order = resumed.order;
+    Resumed session = {MakeSession(order, std::move(resumed.pool)), std::move(resumed.requests)};
+    session.pool->ResumeAt(resumed.next_sequence_number);
+    absl::StatusOr<Owners::Share> share =
+        owners_.Take(order.owner, {.pool_count = 1, .environment_count = order.options.env_count});
+    all.push_back(session);
+    const int64_t observation_bytes = ObservationBytesOf(order.options);
+    absl::MutexLock lock(&mutex_);
+    Entry entry = {next_number_++,
+                   order.options.env_count,
+                   observation_bytes,
+                   share.ok() ? *std::move(share) : Owners::Share(),
+                   false,
+                   session.pool};
+    environment_count_ += entry.env_count;
+    observation_bytes_ += observation_bytes;
+    // Numbered pools that come get no name that is taken.
+    int64_t named = 0;
+    if (absl::SimpleAtoi(absl::StripPrefix(order.name, kNamePrefix), &named)) {
+      next_number_ = std::max(next_number_, named + 1);
+    }
+    entries_.insert_or_assign(Key(order.owner, order.name), std::move(entry));
+  }
+  return all;
 }
 
 absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view owner,
@@ -352,7 +392,7 @@ std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {
 
 Load Sessions::load() const {
   Load load;
-  load.worker_count = worker_count_;
+  load.worker_count = host_->worker_count();
   load.step_count = step_count_;
   load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
   absl::MutexLock lock(&mutex_);

@@ -19,6 +19,7 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/byte_budget.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
@@ -32,15 +33,6 @@ namespace procgen {
 // INVALID_ARGUMENT shorter than kLeaseDurationMin; RESOURCE_EXHAUSTED longer than the limit.
 absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_duration,
                                 const Limits& limits);
-
-// How a pool is kept, and how its batches travel, besides what it is made of.
-struct PoolTerms {
-  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
-  // Of its observations; none: they are sent as they are drawn.
-  std::optional<Compression> compression = std::nullopt;
-  // Batches are written where learners map them; then without compression.
-  bool shares_memory = false;
-};
 
 // How busy a server is.
 struct Load {
@@ -64,10 +56,12 @@ class Sessions {
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
   // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
-  // `shared_folder`: where pools share memory with learners; null: none does.
+  // `shared_folder`: where pools share memory with learners; null: none does. `host`: where pools
+  // are made, with art and workers of its own; null: in this process.
   Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
            std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
-           std::shared_ptr<const SharedFolder> shared_folder = nullptr);
+           std::shared_ptr<const SharedFolder> shared_folder = nullptr,
+           std::unique_ptr<PoolHost> host = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~Sessions();
   Sessions(const Sessions&) = delete;
@@ -91,6 +85,15 @@ class Sessions {
   // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
               const PoolTerms& terms, CreateDone done);
+
+  // The pools that earlier processes of this server left, which are there again, to be called once
+  // at the start; what is to be carried out `again` is for the caller to do, and no turn of another
+  // comes before that. Those that exceed limits that have become less are there all the same.
+  struct Resumed {
+    std::shared_ptr<PoolSession> pool;
+    std::vector<std::string> requests;
+  };
+  std::vector<Resumed> Resume();
 
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
@@ -140,8 +143,11 @@ class Sessions {
 
   absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
                               const PoolOptions& options);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<Pool>> pool, const PoolTerms& terms,
-              CreateDone done);
+  // A session that is freed where it can be.
+  std::shared_ptr<PoolSession> MakeSession(const PoolOrder& order,
+                                           std::unique_ptr<HostedPool> pool);
+  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+              const PoolTerms& terms, CreateDone done);
   void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
                                                           absl::string_view name) const
@@ -149,7 +155,6 @@ class Sessions {
   std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Limits limits_;
-  const int32_t worker_count_;
   Metrics* const metrics_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
@@ -167,8 +172,8 @@ class Sessions {
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
 
   // Last, so that their threads end before what they use.
-  const std::shared_ptr<Crew> crew_;
   SideCrew side_crew_;
+  const std::unique_ptr<PoolHost> host_;
   LeaseAlarm lease_alarm_;
 };
 

@@ -6,13 +6,12 @@
 #include "absl/strings/str_cat.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/create_channel.h"
-#include "grpcpp/generic/async_generic_service.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
-#include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/channel_arguments.h"
+#include "grpcpp/support/server_callback.h"
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
 
@@ -30,19 +29,19 @@ v1::StepPoolRequest RequestOf(size_t bytes) {
   }
   return request;
 }
-grpc::ByteBuffer ResponseOf(size_t bytes) {
+v1::StepPoolResponse ResponseOf(size_t bytes) {
   v1::StepPoolResponse response;
   if (bytes > 0) {
     response.mutable_batch()->mutable_observations()->assign(bytes, 'x');
   }
-  const grpc::Slice slice(response.SerializeAsString());
-  return {&slice, 1};
+  return response;
 }
 
-using Responses = std::array<grpc::ByteBuffer, kPlaceCount>;
+using Responses = std::array<v1::StepPoolResponse, kPlaceCount>;
 
 // Answers every message with the next response.
-class AnsweringReactor final : public grpc::ServerGenericBidiReactor {
+class AnsweringReactor final
+    : public grpc::ServerBidiReactor<v1::StepPoolRequest, v1::StepPoolResponse> {
  public:
   explicit AnsweringReactor(const Responses& responses) : responses_(responses) {
     StartRead(&request_);
@@ -67,19 +66,19 @@ class AnsweringReactor final : public grpc::ServerGenericBidiReactor {
  private:
   const Responses& responses_;
   size_t next_ = 0;
-  grpc::ByteBuffer request_;
+  v1::StepPoolRequest request_;
 };
 
-class AnsweringService final : public grpc::CallbackGenericService {
+class AnsweringService final : public v1::StepService::CallbackService {
  public:
   explicit AnsweringService(size_t response_bytes) {
-    for (grpc::ByteBuffer& response : responses_) {
+    for (v1::StepPoolResponse& response : responses_) {
       response = ResponseOf(response_bytes);
     }
   }
 
-  grpc::ServerGenericBidiReactor* CreateReactor(
-      grpc::GenericCallbackServerContext* /*context*/) override {
+  grpc::ServerBidiReactor<v1::StepPoolRequest, v1::StepPoolResponse>* StepPool(
+      grpc::CallbackServerContext* /*context*/) override {
     // gRPC owns it until OnDone.
     return new AnsweringReactor(responses_);
   }
@@ -107,7 +106,7 @@ class LoopbackStream final : public BareStream {
     int port = 0;
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterCallbackGenericService(&service_);
+    builder.RegisterService(&service_);
     server_ = builder.BuildAndStart();
     if (server_ == nullptr || port == 0) {
       return absl::UnavailableError("the bare stream's server cannot listen on 127.0.0.1");

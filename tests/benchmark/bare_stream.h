@@ -17,10 +17,10 @@ struct StreamShape {
   int requests_in_flight = 1;
 };
 
-// A gRPC stream over loopback TCP that does nothing but send the messages of StepPool: the server
-// looks at none and answers with bytes that lie ready, in several places in turn, as those of
-// batches do that are stepped while others are on their way; the client is the generated one, which
-// hands out parsed messages. The most that any server behind gRPC can give such a client here.
+// A gRPC stream over loopback TCP that does nothing but send the messages of StepPool, as generated
+// code has it on both sides: the server looks at no request and answers with messages that are
+// ready (three in turn, as batches lie that are stepped while others are on their way), the client
+// hands out parsed ones. What gRPC gives to who asks no more of it.
 // Threads: compatible (one thread at a time).
 class BareStream {
  public:

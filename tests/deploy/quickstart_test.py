@@ -46,7 +46,7 @@ def server_log(directory: Path) -> str:
 def test_help_names_every_flag() -> None:
     result = quickstart("--help")
     assert result.returncode == 0
-    for flag in ("--keep", "--seconds", "--environments", "--output"):
+    for flag in ("--keep", "--nodes", "--seconds", "--environments", "--output"):
         assert flag in result.stdout
 
 
@@ -56,6 +56,7 @@ def test_help_names_every_flag() -> None:
         (["--fast"], "unknown argument '--fast'"),
         (["--seconds"], "--seconds needs a value"),
         (["--seconds=soon"], "--seconds is 'soon'; it is a number from 1 to 600"),
+        (["--nodes", "0"], "--nodes is '0'; it is a number from 1 to 8"),
         (["--environments", "1"], "--environments is '1'; it is a number from 2 to 4096"),
         (["--output", "games.jpg"], "it ends in .png"),
         (["--output=/no/such/folder/games.png"], "there is no folder /no/such/folder"),
@@ -68,6 +69,27 @@ def test_a_wrong_flag_is_refused_before_anything_is_done(
     assert result.returncode == 2
     assert message in result.stderr
     assert result.stdout == ""
+
+
+def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path) -> None:
+    process = demonstration("--seconds", "1", "--nodes", "3", "--keep", directory=tmp_path)
+    output, complaints = process.communicate()
+    assert (process.returncode, complaints) == (0, "")
+    assert "and 3 nodes behind it" in output
+    address = re.search(r"runs on with its nodes at (\S+) ", output).group(1)
+    servers = [int(number) for number in re.search(r"kill ((?:\d+ ?){4})", output).group(1).split()]
+    victim = int(re.search(r"kill -9 (\d+)", output).group(1))
+    assert victim in servers[1:]
+    try:
+        with Client(address) as client, client.create_pool("maze", 6, rand_seed=1) as pool:
+            pool.step([4] * 6)
+            os.kill(victim, signal.SIGKILL)
+            for _ in range(20):
+                assert pool.step([4] * 6).environment_count == 6
+    finally:
+        for number in servers:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(number, signal.SIGKILL)
 
 
 def test_it_tells_how_fast_draws_the_games_and_stops(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
 FuzzedServer::FuzzedServer()
     : sessions_(SmallLimits(), kWorkerCount, &metrics_),
       callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners(), &metrics_),
-      services_(&sessions_, &callers_, /*direct_lines=*/nullptr, CloneSources()) {
+      services_(&sessions_, cluster_.get(), &callers_, /*direct_lines=*/nullptr, CloneSources()) {
   grpc::ServerBuilder builder;
   services_.RegisterWith(&builder);
   server_ = builder.BuildAndStart();

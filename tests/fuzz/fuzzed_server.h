@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "grpcpp/grpcpp.h"
+#include "server/cluster/cluster.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
@@ -38,6 +39,7 @@ class FuzzedServer {
   Metrics metrics_{"fuzzed"};
   Sessions sessions_;
   const Callers callers_;
+  const std::unique_ptr<Cluster> cluster_ = Cluster::Alone("fuzzed");
   Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::shared_ptr<grpc::Channel> channel_;

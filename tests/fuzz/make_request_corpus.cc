@@ -12,6 +12,7 @@
 #include "dm_env_rpc/v1/dm_env_rpc.pb.h"
 #include "dm_env_rpc/v1/extensions/properties.pb.h"
 #include "procgen/v1/catalog.pb.h"
+#include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/pools.pb.h"
 #include "procgen/v1/render.pb.h"
 #include "procgen/v1/states.pb.h"
@@ -101,6 +102,8 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
   clone.set_source_server("127.0.0.1:1");
   v1::WatchPoolRequest watch;
   watch.set_pool("pools/a");
+  Write(folder / "cluster",
+        {Call(kListNodes, v1::ListNodesRequest()), Call(kWatchNodes, v1::WatchNodesRequest())});
   Write(folder / "elsewhere", {Call(kCloneStates, clone), Call(kWatchPool, watch)});
 }
 

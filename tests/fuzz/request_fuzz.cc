@@ -27,7 +27,11 @@ void CallAll(const std::vector<Piece>& pieces) {
       continue;
     }
     const size_t method = static_cast<uint8_t>(piece.bytes[0]) % std::size(kMethods);
-    RequirePromised(CallRaw(server.channel(), kMethods[method], {piece.bytes.substr(1)}).status);
+    // Who watches is answered on and on.
+    const size_t response_count_max = method == kWatchNodes ? 1 : SIZE_MAX;
+    RequirePromised(
+        CallRaw(server.channel(), kMethods[method], {piece.bytes.substr(1)}, "", response_count_max)
+            .status);
   }
   // Whatever was asked for, a pool that is there can be saved, and one that is not is not found.
   v1::SaveStatesRequest save;

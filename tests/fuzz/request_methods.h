@@ -17,6 +17,8 @@ inline constexpr const char* kMethods[] = {
     "/procgen.v1.StateService/CloneStates",
     "/procgen.v1.RenderService/RenderEnvironments",
     "/procgen.v1.RenderService/WatchPool",
+    "/procgen.v1.ClusterService/ListNodes",
+    "/procgen.v1.ClusterService/WatchNodes",
 };
 
 enum RequestMethod {
@@ -32,6 +34,8 @@ enum RequestMethod {
   kCloneStates,
   kRenderEnvironments,
   kWatchPool,
+  kListNodes,
+  kWatchNodes,
 };
 
 }  // namespace procgen

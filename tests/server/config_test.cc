@@ -159,5 +159,44 @@ TEST(ConfigTest, PoolLargerThanServerIsRefused) {
                                             HasSubstr("--pool_environment_count_max is 11")));
 }
 
+TEST(ConfigTest, NodesOfAClusterTellWhereTheyCanBeReached) {
+  Config config;
+  config.cluster.name = "c";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.allow_insecure = true;
+  for (const char* wildcard : {"0.0.0.0:50051", "[::]:50051"}) {
+    config.server.address = wildcard;
+    config.server.advertised_address = "";
+    EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
+                                              HasSubstr("give --advertised_address=HOST:PORT")));
+    config.server.advertised_address = "node-0.nodes:0";
+    EXPECT_THAT(CheckConfig(config), IsOk());
+  }
+  for (const char* wrong : {"0.0.0.0:1", "host", "dns:///host:1"}) {
+    config.server.advertised_address = wrong;
+    EXPECT_THAT(CheckConfig(config),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--advertised_address is")));
+  }
+}
+
+TEST(ConfigTest, FlagsOfAClusterNeedOne) {
+  Config config;
+  config.cluster.peers = {"a"};
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is missing")));
+  config = Config();
+  config.cluster.security.governance = "g";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is missing")));
+  config = Config();
+  config.cluster.node_id = "a b";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--node_id is 'a b'")));
+  config = Config();
+  config.cluster.name = "a*";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is 'a*'")));
+}
+
 }  // namespace
 }  // namespace procgen

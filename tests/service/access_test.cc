@@ -41,9 +41,10 @@ class TokensTest : public AccessTest {
 std::vector<std::string> AllMethods() {
   std::vector<std::string> methods;
   for (const google::protobuf::FileDescriptor* file :
-       {v1::Catalog::descriptor()->file(), v1::Pool::descriptor()->file(),
-        v1::Attach::descriptor()->file(), v1::State::descriptor()->file(),
-        v1::Frame::descriptor()->file(), dm_env_rpc::v1::Tensor::descriptor()->file()}) {
+       {v1::Catalog::descriptor()->file(), v1::Node::descriptor()->file(),
+        v1::Pool::descriptor()->file(), v1::Attach::descriptor()->file(),
+        v1::State::descriptor()->file(), v1::Frame::descriptor()->file(),
+        dm_env_rpc::v1::Tensor::descriptor()->file()}) {
     const google::protobuf::ServiceDescriptor* service = file->service(0);
     for (int i = 0; i < service->method_count(); ++i) {
       methods.push_back(absl::StrCat("/", service->full_name(), "/", service->method(i)->name()));
@@ -53,7 +54,7 @@ std::vector<std::string> AllMethods() {
 }
 
 TEST_F(TokensTest, EveryMethodAsksForATokenAndRepeatsNone) {
-  ASSERT_GE(AllMethods().size(), 14U);
+  ASSERT_GE(AllMethods().size(), 16U);
   for (const std::string& method : AllMethods()) {
     EXPECT_THAT(CallRaw(Channel(), method, {""}).status,
                 StatusIs(absl::StatusCode::kUnauthenticated,
@@ -64,7 +65,7 @@ TEST_F(TokensTest, EveryMethodAsksForATokenAndRepeatsNone) {
                                 AllOf(HasSubstr("is not one of this server's"),
                                       Not(HasSubstr("stranger")))))
         << method;
-    EXPECT_NE(CallRaw(Channel(), method, {""}, kAliceToken).status.code(),
+    EXPECT_NE(CallRaw(Channel(), method, {""}, kAliceToken, 1).status.code(),
               absl::StatusCode::kUnauthenticated)
         << method;
   }

@@ -20,6 +20,10 @@ class Certificates {
   // As a server on this machine has it: for localhost and 127.0.0.1.
   void MakeServer(const std::string& authority, const std::string& name) const;
 
+  // Makes `signed_file` of `file`, which `authority` has signed (S/MIME).
+  void Sign(const std::string& authority, const std::string& file,
+            const std::string& signed_file) const;
+
   std::string Path(const std::string& file) const { return folder_.At(file); }
   std::string Read(const std::string& file) const;
   // Writes a file that only its owner can read; in place.

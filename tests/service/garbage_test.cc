@@ -34,6 +34,8 @@ TEST_F(GarbageTest, UnaryMethodsSayWhatTheyCouldNotRead) {
         {"/procgen.v1.PoolService/RenewPool", "procgen.v1.RenewPoolRequest"},
         {"/procgen.v1.CatalogService/GetCatalog", "procgen.v1.GetCatalogRequest"},
         {"/procgen.v1.CatalogService/GetLoad", "procgen.v1.GetLoadRequest"},
+        {"/procgen.v1.ClusterService/ListNodes", "procgen.v1.ListNodesRequest"},
+        {"/procgen.v1.ClusterService/WatchNodes", "procgen.v1.WatchNodesRequest"},
         {"/procgen.v1.StateService/SaveStates", "procgen.v1.SaveStatesRequest"},
         {"/procgen.v1.StateService/RestoreStates", "procgen.v1.RestoreStatesRequest"},
         {"/procgen.v1.StateService/CloneStates", "procgen.v1.CloneStatesRequest"},

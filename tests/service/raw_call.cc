@@ -29,7 +29,8 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 }  // namespace
 
 RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                  const std::vector<std::string>& requests, const std::string& token) {
+                  const std::vector<std::string>& requests, const std::string& token,
+                  size_t response_count_max) {
   grpc::GenericStub stub(channel);
   grpc::ClientContext context;
   if (!token.empty()) {
@@ -53,11 +54,17 @@ RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::stri
   call->Read(&response, nullptr);
   while (Next(&queue)) {
     result.responses.push_back(BytesOf(response));
+    if (result.responses.size() == response_count_max) {
+      context.TryCancel();
+    }
     call->Read(&response, nullptr);
   }
   grpc::Status status;
   call->Finish(&status, nullptr);
   Next(&queue);
+  if (result.responses.size() >= response_count_max) {
+    return result;
+  }
   result.status =
       absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
   return result;

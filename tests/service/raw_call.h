@@ -1,6 +1,8 @@
 #ifndef TESTS_SERVICE_RAW_CALL_H_
 #define TESTS_SERVICE_RAW_CALL_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,9 +18,11 @@ struct RawResult {
 };
 
 // Calls any method ("/package.Service/Method") with these bytes as its requests, and reads until
-// the call ends. For what no generated stub would send. `token`: not empty, the call bears it.
+// the call ends, or `response_count_max` responses have come: then it is cancelled, and the status
+// is OK. For what no generated stub would send. `token`: not empty, the call bears it.
 RawResult CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                  const std::vector<std::string>& requests, const std::string& token = "");
+                  const std::vector<std::string>& requests, const std::string& token = "",
+                  size_t response_count_max = SIZE_MAX);
 
 }  // namespace procgen
 

@@ -9,6 +9,8 @@ EXCEPTIONS = (
      "DataLossError is named after the canonical code DATA_LOSS"),
     ("check_declared_names", "proto/dm_env_rpc/v1/dm_env_rpc.proto",
      "DataType is the protocol's own name for it"),
+    ("check_readmes", "deploy/kubernetes/*",
+     "deploy/kubernetes/README.md is the guide to the base and its overlays"),
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),
     ("check_readmes", "clients/cpp/procgen_client/README.md",
      "the library's guide is clients/cpp/README.md, one folder up"),

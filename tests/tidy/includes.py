@@ -33,9 +33,11 @@ ARROWS = {
     "server/session": ("envcore/pool", "server/encoding", "server/metrics",
                        "server/shared_memory"),
     "server/dm_env_rpc": ("envcore/pool", "server/session", "server/metrics", "proto"),
-    "server/fleet": ("envcore/pool", "server/session", "server/cluster"),
-    "server/rpc": ("envcore/pool", "server/dm_env_rpc", "server/encoding", "server/session",
-                   "server/metrics", "server/shared_memory", "proto"),
+    # A client of other servers, which speaks the same contract as server/rpc, in its conversions.
+    "server/fleet": ("envcore/pool", "server/session", "server/cluster", "server/metrics",
+                     "server/rpc", "proto", "clients/cpp"),
+    "server/rpc": ("envcore/pool", "server/cluster", "server/dm_env_rpc", "server/encoding",
+                   "server/session", "server/metrics", "server/shared_memory", "proto"),
     "server/web": ("envcore/pool", "server/session"),
     # The program itself: flags, wiring, signals, shutdown.
     "server": ("envcore/pool", "server/session", "server/rpc", "server/metrics",
@@ -57,7 +59,7 @@ _GUARDED_HEADERS = (
      "messages of dm_env_rpc stop at server/dm_env_rpc; give this module what it needs as values"),
     (r"(?!dm_env_rpc/).*\.pb\.h$", ("server/rpc", "server/fleet", "clients", "tests"),
      "messages of the wire stop at server/rpc; convert them there to a type of this module"),
-    (r"(.*/)?dds/|(.*/)?dds\.h$", ("server/cluster", "tests"),
+    (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),
     (r"prometheus/", ("server/metrics", "tests"),
      "only server/metrics knows Prometheus; count what you do with class Metrics"),

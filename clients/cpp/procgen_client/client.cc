@@ -26,14 +26,17 @@ int Milliseconds(absl::Duration duration) {
   return static_cast<int>(absl::ToInt64Milliseconds(duration));
 }
 
-// Calls a unary method, with `token` if there is one, and returns its response.
+// Calls a unary method and returns its response.
 template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> CallUnary(const std::string& token, Stub* stub,
+absl::StatusOr<Response> CallUnary(const CallTerms& terms, Stub* stub,
                                    grpc::Status (Stub::*method)(grpc::ClientContext*,
                                                                 const Request&, Response*),
                                    const Request& request) {
   grpc::ClientContext context;
-  ShowToken(token, &context);
+  ShowToken(terms.token, &context);
+  if (terms.timeout != absl::InfiniteDuration()) {
+    context.set_deadline(absl::ToChronoTime(absl::Now() + terms.timeout));
+  }
   Response response;
   if (const grpc::Status status = (stub->*method)(&context, request, &response); !status.ok()) {
     return ToAbslStatus(status);
@@ -70,38 +73,49 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
     return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
                                                absl::FormatDuration(options.timeout)));
   }
-  return std::unique_ptr<Client>(new Client(channel, credentials->token));
+  return std::unique_ptr<Client>(new Client(channel, credentials->token, options.call_timeout));
 }
 
-Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token)
-    : token_(std::move(token)),
+Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
+               absl::Duration call_timeout)
+    : terms_{std::move(token), call_timeout},
       catalog_(v1::CatalogService::NewStub(channel)),
+      cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
       step_(v1::StepService::NewStub(channel)),
       states_(v1::StateService::NewStub(channel)),
       render_(v1::RenderService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
-  return CallUnary(token_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
+  return CallUnary(terms_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
                    v1::GetCatalogRequest());
 }
 
 absl::StatusOr<v1::Load> Client::GetLoad() {
-  return CallUnary(token_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
+  return CallUnary(terms_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
                    v1::GetLoadRequest());
+}
+
+absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
+  return CallUnary(terms_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
+                   v1::ListNodesRequest());
+}
+
+std::unique_ptr<NodeWatch> Client::WatchNodes() {
+  return std::make_unique<NodeWatch>(cluster_.get(), terms_.token);
 }
 
 absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
 }
 
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
 }
 
 absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
@@ -109,7 +123,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   v1::ListPoolsRequest request;
   do {
     absl::StatusOr<v1::ListPoolsResponse> page =
-        CallUnary(token_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
+        CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -122,7 +136,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
 absl::Status Client::DeletePool(const std::string& name) {
   v1::DeletePoolRequest request;
   request.set_name(name);
-  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
+  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
 }
 
 absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
@@ -134,12 +148,12 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
     request.mutable_lease_duration()->set_seconds(duration.tv_sec);
     request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
   }
-  return CallUnary(token_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
 }
 
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), token_, pool, options));
+  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), terms_.token, pool, options));
   if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
@@ -147,14 +161,16 @@ absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& po
 }
 
 absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& pool,
-                                                          absl::Span<const int32_t> environments) {
+                                                          absl::Span<const int32_t> environments,
+                                                          int64_t response_bytes_max) {
   std::vector<v1::State> states;
   v1::SaveStatesRequest request;
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
+  request.set_response_bytes_max(response_bytes_max);
   do {
     absl::StatusOr<v1::SaveStatesResponse> page =
-        CallUnary(token_, states_.get(), &v1::StateService::Stub::SaveStates, request);
+        CallUnary(terms_, states_.get(), &v1::StateService::Stub::SaveStates, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -196,7 +212,7 @@ absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1:
 }
 
 absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(token_, states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
+  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
 }
 
 absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::ClonePair> pairs,
@@ -206,7 +222,7 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   request.set_source_pool(source.pool);
   request.set_source_server(source.server);
   request.mutable_pairs()->Add(pairs.begin(), pairs.end());
-  return CallUnary(token_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
+  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
 }
 
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
@@ -215,7 +231,7 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
   request.set_side_px(side_px);
-  return CallUnary(token_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+  return CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
 }
 
 }  // namespace procgen_client

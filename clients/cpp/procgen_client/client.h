@@ -13,12 +13,14 @@
 #include "absl/types/span.h"
 #include "grpcpp/channel.h"
 #include "procgen/v1/catalog.grpc.pb.h"
+#include "procgen/v1/cluster.grpc.pb.h"
 #include "procgen/v1/pools.grpc.pb.h"
 #include "procgen/v1/render.grpc.pb.h"
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/credentials.h"
+#include "procgen_client/node_watch.h"
 #include "procgen_client/step_stream.h"
 
 namespace procgen_client {
@@ -34,12 +36,20 @@ struct ConnectOptions {
   // broken if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(20);
   absl::Duration keepalive_timeout = absl::Seconds(10);
+  // How long each call but a stream may take; then it is DEADLINE_EXCEEDED.
+  absl::Duration call_timeout = absl::InfiniteDuration();
 };
 
 // Where CloneStates reads.
 struct CloneSource {
   std::string pool;    // its name; empty: that of the pool that is written
   std::string server;  // "host:port" as the server that is asked can reach it; empty: itself
+};
+
+// What goes with each call.
+struct CallTerms {
+  std::string token;  // empty: none
+  absl::Duration timeout = absl::InfiniteDuration();
 };
 
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
@@ -55,6 +65,10 @@ class Client {
   // What the server offers, and how busy it is.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
   absl::StatusOr<procgen::v1::Load> GetLoad();
+
+  // The servers of its cluster, or it alone: now, and again when that changes.
+  absl::StatusOr<procgen::v1::ListNodesResponse> ListNodes();
+  std::unique_ptr<NodeWatch> WatchNodes();
 
   // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
   // it is deleted or its lease (PoolSpec.lease_duration) runs out.
@@ -73,8 +87,10 @@ class Client {
 
   // Snapshots of environments, in the order asked for; of all, if none is named. Many are fetched
   // page by page. Errors: ABORTED environments were stepped, reset or restored between two pages.
+  // `response_bytes_max`: of a page, as StreamOptions has it.
   absl::StatusOr<std::vector<procgen::v1::State>> SaveStates(
-      const std::string& pool, absl::Span<const int32_t> environments = {});
+      const std::string& pool, absl::Span<const int32_t> environments = {},
+      int64_t response_bytes_max = 0);
   // Puts environments into saved states. All or nothing, if they fit one request of the server
   // (Limits.request_bytes_max); otherwise several are sent, and those before an error are restored.
   // A stream tells by StepStream::Observe how the environments stand then.
@@ -88,11 +104,13 @@ class Client {
       const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
 
  private:
-  Client(const std::shared_ptr<grpc::Channel>& channel, std::string token);
+  Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
+         absl::Duration call_timeout);
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
-  const std::string token_;  // empty: none
+  const CallTerms terms_;
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
+  const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;
   const std::unique_ptr<procgen::v1::StepService::Stub> step_;
   const std::unique_ptr<procgen::v1::StateService::Stub> states_;

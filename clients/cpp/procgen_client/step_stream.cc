@@ -397,6 +397,8 @@ absl::Status StepStream::GiveUp(absl::Status status) {
   return FinishWith(std::move(status));
 }
 
+void StepStream::Cancel() { connection()->context.TryCancel(); }
+
 absl::Status StepStream::Close() {
   {
     absl::MutexLock lock(&mutex_);

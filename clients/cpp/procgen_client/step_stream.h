@@ -102,6 +102,10 @@ class StepStream {
   // none; those of the server.
   absl::Status Receive(Batch* batch);
 
+  // Breaks the connection, from any thread: who sends or receives finds it broken. A stream that
+  // does not resume (StreamOptions::reconnect_timeout 0) is over then.
+  void Cancel();
+
   // Ends the stream; the pool stays. Answers that were not received are dropped. Returns what the
   // server says of the stream. Further calls return FAILED_PRECONDITION.
   absl::Status Close();

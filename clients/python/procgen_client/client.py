@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import grpc
@@ -13,6 +13,8 @@ from procgen_client import options as _options
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
+    cluster_pb2,
+    cluster_pb2_grpc,
     pools_pb2,
     pools_pb2_grpc,
     render_pb2,
@@ -94,6 +96,7 @@ class Client:
         self._channel = shown.channel(address, arguments)
         self._metadata = shown.metadata()
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
+        self._cluster_stub = cluster_pb2_grpc.ClusterServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
@@ -145,6 +148,32 @@ class Client:
     def load(self) -> catalog_pb2.Load:
         """Tells how busy the server is at this moment."""
         return self._unary(self._catalog_stub.GetLoad, catalog_pb2.GetLoadRequest())
+
+    def list_nodes(self) -> cluster_pb2.ListNodesResponse:
+        """Tells which servers there are in the server's cluster; it alone where it has none.
+
+        The fields are described in proto/procgen/v1/cluster.proto.
+        """
+        return self._unary(self._cluster_stub.ListNodes, cluster_pb2.ListNodesRequest())
+
+    def watch_nodes(self) -> Iterator[cluster_pb2.WatchNodesResponse]:
+        """Tells which servers there are: at first as they are now, then after each change.
+
+        Ends with an error, or when it is closed; breaking out of a loop over it closes it.
+
+        Raises:
+            UnavailableError: The server stops, or the connection broke.
+            CancelledError: This client was closed.
+        """
+        call = self._unary(
+            self._cluster_stub.WatchNodes, cluster_pb2.WatchNodesRequest(), timeout=None
+        )
+        try:
+            yield from call
+        except grpc.RpcError as error:
+            raise from_rpc_error(error) from None
+        finally:
+            call.cancel()
 
     def create_pool(
         self,

@@ -7,6 +7,7 @@ import socket
 
 import grpc
 import pytest
+from conftest import server_binary
 
 from procgen_client import Client, ServerProcess, connect, errors
 
@@ -31,6 +32,34 @@ def test_load_counts_pools_and_environments(client: Client) -> None:
         before.pool_count,
         before.environment_count,
     )
+
+
+def test_a_server_without_a_cluster_tells_of_itself(client: Client) -> None:
+    told = client.list_nodes()
+    assert told.cluster == ""
+    assert [node.name for node in told.nodes] == [told.answering_node]
+    assert told.nodes[0].address == client.address
+    assert told.nodes[0].healthy
+
+
+def test_nodes_are_watched_as_they_change(client: Client) -> None:
+    watch = client.watch_nodes()
+    assert next(watch).nodes[0].environment_capacity > 0
+    with client.create_pool("maze", 5, pool_id="watched"):
+        assert any(told.nodes[0].environment_count >= 5 for told in watch)
+    # The loop over it was broken off by any(); it can go on, until it is closed.
+    watch.close()
+    with pytest.raises(StopIteration):
+        next(watch)
+
+
+def test_watching_ends_when_the_server_does() -> None:
+    with ServerProcess(server_binary()) as own:
+        watch = connect(own.address).watch_nodes()
+        next(watch)
+        own.stop()
+        with pytest.raises(errors.UnavailableError, match="the server stops"):
+            list(watch)
 
 
 def test_where_nobody_listens_is_unavailable() -> None:

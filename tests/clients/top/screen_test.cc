@@ -115,5 +115,39 @@ TEST(ScreenTest, ADrainIsTold) {
   EXPECT_EQ(ScreenOf("title", Before(), now)[0], "title   DRAINING");
 }
 
+TEST(ScreenTest, TheClusterStandsAboveThePools) {
+  Sample now = Now();
+  now.nodes.set_cluster("night\n");
+  now.nodes.set_answering_node("nodes/b");
+  v1::Node* node = now.nodes.add_nodes();
+  node->set_name("nodes/a");
+  node->set_address("unix:/a\x1b.sock");
+  node->set_server_version("0.1.0");
+  node->set_role(v1::NODE_ROLE_FLEET);
+  node->set_healthy(true);
+  node = now.nodes.add_nodes();
+  node->set_name("nodes/b");
+  node->set_address("10.0.0.1:50051");
+  node->set_server_version("0.1.0");
+  node->set_role(v1::NODE_ROLE_HOST);
+  node->set_environment_capacity(128);
+  node->set_environment_count(40);
+  node->set_pool_count(3);
+  node->set_stream_count(2);
+  node->set_steps_per_second(1234.6);
+  node->set_draining(true);
+  const std::vector<std::string> lines = ScreenOf("title", Before(), now);
+  EXPECT_EQ(lines[6], "cluster   night\\n   nodes 2");
+  EXPECT_EQ(
+      lines[7],
+      "NODE       ADDRESS           VERSION  ROLE   STATE     ENVS    POOLS  STREAMS  STEPS/S");
+  EXPECT_EQ(lines[8],
+            "nodes/a    unix:/a\\x1b.sock  0.1.0    fleet  serving   -       0      0        0");
+  EXPECT_EQ(lines[9],
+            "nodes/b *  10.0.0.1:50051    0.1.0    host   draining  40/128  3      2        1235");
+  EXPECT_EQ(lines[10], "");
+  EXPECT_THAT(lines[11], HasSubstr("POOL "));
+}
+
 }  // namespace
 }  // namespace procgen_top

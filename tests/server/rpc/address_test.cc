@@ -29,6 +29,15 @@ TEST(AddressTest, WhatGrpcWouldTakeForSomethingElseIsRefused) {
   }
 }
 
+TEST(AddressTest, WildcardsAreNobodysAddress) {
+  for (const char* text : {"0.0.0.0:1", "[::]:1", "[0::0]:1"}) {
+    EXPECT_TRUE(IsWildcard(*ParseAddress(text))) << text;
+  }
+  for (const char* text : {"127.0.0.1:1", "0.0.0.1:1", "[::1]:1", "host:0", "unix:x"}) {
+    EXPECT_FALSE(IsWildcard(*ParseAddress(text))) << text;
+  }
+}
+
 TEST(AddressTest, OnlyThisMachineIsLocal) {
   for (const char* text :
        {"127.0.0.1:1", "127.255.0.9:1", "localhost:1", "LocalHost:1", "[::1]:1", "unix:x"}) {

@@ -2,6 +2,7 @@
 
 #include "gtest/gtest.h"
 #include "procgen/v1/catalog.pb.h"
+#include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/pools.pb.h"
 #include "procgen/v1/render.pb.h"
 #include "procgen/v1/step.pb.h"
@@ -11,6 +12,7 @@ namespace {
 
 TEST(MethodNameTest, IsThatOfTheMethodThatTakesTheRequest) {
   EXPECT_EQ(MethodNameOf<v1::GetLoadRequest>(), "CatalogService/GetLoad");
+  EXPECT_EQ(MethodNameOf<v1::WatchNodesRequest>(), "ClusterService/WatchNodes");
   EXPECT_EQ(MethodNameOf<v1::DeletePoolRequest>(), "PoolService/DeletePool");
   EXPECT_EQ(MethodNameOf<v1::StepPoolRequest>(), "StepService/StepPool");
   EXPECT_EQ(MethodNameOf<v1::WatchPoolRequest>(), "RenderService/WatchPool");

@@ -26,8 +26,8 @@ class StatesPageTest : public testing::Test {
     options.env_count = 4;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::InfiniteDuration(),
-                                         surroundings_.Get());
+    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
+                                         absl::InfiniteDuration(), surroundings_.Get());
   }
 
   absl::StatusOr<std::unique_ptr<StatesPage>> Begin() {

@@ -28,7 +28,7 @@ class PoolSessionTest : public testing::Test {
     options.episode_end = episode_end;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, crew_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
+    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)), lease,
                                          surroundings_.Get());
   }
 

@@ -51,7 +51,7 @@ class ResumedSessionTest : public testing::Test {
     options.env_count = kEnvCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), lease,
+    return std::make_unique<PoolSession>("", "pools/7", surroundings->Host(*std::move(pool)), lease,
                                          surroundings->Get(), compression);
   }
 

@@ -31,8 +31,9 @@ class SharedSessionTest : public testing::Test {
     options.env_count = 2;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", *std::move(pool), absl::InfiniteDuration(),
-                                         surroundings_.Get(), std::nullopt, shared_folder_.get());
+    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
+                                         absl::InfiniteDuration(), surroundings_.Get(),
+                                         std::nullopt, shared_folder_.get());
   }
 
   absl::Status Attach(const AttachOptions& options) {

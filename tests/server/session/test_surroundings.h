@@ -3,9 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <utility>
 
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "server/session/local_pool.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -34,6 +37,11 @@ struct TestSurroundings {
   PoolSurroundings Get() {
     return {&owners,     &side_crew, &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
             &step_count, &metrics};
+  }
+
+  // A pool as a session has it.
+  std::unique_ptr<HostedPool> Host(std::unique_ptr<Pool> pool) {
+    return std::make_unique<LocalPool>(std::move(pool), &side_crew);
   }
 
   TestClock clock;

@@ -1,0 +1,76 @@
+#include "clients/top/node_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace procgen_top {
+namespace {
+
+namespace v1 = procgen::v1;
+
+constexpr size_t kColumnCount = 9;
+using Row = std::array<std::string, kColumnCount>;
+
+const char* StateOf(const v1::Node& node) {
+  if (node.draining()) {
+    return "draining";
+  }
+  return node.healthy() ? "serving" : "not serving";
+}
+
+// "40/128"; fleet servers have no environments of their own.
+std::string EnvironmentsOf(const v1::Node& node) {
+  return node.environment_capacity() == 0
+             ? "-"
+             : absl::StrCat(node.environment_count(), "/", node.environment_capacity());
+}
+
+Row RowOf(const v1::Node& node, bool answers) {
+  return {absl::StrCat(absl::CHexEscape(node.name()), answers ? " *" : ""),
+          absl::CHexEscape(node.address()),
+          absl::CHexEscape(node.server_version()),
+          node.role() == v1::NODE_ROLE_FLEET ? "fleet" : "host",
+          StateOf(node),
+          EnvironmentsOf(node),
+          absl::StrCat(node.pool_count()),
+          absl::StrCat(node.stream_count()),
+          absl::StrFormat("%.0f", node.steps_per_second())};
+}
+
+}  // namespace
+
+std::vector<std::string> NodeTableOf(const v1::ListNodesResponse& cluster) {
+  if (cluster.cluster().empty()) {
+    return {};
+  }
+  std::vector<Row> rows = {
+      {"NODE", "ADDRESS", "VERSION", "ROLE", "STATE", "ENVS", "POOLS", "STREAMS", "STEPS/S"}};
+  for (const v1::Node& node : cluster.nodes()) {
+    rows.push_back(RowOf(node, node.name() == cluster.answering_node()));
+  }
+  std::array<size_t, kColumnCount> widths = {};
+  for (const Row& row : rows) {
+    for (size_t i = 0; i < kColumnCount; ++i) {
+      widths[i] = std::max(widths[i], row[i].size());
+    }
+  }
+  std::vector<std::string> lines = {absl::StrFormat(
+      "%-9s %s   nodes %d", "cluster", absl::CHexEscape(cluster.cluster()), cluster.nodes_size())};
+  for (const Row& row : rows) {
+    std::string line;
+    for (size_t i = 0; i < kColumnCount; ++i) {
+      absl::StrAppend(&line, row[i], std::string(widths[i] - row[i].size() + 2, ' '));
+    }
+    absl::StripTrailingAsciiWhitespace(&line);
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+}  // namespace procgen_top

@@ -1,0 +1,86 @@
+// A node without a cluster: it is all there is.
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "server/cluster/cluster.h"
+#include "server/cluster/subscribers.h"
+
+namespace procgen {
+namespace {
+
+class LoneNode final : public Cluster {
+ public:
+  explicit LoneNode(std::string node_id) : node_id_(std::move(node_id)) {}
+
+  const std::string& name() const override { return name_; }
+  const std::string& node_id() const override { return node_id_; }
+
+  void Publish(NodeStatus status) override {
+    status.node_id = node_id_;
+    {
+      absl::MutexLock lock(&mutex_);
+      if (nodes_ == std::vector<NodeStatus>{status}) {
+        return;
+      }
+      nodes_ = {std::move(status)};
+    }
+    subscribers_.Tell();
+  }
+
+  std::vector<NodeStatus> Nodes() const override {
+    absl::MutexLock lock(&mutex_);
+    return nodes_;
+  }
+
+  void PublishPlacement(PoolPlacement placement) override {
+    placement.fleet_id = node_id_;
+    {
+      absl::MutexLock lock(&mutex_);
+      placements_[{placement.pool, placement.shard}] = placement;
+    }
+    subscribers_.Tell();
+  }
+
+  void WithdrawPlacement(const std::string& pool, int32_t shard) override {
+    {
+      absl::MutexLock lock(&mutex_);
+      placements_.erase({pool, shard});
+    }
+    subscribers_.Tell();
+  }
+
+  std::vector<PoolPlacement> Placements() const override {
+    absl::MutexLock lock(&mutex_);
+    std::vector<PoolPlacement> placements;
+    for (const auto& [key, placement] : placements_) {
+      placements.push_back(placement);
+    }
+    return placements;
+  }
+
+  Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
+    return subscribers_.Add(std::move(changed));
+  }
+
+ private:
+  const std::string name_;  // none
+  const std::string node_id_;
+  Subscribers subscribers_;
+  mutable absl::Mutex mutex_;
+  std::vector<NodeStatus> nodes_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::pair<std::string, int32_t>, PoolPlacement> placements_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace
+
+std::unique_ptr<Cluster> Cluster::Alone(const std::string& node_id) {
+  return std::make_unique<LoneNode>(node_id);
+}
+
+}  // namespace procgen

@@ -1,0 +1,250 @@
+#include "server/cluster/cluster.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "server/cluster/dds_log.h"
+#include "server/cluster/participant.h"
+#include "server/cluster/subscribers.h"
+
+namespace procgen {
+namespace {
+
+// How soon what ends without a word (a lifespan, a rate) is noticed.
+constexpr absl::Duration kLookInterval = absl::Milliseconds(200);
+// How often the addresses of peers are asked for again.
+constexpr absl::Duration kResolveInterval = absl::Seconds(3);
+// How long a participant that is to take the place of another may take to hear of the same nodes.
+constexpr absl::Duration kTakeOverTimeout = absl::Seconds(3);
+
+// Of all peers, sorted. `complains`: tells the log which have none.
+std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostResolver& resolve,
+                                      bool complains) {
+  std::vector<std::string> all;
+  for (const std::string& peer : options.peers) {
+    const std::vector<std::string> addresses = resolve(peer);
+    if (addresses.empty() && complains) {
+      LogOfCluster(false, absl::StrCat("peer ", peer, " has no address, yet"));
+    }
+    all.insert(all.end(), addresses.begin(), addresses.end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+void Report(const absl::Status& status) {
+  if (!status.ok()) {
+    LogOfCluster(true, absl::StrCat("cannot tell the cluster: ", status.message()));
+  }
+}
+
+class DdsCluster final : public Cluster {
+ public:
+  DdsCluster(ClusterOptions options, HostResolver resolve, std::vector<std::string> peer_addresses,
+             std::shared_ptr<Participant> participant)
+      : options_(std::move(options)),
+        resolve_(std::move(resolve)),
+        peer_addresses_(std::move(peer_addresses)),
+        participant_(std::move(participant)),
+        looking_([this] { LookUntilStopped(); }) {
+    if (!options_.peers.empty()) {
+      resolving_ = std::thread([this] { ResolveUntilStopped(); });
+    }
+  }
+
+  ~DdsCluster() override {
+    stopped_.Notify();
+    participant()->Wake();
+    looking_.join();
+    {
+      absl::MutexLock lock(&mutex_);
+      participant_ = nullptr;  // it leaves now: the resolver may take its time
+    }
+    if (resolving_.joinable()) {
+      resolving_.join();
+    }
+  }
+
+  const std::string& name() const override { return options_.name; }
+  const std::string& node_id() const override { return options_.node_id; }
+
+  void Publish(NodeStatus status) override {
+    status.node_id = options_.node_id;
+    {
+      absl::MutexLock lock(&speaking_);
+      {
+        absl::MutexLock known(&mutex_);
+        own_ = {status};
+      }
+      Report(participant()->Write(status));
+    }
+    participant()->Wake();
+  }
+
+  std::vector<NodeStatus> Nodes() const override {
+    absl::MutexLock lock(&mutex_);
+    std::vector<NodeStatus> nodes = others_;
+    nodes.insert(nodes.end(), own_.begin(), own_.end());
+    std::sort(nodes.begin(), nodes.end(),
+              [](const NodeStatus& a, const NodeStatus& b) { return a.node_id < b.node_id; });
+    return nodes;
+  }
+
+  void PublishPlacement(PoolPlacement placement) override {
+    placement.fleet_id = options_.node_id;
+    absl::MutexLock lock(&speaking_);
+    Report(participant()->Write(placement));
+    own_placements_[{placement.pool, placement.shard}] = std::move(placement);
+  }
+
+  void WithdrawPlacement(const std::string& pool, int32_t shard) override {
+    absl::MutexLock lock(&speaking_);
+    if (const auto placement = own_placements_.find({pool, shard});
+        placement != own_placements_.end()) {
+      Report(participant()->Withdraw(placement->second));
+      own_placements_.erase(placement);
+    }
+  }
+
+  std::vector<PoolPlacement> Placements() const override {
+    absl::MutexLock lock(&mutex_);
+    return placements_;
+  }
+
+  Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
+    return subscribers_.Add(std::move(changed));
+  }
+
+ private:
+  std::shared_ptr<Participant> participant() const {
+    absl::MutexLock lock(&mutex_);
+    return participant_;
+  }
+
+  bool Stops() const { return stopped_.HasBeenNotified(); }
+
+  void LookUntilStopped() {
+    std::vector<NodeStatus> told_nodes;
+    std::vector<PoolPlacement> told_placements;
+    while (!Stops()) {
+      Look();
+      std::vector<NodeStatus> nodes = Nodes();
+      std::vector<PoolPlacement> placements = Placements();
+      if (nodes == told_nodes && placements == told_placements) {
+        continue;
+      }
+      told_nodes = std::move(nodes);
+      told_placements = std::move(placements);
+      subscribers_.Tell();
+      // Not on and on: what has come meanwhile is told together.
+      stopped_.WaitForNotificationWithTimeout(kTellIntervalMin);
+    }
+  }
+
+  // Waits for a while, or until there is something to read; reads how the others are.
+  void Look() {
+    const std::shared_ptr<Participant> participant = this->participant();
+    participant->Wait(kLookInterval);
+    std::vector<NodeStatus> others = participant->ReadNodes();
+    // How this node is it knows best.
+    std::erase_if(others, [this](const NodeStatus& node) { return node.node_id == node_id(); });
+    std::vector<PoolPlacement> placements = participant->ReadPlacements();
+    const auto key = [](const PoolPlacement& placement) {
+      return std::tie(placement.fleet_id, placement.pool, placement.shard);
+    };
+    std::sort(placements.begin(), placements.end(),
+              [&key](const PoolPlacement& a, const PoolPlacement& b) { return key(a) < key(b); });
+    absl::MutexLock lock(&mutex_);
+    if (participant == participant_) {
+      others_ = std::move(others);
+      placements_ = std::move(placements);
+    }
+  }
+
+  // Cyclone DDS is told the addresses of peers when it begins. Where there are others now, and more
+  // than nodes that are known, a second participant begins with these and takes the first's place.
+  void ResolveUntilStopped() {
+    while (!stopped_.WaitForNotificationWithTimeout(kResolveInterval)) {
+      std::vector<std::string> addresses = ResolvePeers(options_, resolve_, /*complains=*/false);
+      if (addresses == peer_addresses_ || addresses.size() <= Nodes().size() || Stops()) {
+        continue;
+      }
+      absl::StatusOr<std::shared_ptr<Participant>> next = Participant::Create(options_, addresses);
+      if (!next.ok()) {
+        LogOfCluster(true, next.status().message());
+        continue;
+      }
+      TakeOver(*std::move(next));
+      peer_addresses_ = std::move(addresses);
+    }
+  }
+
+  // Nobody sees this node go meanwhile: both say the same of it. And it loses sight of nobody: the
+  // second one has heard of all that the first knows.
+  void TakeOver(std::shared_ptr<Participant> next) {
+    const absl::Time end = absl::Now() + kTakeOverTimeout;
+    while ((next->ReadNodes().size() < Nodes().size() ||
+            next->ReadPlacements().size() < Placements().size()) &&
+           absl::Now() < end && !Stops()) {
+      next->Wait(kLookInterval);
+    }
+    absl::MutexLock lock(&speaking_);
+    absl::MutexLock known(&mutex_);
+    for (const NodeStatus& status : own_) {
+      Report(next->Write(status));
+    }
+    for (const auto& [key, placement] : own_placements_) {
+      Report(next->Write(placement));
+    }
+    participant_.swap(next);
+  }
+
+  const ClusterOptions options_;
+  const HostResolver resolve_;
+  absl::Notification stopped_;
+  std::vector<std::string> peer_addresses_;  // of the thread that resolves
+
+  absl::Mutex speaking_;  // held while something is told; before mutex_
+  std::map<std::pair<std::string, int32_t>, PoolPlacement> own_placements_
+      ABSL_GUARDED_BY(speaking_);
+
+  mutable absl::Mutex mutex_;
+  std::shared_ptr<Participant> participant_ ABSL_GUARDED_BY(mutex_);  // shared with who uses it
+  std::vector<NodeStatus> own_ ABSL_GUARDED_BY(mutex_);               // one, or none yet
+  std::vector<NodeStatus> others_ ABSL_GUARDED_BY(mutex_);
+  std::vector<PoolPlacement> placements_ ABSL_GUARDED_BY(mutex_);
+  Subscribers subscribers_;
+
+  // Last: they use all of the above.
+  std::thread looking_;
+  std::thread resolving_;  // where there are peers
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Join(const ClusterOptions& options,
+                                                       HostResolver resolve) {
+  if (absl::Status status = CheckClusterOptions(options); !status.ok()) {
+    return status;
+  }
+  std::vector<std::string> addresses = ResolvePeers(options, resolve, /*complains=*/true);
+  absl::StatusOr<std::shared_ptr<Participant>> participant =
+      Participant::Create(options, addresses);
+  if (!participant.ok()) {
+    return participant.status();
+  }
+  return std::make_unique<DdsCluster>(options, std::move(resolve), std::move(addresses),
+                                      *std::move(participant));
+}
+
+}  // namespace procgen

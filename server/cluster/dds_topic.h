@@ -1,0 +1,112 @@
+#ifndef SERVER_CLUSTER_DDS_TOPIC_H_
+#define SERVER_CLUSTER_DDS_TOPIC_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "dds/dds.h"
+#include "server/cluster/dds_entity.h"
+
+namespace procgen {
+
+// What a topic is made in.
+struct DdsParents {
+  const DdsEntity& participant;
+  const DdsEntity& publisher;
+  const DdsEntity& subscriber;
+};
+
+// A topic, and this node's writer and reader of it. Sample: its type, generated from topics.idl.
+// The reader's memory is the state of the cluster: an instance a key, with its last sample.
+// Threads: any method from any thread, but reading from one at a time.
+template <typename Sample>
+class DdsTopic {
+ public:
+  // Instances that are read at most.
+  static constexpr size_t kInstancesMax = 4096;
+
+  // To be called once, before anything else. Errors: FAILED_PRECONDITION.
+  absl::Status Create(const DdsParents& parents, const char* name,
+                      const dds_topic_descriptor_t& type, const dds_qos_t& qos) {
+    const std::string what = absl::StrCat("topic ", name);
+    absl::Status status = topic_.Own(
+        dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr), what);
+    status.Update(writer_.Own(
+        dds_create_writer(parents.publisher.handle(), topic_.handle(), &qos, nullptr), what));
+    status.Update(reader_.Own(
+        dds_create_reader(parents.subscriber.handle(), topic_.handle(), &qos, nullptr), what));
+    return status;
+  }
+
+  // Errors: what Cyclone DDS says.
+  absl::Status Write(const Sample& sample) const {
+    return StatusOf(dds_write(writer_.handle(), &sample));
+  }
+  // Tells the others, those that come later too, that the instance of this key, which was written
+  // here, is no more.
+  absl::Status Withdraw(const Sample& key) const {
+    absl::Status status = StatusOf(dds_dispose(writer_.handle(), &key));
+    status.Update(StatusOf(dds_unregister_instance(writer_.handle(), &key)));
+    return status;
+  }
+
+  // Calls `use(sample)` for each instance that somebody alive has written and not withdrawn.
+  template <typename Use>
+  void ReadAlive(Use use) {
+    // Those of the dead would stay in the reader for ever; they are taken away.
+    while (Lend(&dds_take_mask, kDead, [](const Sample&) {}) == kInstancesMax) {
+    }
+    Lend(&dds_read_mask, kAlive, use);
+  }
+
+  // Makes what becomes ready when there is something that ReadAlive has not seen.
+  absl::Status MakeUnreadCondition(DdsEntity* condition) const {
+    return condition->Own(
+        dds_create_readcondition(reader_.handle(), DDS_NOT_READ_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
+                                                       DDS_ANY_INSTANCE_STATE),
+        "condition");
+  }
+
+ private:
+  static constexpr uint32_t kAnyView = DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE;
+  static constexpr uint32_t kAlive = kAnyView | DDS_ALIVE_INSTANCE_STATE;
+  static constexpr uint32_t kDead =
+      kAnyView | DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE | DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+
+  static absl::Status StatusOf(dds_return_t code) {
+    return code >= 0 ? absl::OkStatus() : absl::InternalError(dds_strretcode(code));
+  }
+
+  // Reads, or takes, what is in these states: samples that Cyclone DDS lends for the time of `use`.
+  // Returns how many there were.
+  template <typename Function, typename Use>
+  size_t Lend(Function function, uint32_t states, Use use) {
+    std::vector<void*> samples(kInstancesMax);
+    std::vector<dds_sample_info_t> infos(kInstancesMax);
+    const int32_t count = function(reader_.handle(), samples.data(), infos.data(), kInstancesMax,
+                                   kInstancesMax, states);
+    for (int32_t i = 0; i < count; ++i) {
+      const auto at = static_cast<size_t>(i);
+      if (infos[at].valid_data) {
+        use(*static_cast<const Sample*>(samples[at]));
+      }
+    }
+    if (count > 0) {
+      dds_return_loan(reader_.handle(), samples.data(), count);
+    }
+    return count > 0 ? static_cast<size_t>(count) : 0;
+  }
+
+  DdsEntity topic_;
+  DdsEntity writer_;
+  DdsEntity reader_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_CLUSTER_DDS_TOPIC_H_

@@ -1,0 +1,186 @@
+#include "server/cluster/participant.h"
+
+#include <cstdint>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/strings/str_cat.h"
+#include "server/cluster/cluster.h"
+#include "server/cluster/dds_log.h"
+#include "server/cluster/domain_config.h"
+#include "server/cluster/domain_qos.h"
+
+namespace procgen {
+namespace {
+
+// Cyclone DDS numbers domains within a process; which one it is on the network is told beside. So
+// several nodes can be in one process, as tests have it.
+constexpr dds_domainid_t kProcessDomainsMax = 1000;
+
+// For samples, whose generated type has pointers to what may be changed; it is not.
+char* Text(const std::string& text) { return const_cast<char*>(text.c_str()); }
+
+procgen_topics_NodeStatus SampleOf(const NodeStatus& status) {
+  return {.node_id = Text(status.node_id),
+          .address = Text(status.address),
+          .server_version = Text(status.server_version),
+          .role = status.role == NodeRole::kFleet ? procgen_topics_ROLE_FLEET
+                                                  : procgen_topics_ROLE_HOST,
+          .environment_capacity = status.environment_capacity,
+          .environment_count = status.environment_count,
+          .pool_count = status.pool_count,
+          .stream_count = status.stream_count,
+          .worker_count = status.worker_count,
+          .healthy = status.healthy,
+          .draining = status.draining};
+}
+
+NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
+  return {.node_id = sample.node_id,
+          .address = sample.address,
+          .server_version = sample.server_version,
+          .role = sample.role == procgen_topics_ROLE_FLEET ? NodeRole::kFleet : NodeRole::kHost,
+          .environment_capacity = sample.environment_capacity,
+          .environment_count = sample.environment_count,
+          .pool_count = sample.pool_count,
+          .stream_count = sample.stream_count,
+          .worker_count = sample.worker_count,
+          .healthy = sample.healthy,
+          .draining = sample.draining};
+}
+
+procgen_topics_PoolPlacement SampleOf(const PoolPlacement& placement) {
+  return {.fleet_id = Text(placement.fleet_id),
+          .pool = Text(placement.pool),
+          .shard = placement.shard,
+          .node_id = Text(placement.node_id),
+          .epoch = placement.epoch};
+}
+
+PoolPlacement PlacementOf(const procgen_topics_PoolPlacement& sample) {
+  return {.fleet_id = sample.fleet_id,
+          .pool = sample.pool,
+          .shard = sample.shard,
+          .node_id = sample.node_id,
+          .epoch = sample.epoch};
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
+    const ClusterOptions& options, const std::vector<std::string>& peer_addresses) {
+  const DdsComplaints complaints;
+  std::unique_ptr<Participant> made(new Participant);
+  absl::Status status = made->CreateDomain(options, peer_addresses);
+  if (status.ok()) {
+    status = made->CreateTopics(options);
+  }
+  if (status.ok()) {
+    status = made->CreateWaiting();
+  }
+  if (!status.ok()) {
+    const std::string said = complaints.text();
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot join cluster ", options.name, ": ", status.message(),
+                     said.empty() ? "" : absl::StrCat(" (", said, ")")));
+  }
+  return made;
+}
+
+absl::Status Participant::CreateDomain(const ClusterOptions& options,
+                                       const std::vector<std::string>& peer_addresses) {
+  const std::string config = DomainConfig(options, peer_addresses);
+  const auto first = static_cast<dds_domainid_t>(options.domain_id);
+  dds_domainid_t number = first;
+  dds_entity_t domain = dds_create_domain(number, config.c_str());
+  while (domain == DDS_RETCODE_PRECONDITION_NOT_MET && number < first + kProcessDomainsMax) {
+    ++number;
+    domain = dds_create_domain(number, config.c_str());
+  }
+  if (absl::Status status = domain_.Own(domain, "domain"); !status.ok()) {
+    return status;
+  }
+  const DdsQos qos = ParticipantQos(options);
+  return participant_.Own(dds_create_participant(number, qos.get(), nullptr), "participant");
+}
+
+absl::Status Participant::CreateTopics(const ClusterOptions& options) {
+  const DdsQos partition = PartitionQos(options);
+  absl::Status status = publisher_.Own(
+      dds_create_publisher(participant_.handle(), partition.get(), nullptr), "publisher");
+  status.Update(subscriber_.Own(
+      dds_create_subscriber(participant_.handle(), partition.get(), nullptr), "subscriber"));
+  if (!status.ok()) {
+    return status;
+  }
+  const DdsParents parents = {participant_, publisher_, subscriber_};
+  status =
+      nodes_.Create(parents, "procgen_node_status", procgen_topics_NodeStatus_desc, *StatusQos());
+  status.Update(
+      rates_.Create(parents, "procgen_node_rates", procgen_topics_NodeRates_desc, *RatesQos()));
+  status.Update(placements_.Create(parents, "procgen_pool_placement",
+                                   procgen_topics_PoolPlacement_desc, *PlacementQos()));
+  return status;
+}
+
+absl::Status Participant::CreateWaiting() {
+  absl::Status status = waiting_.Own(dds_create_waitset(participant_.handle()), "wait set");
+  status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
+  // Rates change all the time; they are read when something else has, or after a while.
+  status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
+  status.Update(placements_.MakeUnreadCondition(&unread_placements_));
+  if (!status.ok()) {
+    return status;
+  }
+  for (const DdsEntity* condition : {&wake_, &unread_nodes_, &unread_placements_}) {
+    dds_waitset_attach(waiting_.handle(), condition->handle(), 0);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Participant::Write(const NodeStatus& status) const {
+  absl::Status written = nodes_.Write(SampleOf(status));
+  written.Update(
+      rates_.Write({.node_id = Text(status.node_id), .steps_per_second = status.steps_per_second}));
+  return written;
+}
+
+absl::Status Participant::Write(const PoolPlacement& placement) const {
+  return placements_.Write(SampleOf(placement));
+}
+
+absl::Status Participant::Withdraw(const PoolPlacement& placement) const {
+  return placements_.Withdraw(SampleOf(placement));
+}
+
+std::vector<NodeStatus> Participant::ReadNodes() {
+  absl::flat_hash_map<std::string, double> rates;
+  rates_.ReadAlive([&](const procgen_topics_NodeRates& sample) {
+    rates[sample.node_id] = sample.steps_per_second;
+  });
+  std::vector<NodeStatus> nodes;
+  nodes_.ReadAlive([&](const procgen_topics_NodeStatus& sample) {
+    nodes.push_back(StatusOf(sample));
+    if (const auto rate = rates.find(nodes.back().node_id); rate != rates.end()) {
+      nodes.back().steps_per_second = rate->second;
+    }
+  });
+  return nodes;
+}
+
+std::vector<PoolPlacement> Participant::ReadPlacements() {
+  std::vector<PoolPlacement> placements;
+  placements_.ReadAlive([&](const procgen_topics_PoolPlacement& sample) {
+    placements.push_back(PlacementOf(sample));
+  });
+  return placements;
+}
+
+void Participant::Wait(absl::Duration timeout) const {
+  dds_waitset_wait(waiting_.handle(), nullptr, 0, absl::ToInt64Nanoseconds(timeout));
+  dds_set_guardcondition(wake_.handle(), false);
+}
+
+void Participant::Wake() const { dds_set_guardcondition(wake_.handle(), true); }
+
+}  // namespace procgen

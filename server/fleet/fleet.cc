@@ -1,0 +1,197 @@
+#include "server/fleet/fleet.h"
+
+#include <random>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+#include "server/fleet/shard_request.h"
+#include "server/rpc/convert_observation.h"
+#include "server/rpc/convert_pool.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kSideThreadCount = 2;
+// How often shards look at their nodes though nothing seems to have changed.
+constexpr absl::Duration kLookInterval = absl::Seconds(1);
+
+std::string DrawName() { return absl::StrFormat("%08x", std::random_device()()); }
+
+std::string PrefixOf(const std::string& name) { return absl::StrCat("fleet-", name, "-"); }
+
+}  // namespace
+
+Fleet::Fleet(FleetOptions options, Metrics* metrics)
+    : options_(std::move(options)),
+      metrics_(metrics),
+      name_(options_.state == nullptr ? DrawName() : options_.state->fleet_name()),
+      process_(DrawName()),
+      nodes_(options_),
+      leftovers_(PrefixOf(name_), &nodes_),
+      side_crew_(kSideThreadCount),
+      watch_([this] { Watch(); }),
+      subscription_(options_.subscribe([this] { OnNodesChanged(); })) {}
+
+Fleet::~Fleet() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stops_ = true;
+  }
+  watch_.join();
+}
+
+void Fleet::Create(const PoolOrder& order, CreateDone done) {
+  side_crew_.Run([this, order, done = std::move(done)]() mutable {
+    absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(order);
+    const auto shares = made.ok() ? nodes_.Divide(order.options.env_count) : made.status();
+    if (!shares.ok()) {
+      done(shares.status());
+      return;
+    }
+    FleetPool* const pool = made->get();
+    pool->Begin(*shares, [this, order, pool = *std::move(made),
+                          done = std::move(done)](absl::Status status) mutable {
+      // Elsewhere, as this is a shard's thread, and the pool may go.
+      side_crew_.Run([this, order = std::move(order), pool = std::move(pool),
+                      status = std::move(status), done = std::move(done)]() mutable {
+        if (status.ok() && options_.state != nullptr) {
+          status = Keep(order, options_.state->NextPath(), pool.get());
+        }
+        if (status.ok()) {
+          done(std::move(pool));
+        } else {
+          done(std::move(status));
+        }
+      });
+    });
+  });
+}
+
+absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
+  absl::StatusOr<std::unique_ptr<Pool>> model = FleetPool::Check(order.options);
+  if (!model.ok()) {
+    return model.status();
+  }
+  int64_t number = 0;
+  {
+    absl::MutexLock lock(&mutex_);
+    number = ++pool_number_;
+  }
+  ShardTerms terms;
+  terms.label = order.name;
+  terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
+  terms.spec = PoolSpecMessageOf(order.options);
+  terms.options = &options_;
+  terms.nodes = &nodes_;
+  terms.leftovers = &leftovers_;
+  terms.metrics = metrics_;
+  terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
+  auto pool = std::make_unique<FleetPool>(order.options, *std::move(model), terms, &side_crew_,
+                                          [this](FleetPool* gone) {
+                                            absl::MutexLock lock(&mutex_);
+                                            pools_.erase(gone);
+                                          });
+  absl::MutexLock lock(&mutex_);
+  pools_.insert(pool.get());
+  return pool;
+}
+
+absl::Status Fleet::Keep(const PoolOrder& order, const std::string& path, FleetPool* pool) {
+  v1::Pool message;
+  message.set_owner(order.owner);
+  message.set_name(order.name);
+  v1::PoolSpec* const spec = message.mutable_spec();
+  *spec = PoolSpecMessageOf(order.options);
+  if (order.options.level_sampler != nullptr) {
+    *spec->mutable_level_sampler() = LevelSamplerMessageOf(*order.options.level_sampler);
+  }
+  spec->set_encoding(EncodingMessageOf(order.terms.compression));
+  spec->set_transport(order.terms.shares_memory ? v1::TRANSPORT_SHARED_MEMORY
+                                                : v1::TRANSPORT_STREAM);
+  if (order.terms.lease_duration != absl::InfiniteDuration()) {
+    *spec->mutable_lease_duration() = DurationMessageOf(order.terms.lease_duration);
+  }
+  return pool->KeepIn(path, message);
+}
+
+std::vector<ResumedPool> Fleet::TakeResumed() {
+  std::vector<ResumedPool> all;
+  if (options_.state == nullptr) {
+    return all;
+  }
+  for (const FleetState::Left& left : options_.state->TakeLeft()) {
+    absl::StatusOr<ResumedPool> resumed = Resume(left);
+    if (!resumed.ok()) {
+      LogEvent(LogLevel::kError, "pool_not_resumed",
+               {{"file", left.path}, {"message", std::string(resumed.status().message())}});
+      continue;
+    }
+    LogEvent(LogLevel::kInfo, "pool_resumed",
+             {{"pool", resumed->order.name},
+              {"owner", resumed->order.owner},
+              {"next_sequence_number", absl::StrCat(resumed->next_sequence_number)}});
+    all.push_back(*std::move(resumed));
+  }
+  return all;
+}
+
+absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
+  const v1::Pool& message = left.pool.pool;
+  absl::StatusOr<PoolOptions> options = PoolOptionsOf(message.spec());
+  const auto compression = CompressionOf(message.spec());
+  if (!options.ok() || !compression.ok()) {
+    return options.ok() ? compression.status() : options.status();
+  }
+  ResumedPool resumed;
+  resumed.order = {message.owner(), message.name(), *std::move(options), {}};
+  PoolTerms& terms = resumed.order.terms;
+  terms.compression = *compression;
+  terms.shares_memory = message.spec().transport() == v1::TRANSPORT_SHARED_MEMORY;
+  if (message.spec().has_lease_duration()) {
+    terms.lease_duration = absl::Seconds(message.spec().lease_duration().seconds()) +
+                           absl::Nanoseconds(message.spec().lease_duration().nanos());
+  }
+  absl::StatusOr<std::unique_ptr<FleetPool>> pool = Make(resumed.order);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  // A learner cannot map again what an earlier process shared with it.
+  const int64_t answer_count = terms.shares_memory ? 0 : options_.requests_in_flight_max;
+  const auto requests = (*pool)->Resume(left.path, left.pool, answer_count);
+  if (!requests.ok()) {
+    return requests.status();
+  }
+  for (const v1::StepPoolRequest& request : *requests) {
+    resumed.requests.push_back(request.SerializeAsString());
+  }
+  resumed.next_sequence_number = left.pool.next_sequence_number();
+  resumed.pool = *std::move(pool);
+  return resumed;
+}
+
+void Fleet::OnNodesChanged() {
+  {
+    absl::MutexLock lock(&mutex_);
+    changed_ = true;
+  }
+  nodes_.OnChange();
+  leftovers_.OnChange();
+}
+
+void Fleet::Watch() {
+  const auto awaited = [this]()
+                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
+  absl::MutexLock lock(&mutex_);
+  while (!stops_) {
+    changed_ = false;
+    for (FleetPool* pool : pools_) {
+      pool->Look();
+    }
+    mutex_.AwaitWithTimeout(absl::Condition(&awaited), kLookInterval);
+  }
+}
+
+}  // namespace procgen

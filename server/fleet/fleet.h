@@ -1,0 +1,68 @@
+#ifndef SERVER_FLEET_FLEET_H_
+#define SERVER_FLEET_FLEET_H_
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "server/fleet/fleet_nodes.h"
+#include "server/fleet/fleet_options.h"
+#include "server/fleet/fleet_pool.h"
+#include "server/fleet/leftovers.h"
+#include "server/metrics/metrics.h"
+#include "server/session/hosted_pool.h"
+#include "server/session/side_crew.h"
+
+namespace procgen {
+
+// Makes pools on the nodes of a cluster, so that these look like one server.
+// Threads: any method from any thread. Its pools must go before it.
+class Fleet final : public PoolHost {
+ public:
+  // `metrics` must outlive this.
+  Fleet(FleetOptions options, Metrics* metrics);
+  ~Fleet() override;
+  Fleet(const Fleet&) = delete;
+  Fleet& operator=(const Fleet&) = delete;
+
+  // Errors: those of FleetPool::Check; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes have
+  // too little room.
+  void Create(const PoolOrder& order, CreateDone done) override;
+  std::vector<ResumedPool> TakeResumed() override;
+  int32_t worker_count() const override { return nodes_.worker_count(); }
+
+ private:
+  // Nodes have changed. Does not block.
+  void OnNodesChanged();
+  // A pool that has no shards yet.
+  absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
+  // Keeps it, if pools are kept.
+  absl::Status Keep(const PoolOrder& order, const std::string& path, FleetPool* pool);
+  absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
+  // Has everybody look at the nodes when these have changed, and now and then.
+  void Watch();
+
+  const FleetOptions options_;
+  Metrics* const metrics_;
+  const std::string name_;     // in the names of its pools on the nodes
+  const std::string process_;  // of this process in them
+  FleetNodes nodes_;
+  Leftovers leftovers_;
+  SideCrew side_crew_;
+
+  absl::Mutex mutex_;
+  std::set<FleetPool*> pools_ ABSL_GUARDED_BY(mutex_);
+  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last one made
+  bool changed_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread watch_;
+  Subscription subscription_;  // last: what it calls is above
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_FLEET_H_

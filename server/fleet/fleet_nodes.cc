@@ -1,0 +1,264 @@
+#include "server/fleet/fleet_nodes.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+
+namespace procgen {
+namespace {
+
+// A node is asked for a sign of life after this long in silence, and is lost after that.
+constexpr absl::Duration kKeepaliveTime = absl::Seconds(1);
+constexpr absl::Duration kKeepaliveTimeout = absl::Seconds(2);
+constexpr absl::Duration kConnectTimeout = absl::Seconds(1);
+constexpr absl::Duration kCallTimeout = absl::Seconds(20);
+// How long others are preferred to a node that did not serve.
+constexpr absl::Duration kSuspicion = absl::Seconds(2);
+// Fewer environments are not worth a node of their own.
+constexpr int32_t kShareMin = 4;
+
+absl::Status ReadCredential(const char* flag, const std::string& path, std::string* text) {
+  if (path.empty()) {
+    return absl::OkStatus();
+  }
+  std::ifstream file(path, std::ios::binary);
+  text->assign(std::istreambuf_iterator<char>(file), {});
+  absl::StripAsciiWhitespace(text);
+  if (text->empty()) {
+    return absl::NotFoundError(
+        absl::StrCat("--", flag, " is ", path, ", which is empty or cannot be read"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<procgen_client::Credentials> ReadCredentials(const FleetCredentials& paths) {
+  procgen_client::Credentials credentials;
+  for (const absl::Status& status :
+       {ReadCredential("fleet_ca", paths.ca, &credentials.ca),
+        ReadCredential("fleet_certificate", paths.certificate, &credentials.certificate),
+        ReadCredential("fleet_key", paths.key, &credentials.key),
+        ReadCredential("fleet_token", paths.token, &credentials.token)}) {
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  return credentials;
+}
+
+bool MayHaveShards(const NodeStatus& node) {
+  return node.healthy && !node.draining && node.environment_capacity > 0;
+}
+
+}  // namespace
+
+absl::Status CheckFleetCredentials(const FleetCredentials& paths) {
+  if (paths.certificate.empty() != paths.key.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--fleet_", paths.key.empty() ? "key" : "certificate",
+                     " is missing, allowed: --fleet_certificate and --fleet_key, or none of them"));
+  }
+  if (!paths.certificate.empty() && paths.ca.empty()) {
+    return absl::InvalidArgumentError(
+        "--fleet_certificate is given without --fleet_ca, which tells the nodes apart from others");
+  }
+  return ReadCredentials(paths).status();
+}
+
+FleetNodes::Seat& FleetNodes::Seat::operator=(Seat&& other) noexcept {
+  if (this != &other) {
+    Leave();
+    nodes_ = std::exchange(other.nodes_, nullptr);
+    node_id_ = std::move(other.node_id_);
+    env_count_ = other.env_count_;
+  }
+  return *this;
+}
+
+void FleetNodes::Seat::Leave() {
+  if (FleetNodes* nodes = std::exchange(nodes_, nullptr); nodes != nullptr) {
+    absl::MutexLock lock(&nodes->mutex_);
+    nodes->seats_[node_id_] -= env_count_;
+  }
+}
+
+FleetNodes::FleetNodes(const FleetOptions& options) : options_(options) {}
+
+std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) const {
+  const std::vector<NodeStatus> nodes = options_.nodes();
+  std::vector<Room> rooms;
+  std::vector<Room> suspects;
+  {
+    absl::MutexLock lock(&mutex_);
+    const absl::Time now = absl::Now();
+    for (const NodeStatus& node : nodes) {
+      if (!MayHaveShards(node)) {
+        continue;
+      }
+      // What a node tells may be a second old, and does not have what was put there since.
+      const auto seats = seats_.find(node.node_id);
+      int64_t used = std::max(node.environment_count, seats == seats_.end() ? 0 : seats->second);
+      for (const Share& share : own) {
+        used -= share.node_id == node.node_id ? share.env_count : 0;
+      }
+      const auto suspect = suspects_.find(node.node_id);
+      const bool is_suspect = suspect != suspects_.end() && suspect->second > now;
+      (is_suspect ? suspects : rooms)
+          .push_back({node.node_id, node.environment_capacity - std::max<int64_t>(used, 0)});
+    }
+  }
+  if (rooms.empty()) {
+    rooms.swap(suspects);
+  }
+  std::stable_sort(rooms.begin(), rooms.end(),
+                   [](const Room& left, const Room& right) { return left.free > right.free; });
+  return rooms;
+}
+
+absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
+    int32_t env_count, const std::vector<Share>& own) const {
+  std::vector<Room> rooms = Rooms(own);
+  if (rooms.empty()) {
+    return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
+  }
+  rooms.resize(std::min(rooms.size(), static_cast<size_t>(std::max(1, env_count / kShareMin))));
+  int64_t free = 0;
+  for (const Room& room : rooms) {
+    free += std::max<int64_t>(room.free, 0);
+  }
+  if (free < env_count) {
+    return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
+                                                     " and the fleet's nodes have room for ", free,
+                                                     " environments"));
+  }
+  std::vector<Share> shares;
+  int32_t left = env_count;
+  for (const Room& room : rooms) {
+    const int64_t room_free = std::max<int64_t>(room.free, 0);
+    if (left > 0 && room_free > 0) {
+      // Of what is left, as much as of the room that is left; rounded up, so that it all goes.
+      const auto count = static_cast<int32_t>((left * room_free + free - 1) / free);
+      shares.push_back({room.node_id, count});
+      left -= count;
+    }
+    free -= room_free;
+  }
+  return shares;
+}
+
+absl::StatusOr<FleetNodes::Seat> FleetNodes::Take(int32_t env_count, const std::string& preferred) {
+  std::vector<Room> rooms = Rooms({});
+  std::stable_partition(rooms.begin(), rooms.end(),
+                        [&](const Room& room) { return room.node_id == preferred; });
+  for (const Room& room : rooms) {
+    if (room.free >= env_count) {
+      absl::MutexLock lock(&mutex_);
+      seats_[room.node_id] += env_count;
+      return Seat(this, room.node_id, env_count);
+    }
+  }
+  return absl::UnavailableError(
+      absl::StrCat("none of ", rooms.size(), " nodes has room for ", env_count, " environments"));
+}
+
+absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::string& node_id) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (const auto found = clients_.find(node_id); found != clients_.end()) {
+      return found->second;
+    }
+  }
+  const std::vector<NodeStatus> nodes = options_.nodes();
+  const auto node = std::find_if(nodes.begin(), nodes.end(),
+                                 [&](const NodeStatus& each) { return each.node_id == node_id; });
+  if (node == nodes.end()) {
+    return absl::UnavailableError(absl::StrCat("node ", node_id, " is gone"));
+  }
+  absl::StatusOr<procgen_client::Credentials> credentials = ReadCredentials(options_.credentials);
+  if (!credentials.ok()) {
+    return credentials.status();
+  }
+  procgen_client::ConnectOptions options;
+  options.timeout = kConnectTimeout;
+  options.response_bytes_max = std::numeric_limits<int32_t>::max();
+  options.credentials = *std::move(credentials);
+  options.keepalive_time = kKeepaliveTime;
+  options.keepalive_timeout = kKeepaliveTimeout;
+  options.call_timeout = kCallTimeout;
+  auto client = procgen_client::Client::Connect(node->address, options);
+  if (!client.ok()) {
+    return client.status();
+  }
+  absl::StatusOr<v1::Catalog> catalog = (*client)->GetCatalog();
+  if (!catalog.ok()) {
+    return catalog.status();
+  }
+  auto connected =
+      std::make_shared<NodeClient>(NodeClient{node_id, *std::move(client), catalog->limits()});
+  absl::MutexLock lock(&mutex_);
+  clients_[node_id] = connected;
+  return connected;
+}
+
+void FleetNodes::Suspect(const std::string& node_id) {
+  std::shared_ptr<NodeClient> last;  // goes outside the lock
+  absl::MutexLock lock(&mutex_);
+  suspects_[node_id] = absl::Now() + kSuspicion;
+  if (const auto found = clients_.find(node_id); found != clients_.end()) {
+    last = std::move(found->second);
+    clients_.erase(found);
+  }
+}
+
+bool FleetNodes::IsUsable(const std::string& node_id) const {
+  const std::vector<NodeStatus> nodes = options_.nodes();
+  return std::any_of(nodes.begin(), nodes.end(), [&](const NodeStatus& node) {
+    return node.node_id == node_id && MayHaveShards(node);
+  });
+}
+
+bool FleetNodes::IsPresent(const std::string& node_id) const {
+  const std::vector<NodeStatus> nodes = options_.nodes();
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [&](const NodeStatus& node) { return node.node_id == node_id; });
+}
+
+std::vector<std::string> FleetNodes::Present() const {
+  std::vector<std::string> present;
+  for (const NodeStatus& node : options_.nodes()) {
+    if (node.environment_capacity > 0) {
+      present.push_back(node.node_id);
+    }
+  }
+  return present;
+}
+
+int32_t FleetNodes::worker_count() const {
+  int32_t count = 0;
+  for (const NodeStatus& node : options_.nodes()) {
+    count += MayHaveShards(node) ? node.worker_count : 0;
+  }
+  return count;
+}
+
+void FleetNodes::OnChange() {
+  absl::MutexLock lock(&mutex_);
+  ++change_number_;
+}
+
+void FleetNodes::AwaitChange(absl::Time until) const {
+  absl::MutexLock lock(&mutex_);
+  const int64_t before = change_number_;
+  const auto changed = [this, before]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return change_number_ != before;
+  };
+  mutex_.AwaitWithDeadline(absl::Condition(&changed), until);
+}
+
+}  // namespace procgen

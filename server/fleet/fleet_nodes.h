@@ -1,0 +1,115 @@
+#ifndef SERVER_FLEET_FLEET_NODES_H_
+#define SERVER_FLEET_FLEET_NODES_H_
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "procgen_client/client.h"
+#include "server/cluster/node_status.h"
+#include "server/fleet/fleet_options.h"
+
+namespace procgen {
+
+// A connection to a node, and what it takes at most.
+struct NodeClient {
+  std::string node_id;
+  std::unique_ptr<procgen_client::Client> client;
+  v1::Limits limits;
+};
+
+// The nodes that shards can be put on: which there are, how much room they have, and connections to
+// them. Threads: any method from any thread; none holds the lock while it talks to a node.
+class FleetNodes {
+ public:
+  // A place for some environments on a node, counted there until it goes.
+  class Seat {
+   public:
+    Seat() = default;
+    Seat(FleetNodes* nodes, std::string node_id, int32_t env_count)
+        : nodes_(nodes), node_id_(std::move(node_id)), env_count_(env_count) {}
+    ~Seat() { Leave(); }
+    Seat(Seat&& other) noexcept { *this = std::move(other); }
+    Seat& operator=(Seat&& other) noexcept;
+    Seat(const Seat&) = delete;
+    Seat& operator=(const Seat&) = delete;
+
+    const std::string& node_id() const { return node_id_; }
+
+   private:
+    void Leave();
+
+    FleetNodes* nodes_ = nullptr;  // null: none
+    std::string node_id_;
+    int32_t env_count_ = 0;
+  };
+
+  // How many environments of a pool a node is to have.
+  struct Share {
+    std::string node_id;
+    int32_t env_count = 0;
+  };
+
+  explicit FleetNodes(const FleetOptions& options);
+
+  // Deals `env_count` environments to the nodes by the room that they have; of `own`, what of them
+  // is there already counts as room. Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they
+  // have too little room.
+  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count,
+                                            const std::vector<Share>& own = {}) const;
+
+  // Takes a place on `preferred`, or if that is not to be had where there is most room. Errors:
+  // UNAVAILABLE there is none for the moment.
+  absl::StatusOr<Seat> Take(int32_t env_count, const std::string& preferred);
+  // A connection to the node of that id, made anew if there is none. Errors: UNAVAILABLE, those of
+  // the node.
+  absl::StatusOr<std::shared_ptr<NodeClient>> Connect(const std::string& node_id);
+  // It did not serve: another connection is made the next time, and others are preferred for a
+  // while.
+  void Suspect(const std::string& node_id);
+
+  // Whether shards may stay there: it is there, healthy and does not drain.
+  bool IsUsable(const std::string& node_id) const;
+  // Whether it is there, in whatever state.
+  bool IsPresent(const std::string& node_id) const;
+  // Those that are there, whether or not shards may be put on them.
+  std::vector<std::string> Present() const;
+  // Threads of all nodes that step environments.
+  int32_t worker_count() const;
+
+  // Wakes those that wait, as nodes may have come.
+  void OnChange();
+  // Waits until OnChange or `until`.
+  void AwaitChange(absl::Time until) const;
+
+ private:
+  struct Room {
+    std::string node_id;
+    int64_t free = 0;
+  };
+
+  // Nodes that shards may be put on, those with most room first; suspects not, unless there are no
+  // others.
+  std::vector<Room> Rooms(const std::vector<Share>& own) const;
+
+  const FleetOptions options_;
+
+  mutable absl::Mutex mutex_;
+  int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);        // environments, by node
+  std::map<std::string, absl::Time> suspects_ ABSL_GUARDED_BY(mutex_);  // until when
+  std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_FLEET_NODES_H_

@@ -1,0 +1,150 @@
+// How a FleetPool is divided among nodes.
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/fleet/countdown.h"
+#include "server/fleet/fleet_pool.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+// Another division is worth it where so large a part of the environments would move.
+constexpr double kWorthMoving = 0.15;
+constexpr int32_t kLooksBeforeDividing = 2;
+
+// Shards of these shares, which all begin with `base`, that of the whole pool.
+ShardBases BasesOf(const std::vector<FleetNodes::Share>& shares, const ShardBase& base) {
+  ShardBases bases;
+  Part range;
+  for (const FleetNodes::Share& share : shares) {
+    range = {range.first + range.count, share.env_count};
+    ShardBase own = {base.number, {}, base.sampler};
+    if (!base.states.empty()) {
+      const auto first = base.states.begin() + range.first;
+      own.states.assign(first, first + range.count);
+    }
+    bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(own))};
+  }
+  return bases;
+}
+
+std::vector<std::string> NodesOf(const std::vector<FleetNodes::Share>& shares) {
+  std::vector<std::string> nodes;
+  for (const FleetNodes::Share& share : shares) {
+    nodes.push_back(share.node_id);
+  }
+  return nodes;
+}
+
+}  // namespace
+
+void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares, Done done) {
+  MakeShards(BasesOf(shares, {0, {}, sampler_}), NodesOf(shares));
+  auto countdown = std::make_shared<Countdown>(shards_.size(), std::move(done));
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    shard->Run(0, [countdown](const absl::Status& status) { countdown->Count(status); });
+  }
+}
+
+void FleetPool::MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes) {
+  std::vector<std::unique_ptr<Shard>> shards;
+  for (const auto& [first, base] : bases) {
+    const std::string node = nodes.empty() ? "" : nodes[shards.size()];
+    shards.push_back(
+        std::make_unique<Shard>(terms_, ++shard_number_, base.first, base.second, node));
+  }
+  absl::MutexLock lock(&shards_mutex_);
+  shards_ = std::move(shards);
+}
+
+void FleetPool::Look() {
+  absl::MutexLock lock(&shards_mutex_);
+  std::vector<FleetNodes::Share> now;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    shard->Look();
+    now.push_back({shard->node_id(), shard->range().count});
+  }
+  // What nodes tell of themselves may be old, so a single look is not enough.
+  looks_worth_dividing_ = IsWorthDividing(now) ? looks_worth_dividing_ + 1 : 0;
+  if (looks_worth_dividing_ >= kLooksBeforeDividing) {
+    looks_worth_dividing_ = 0;
+    divides_ = true;
+  }
+}
+
+bool FleetPool::IsWorthDividing(const std::vector<FleetNodes::Share>& now) const {
+  std::map<std::string, int32_t> counts;
+  for (const FleetNodes::Share& share : now) {
+    if (!terms_->nodes->IsUsable(share.node_id)) {
+      return false;  // a shard is on its way
+    }
+    counts[share.node_id] += share.env_count;
+  }
+  const auto better = terms_->nodes->Divide(env_count(), now);
+  if (!better.ok()) {
+    return false;
+  }
+  int32_t moving = 0;
+  for (const FleetNodes::Share& share : *better) {
+    moving += std::max(0, share.env_count - counts[share.node_id]);
+  }
+  return moving >= kWorthMoving * env_count();
+}
+
+void FleetPool::BeginDivision(int64_t number) {
+  std::vector<int32_t> all(static_cast<size_t>(env_count()));
+  std::iota(all.begin(), all.end(), 0);
+  Gather(std::move(all), [this, number](absl::StatusOr<std::vector<std::string>> states) {
+    // Not on the thread of a shard, which may have to go.
+    side_crew_->Run([this, number, states = std::move(states)]() mutable {
+      if (states.ok()) {
+        ShardBase base = {number - 1, *std::move(states), sampler_};
+        PictureCount pictures({0, env_count()}, options_.observation_format.frame_stack);
+        division_ = Division{std::move(base), std::move(pictures)};
+      }
+      if (CanDivide(number)) {
+        Divide(std::move(division_->base));
+        division_.reset();
+      }
+      RunRequest(number);
+    });
+  });
+}
+
+bool FleetPool::CanDivide(int64_t number) const {
+  return division_.has_value() && division_->pictures.IsComplete() &&
+         number > division_->base.number + terms_->answers_kept;
+}
+
+void FleetPool::Divide(ShardBase base) {
+  std::vector<FleetNodes::Share> now;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    now.push_back({shard->node_id(), shard->range().count});
+  }
+  const auto shares = terms_->nodes->Divide(env_count(), now);
+  if (!shares.ok()) {
+    return;  // nodes have gone in the meantime
+  }
+  std::vector<std::unique_ptr<Shard>> old;
+  {
+    absl::MutexLock lock(&shards_mutex_);
+    old.swap(shards_);
+  }
+  old.clear();  // before the others, who need the room
+  LogEvent(LogLevel::kInfo, "pool_divided",
+           {{"pool", terms_->label},
+            {"shards", absl::StrCat(shares->size())},
+            {"from", absl::StrCat(base.number)}});
+  ShardBases bases = BasesOf(*shares, base);
+  MakeShards(bases, NodesOf(*shares));
+  if (journal_ != nullptr) {
+    journal_->SetBases(std::move(bases));
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,116 @@
+#include "server/fleet/leftovers.h"
+
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+constexpr absl::Duration kRetry = absl::Seconds(1);
+
+}  // namespace
+
+Leftovers::Leftovers(std::string prefix, FleetNodes* nodes)
+    : prefix_(std::move(prefix)), nodes_(nodes), thread_([this] { Run(); }) {}
+
+Leftovers::~Leftovers() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stops_ = true;
+  }
+  thread_.join();
+}
+
+void Leftovers::BeginUse(const std::string& pool_id) {
+  absl::MutexLock lock(&mutex_);
+  used_.insert(pool_id);
+}
+
+void Leftovers::EndUse(const std::string& pool_id, const std::string& node_id) {
+  absl::MutexLock lock(&mutex_);
+  used_.erase(pool_id);
+  unclean_.insert(node_id);
+  changed_ = true;
+}
+
+void Leftovers::OnChange() {
+  absl::MutexLock lock(&mutex_);
+  changed_ = true;
+}
+
+void Leftovers::Run() {
+  bool stops = false;
+  while (!stops) {
+    std::set<std::string> todo;
+    {
+      absl::MutexLock lock(&mutex_);
+      const auto wanted = [this]()
+                              ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
+      mutex_.AwaitWithTimeout(absl::Condition(&wanted),
+                              unclean_.empty() ? absl::InfiniteDuration() : kRetry);
+      changed_ = false;
+      stops = stops_;
+    }
+    const std::vector<std::string> nodes = nodes_->Present();
+    {
+      absl::MutexLock lock(&mutex_);
+      for (const std::string& node : nodes) {
+        if (present_.count(node) == 0) {
+          unclean_.insert(node);
+        }
+      }
+      present_ = {nodes.begin(), nodes.end()};
+      for (const std::string& node : unclean_) {
+        if (present_.count(node) != 0) {
+          todo.insert(node);
+        }
+      }
+      // Those that are gone are looked through when they come again.
+      unclean_ = todo;
+    }
+    for (const std::string& node : todo) {
+      {
+        absl::MutexLock lock(&mutex_);
+        unclean_.erase(node);
+      }
+      if (!Clean(node)) {
+        absl::MutexLock lock(&mutex_);
+        unclean_.insert(node);
+      }
+    }
+  }
+}
+
+bool Leftovers::Clean(const std::string& node_id) {
+  const absl::StatusOr<std::shared_ptr<NodeClient>> node = nodes_->Connect(node_id);
+  if (!node.ok()) {
+    return false;
+  }
+  const absl::StatusOr<std::vector<v1::Pool>> pools = (*node)->client->ListPools();
+  if (!pools.ok()) {
+    return false;
+  }
+  bool is_clean = true;
+  for (const v1::Pool& pool : *pools) {
+    const std::string& name = pool.name();
+    bool is_ours = false;
+    if (absl::StartsWith(name, absl::StrCat("pools/", prefix_))) {
+      absl::MutexLock lock(&mutex_);
+      is_ours = used_.count(name.substr(name.find('/') + 1)) == 0;
+    }
+    if (!is_ours) {
+      continue;
+    }
+    const absl::Status deleted = (*node)->client->DeletePool(name);
+    is_clean = is_clean && (deleted.ok() || absl::IsNotFound(deleted));
+    LogEvent(LogLevel::kDebug, "shard_removed", {{"node", node_id}, {"shard", name}});
+  }
+  return is_clean;
+}
+
+}  // namespace procgen

@@ -1,0 +1,59 @@
+#ifndef SERVER_FLEET_LEFTOVERS_H_
+#define SERVER_FLEET_LEFTOVERS_H_
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "server/fleet/fleet_nodes.h"
+
+namespace procgen {
+
+// Which pools on the nodes are shards of this fleet, and the deletion of those that no longer are:
+// what a shard left behind when it moved, what an earlier process of this fleet had, and what comes
+// back with a node that was cut off. Nodes that cannot be reached free them when their lease ends.
+//
+// A pool's name bears the fleet's, so that nothing else is deleted.
+// Threads: any method from any thread; nodes are talked to on one of its own.
+class Leftovers {
+ public:
+  // `prefix`: what the ids of this fleet's pools begin with, and no others. `nodes` must outlive
+  // this.
+  Leftovers(std::string prefix, FleetNodes* nodes);
+  // Deletes what it can at once.
+  ~Leftovers();
+  Leftovers(const Leftovers&) = delete;
+  Leftovers& operator=(const Leftovers&) = delete;
+
+  // A pool's id that begins with `prefix`, to be made on a node; it is in use from now on.
+  void BeginUse(const std::string& pool_id);
+  // It is not in use any more.
+  void EndUse(const std::string& pool_id, const std::string& node_id);
+  // Nodes came, or went: who is new is looked through.
+  void OnChange();
+
+ private:
+  void Run();
+  // Deletes the pools of a node that begin with the prefix and are in no use; false: it could not
+  // be asked.
+  bool Clean(const std::string& node_id);
+
+  const std::string prefix_;
+  FleetNodes* const nodes_;
+
+  absl::Mutex mutex_;
+  std::set<std::string> used_ ABSL_GUARDED_BY(mutex_);     // ids of pools
+  std::set<std::string> unclean_ ABSL_GUARDED_BY(mutex_);  // nodes to be looked through
+  std::set<std::string> present_ ABSL_GUARDED_BY(mutex_);  // nodes, when it last looked
+  bool changed_ ABSL_GUARDED_BY(mutex_) = true;
+  bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_LEFTOVERS_H_

@@ -1,0 +1,475 @@
+#include "server/fleet/shard.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/fleet/shard_request.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+// How long a node keeps a shard that nobody holds.
+constexpr int64_t kLeaseSeconds = 60;
+// How many requests are sent ahead where they are repeated.
+constexpr int32_t kRepeatedAhead = 16;
+// How often something is tried that fails for another reason than that a node is lost.
+constexpr int kAttemptsMax = 3;
+// How long to wait between tries to find a node, if nothing changes.
+constexpr absl::Duration kPlaceRetry = absl::Milliseconds(200);
+
+// Whether an error may be of the node, so that another may do better; otherwise it would come
+// again.
+bool IsOfNode(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kDataLoss:
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kUnimplemented:
+      return false;
+    default:
+      return true;
+  }
+}
+
+}  // namespace
+
+Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+             std::shared_ptr<const ShardBase> base, std::string preferred_node)
+    : terms_(std::move(terms)),
+      number_(number),
+      range_(range),
+      preferred_node_(std::move(preferred_node)),
+      base_(std::move(base)),
+      pictures_since_next_(range, std::max(1, terms_->spec.observation_format().frame_stack())),
+      asked_position_(base_->number),
+      base_number_(base_->number),
+      thread_([this] { Loop(); }) {}
+
+Shard::~Shard() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stops_ = true;
+    if (stream_ != nullptr) {
+      stream_->Cancel();
+    }
+  }
+  terms_->nodes->OnChange();  // it may wait for one
+  thread_.join();
+}
+
+std::string Shard::node_id() const {
+  absl::MutexLock lock(&mutex_);
+  return node_id_;
+}
+
+bool Shard::Stops() const {
+  absl::MutexLock lock(&mutex_);
+  return stops_;
+}
+
+std::string Shard::Environments() const {
+  return absl::StrCat(range_.first, " to ", range_.first + range_.count - 1);
+}
+
+void Shard::Run(int64_t number, Done done) { Start({number, nullptr, std::move(done)}); }
+
+void Shard::Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots,
+                 Done done) {
+  const auto save = [this, environments = std::move(environments), snapshots]() -> absl::Status {
+    auto states = placement_->node->client->SaveStates(
+        placement_->pool, environments, placement_->node->limits.response_bytes_max());
+    if (!states.ok()) {
+      return states.status();
+    }
+    snapshots->clear();
+    for (v1::State& state : *states) {
+      snapshots->push_back(std::move(*state.mutable_snapshot()));
+    }
+    return absl::OkStatus();
+  };
+  Start({std::nullopt, save, std::move(done)});
+}
+
+void Shard::Render(std::vector<int32_t> environments, int32_t side_px,
+                   std::vector<absl::Span<uint8_t>> frames, Done done) {
+  const auto render = [this, environments = std::move(environments), side_px,
+                       frames = std::move(frames)]() -> absl::Status {
+    for (size_t i = 0; i < environments.size(); ++i) {
+      const auto rendered = placement_->node->client->RenderEnvironments(
+          placement_->pool, {&environments[i], 1}, side_px);
+      if (!rendered.ok()) {
+        return rendered.status();
+      }
+      const std::string& image = rendered->frames(0).image();
+      if (image.size() != frames[i].size()) {
+        return absl::InternalError(absl::StrCat("node ", placement_->node->node_id, " draws ",
+                                                image.size(),
+                                                " bytes, wanted: ", frames[i].size()));
+      }
+      std::memcpy(frames[i].data(), image.data(), image.size());
+    }
+    return absl::OkStatus();
+  };
+  Start({std::nullopt, render, std::move(done)});
+}
+
+void Shard::Start(Task task) {
+  absl::MutexLock lock(&mutex_);
+  task_ = std::move(task);
+}
+
+void Shard::Forget(int64_t number) {
+  absl::MutexLock lock(&mutex_);
+  forgets_ = number;
+}
+
+void Shard::Look() {
+  std::shared_ptr<procgen_client::StepStream> stream;
+  std::string node_id;
+  {
+    absl::MutexLock lock(&mutex_);
+    looks_ = true;
+    stream = stream_;
+    node_id = node_id_;
+  }
+  if (stream != nullptr && !terms_->nodes->IsPresent(node_id)) {
+    stream->Cancel();  // whoever waits for its answer would wait in vain
+  }
+}
+
+void Shard::Loop() {
+  const auto awaited = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return stops_ || looks_ || forgets_.has_value() || task_.has_value();
+  };
+  while (true) {
+    std::optional<Task> task;
+    std::optional<int64_t> forgets;
+    {
+      absl::MutexLock lock(&mutex_, absl::Condition(&awaited));
+      if (stops_) {
+        break;
+      }
+      looks_ = false;
+      forgets = std::exchange(forgets_, std::nullopt);
+      task = std::exchange(task_, std::nullopt);
+    }
+    if (forgets.has_value()) {
+      GoBack(*forgets);
+    }
+    if (!task.has_value()) {
+      Settle();
+      continue;
+    }
+    absl::Status status = Do(&*task);
+    const bool goes_on = status.ok();
+    task->done(std::move(status));
+    task.reset();
+    if (goes_on) {
+      SaveBase();
+    }
+  }
+  Leave();
+}
+
+void Shard::GoBack(int64_t number) {
+  if (position_ > number) {
+    Leave();
+  }
+  asked_position_ = std::min(asked_position_, number);
+  if (next_base_ != nullptr && next_base_->number > number) {
+    next_base_ = nullptr;
+  }
+}
+
+void Shard::Settle() {
+  if (placement_.has_value()) {
+    if (terms_->nodes->IsUsable(placement_->node->node_id)) {
+      return;
+    }
+    Lose(absl::UnavailableError("the node drains or is gone"));
+  }
+  if (const absl::Status status = Reach(asked_position_); !status.ok()) {
+    Lose(status);
+  }
+}
+
+absl::Status Shard::Do(Task* task) {
+  const absl::Time deadline = task->begin_time + terms_->options->wait_max;
+  const int64_t number = task->number.value_or(asked_position_);
+  PromoteBase(number);
+  bool paused = false;
+  int attempts = 0;
+  while (true) {
+    const bool was_placed = placement_.has_value();
+    absl::Status status = Reach(number);
+    if (status.ok() && task->work != nullptr) {
+      status = task->work();
+    }
+    if (status.ok()) {
+      break;
+    }
+    Lose(status);
+    paused = true;
+    attempts += IsOfNode(status) ? 0 : 1;
+    if (Stops() || attempts == kAttemptsMax) {
+      return status;
+    }
+    if (absl::Now() >= deadline) {
+      return TimeIsUp(status);
+    }
+    if (!was_placed) {
+      terms_->nodes->AwaitChange(std::min(deadline, absl::Now() + kPlaceRetry));
+    }
+  }
+  if (paused && asked_position_ > 0) {
+    const absl::Duration pause = absl::Now() - task->begin_time;
+    terms_->metrics->AddFleetPause(pause);
+    LogEvent(LogLevel::kInfo, "shard_goes_on",
+             {{"pool", terms_->label},
+              {"environments", Environments()},
+              {"node", placement_->node->node_id},
+              {"pause", absl::FormatDuration(pause)}});
+  }
+  asked_position_ = number;
+  return absl::OkStatus();
+}
+
+absl::Status Shard::TimeIsUp(const absl::Status& last) const {
+  return absl::DeadlineExceededError(
+      absl::StrCat("environments ", Environments(), " of ", terms_->label, " have had no node for ",
+                   absl::FormatDuration(terms_->options->wait_max),
+                   ", limit fleet_wait_max; the last error: ", last.message()));
+}
+
+absl::Status Shard::Reach(int64_t number) {
+  if (!placement_.has_value()) {
+    if (absl::Status status = Place(); !status.ok()) {
+      return status;
+    }
+  }
+  while (position_ < number) {
+    const RequestLog::Entry logged = terms_->log->Find(position_ + 1);
+    const bool is_asked_for = position_ + 1 == number && number > asked_position_;
+    absl::Status status = is_asked_for ? CarryOut(*logged) : Repeat(*logged);
+    if (!status.ok()) {
+      return status;
+    }
+    ++position_;
+    if (logged->request.has_level_sampler()) {
+      sampler_ = {logged, &logged->request.level_sampler()};
+    }
+    if (position_ > asked_position_ && logged->request.has_step()) {
+      pictures_since_next_.AddStep(SliceOf(logged->request, 0));
+    }
+  }
+  return ReceiveAll();
+}
+
+absl::Status Shard::Place() {
+  absl::StatusOr<FleetNodes::Seat> seat = terms_->nodes->Take(range_.count, preferred_node_);
+  if (!seat.ok()) {
+    return seat.status();
+  }
+  Placement placement;
+  placement.seat = *std::move(seat);
+  const std::string& node_id = placement.seat.node_id();
+  absl::StatusOr<std::shared_ptr<NodeClient>> node = terms_->nodes->Connect(node_id);
+  if (!node.ok()) {
+    terms_->nodes->Suspect(node_id);
+    return node.status();
+  }
+  placement.node = *std::move(node);
+  placement.pool_id = absl::StrCat(terms_->id_prefix, number_, "-", ++epoch_);
+  terms_->leftovers->BeginUse(placement.pool_id);
+  if (absl::Status status = Fill(&placement); !status.ok()) {
+    terms_->nodes->Suspect(node_id);
+    terms_->leftovers->EndUse(placement.pool_id, node_id);
+    return status;
+  }
+  position_ = base_->number;
+  sampler_ = base_->sampler;
+  unanswered_ = 0;
+  preferred_node_ = node_id;
+  LogEvent(LogLevel::kInfo, "shard_placed",
+           {{"pool", terms_->label},
+            {"environments", Environments()},
+            {"node", node_id},
+            {"shard", placement.pool},
+            {"from", absl::StrCat(base_->number)}});
+  absl::MutexLock lock(&mutex_);
+  node_id_ = node_id;
+  stream_ = placement.stream;
+  placement_ = std::move(placement);
+  return absl::OkStatus();
+}
+
+absl::Status Shard::Fill(Placement* placement) {
+  procgen_client::Client* const client = placement->node->client.get();
+  const v1::Limits& limits = placement->node->limits;
+  v1::PoolSpec spec = terms_->spec;
+  spec.set_env_count(range_.count);
+  spec.set_first_environment(spec.first_environment() + range_.first);
+  spec.mutable_lease_duration()->set_seconds(
+      std::min(kLeaseSeconds, limits.lease_duration_max().seconds()));
+  if (base_->sampler != nullptr) {
+    *spec.mutable_level_sampler() = *base_->sampler;
+  }
+  const absl::StatusOr<v1::Pool> pool = client->CreatePool(spec, placement->pool_id);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  placement->pool = pool->name();
+  procgen_client::StreamOptions options;
+  options.requests_in_flight_max = std::min(kRepeatedAhead, limits.requests_in_flight_max());
+  options.response_bytes_max = limits.response_bytes_max();
+  // Whatever breaks ends an epoch; the node need keep no answers.
+  options.reconnect_timeout = absl::ZeroDuration();
+  auto stream = client->Attach(placement->pool, options);
+  if (!stream.ok()) {
+    return stream.status();
+  }
+  placement->stream = *std::move(stream);
+  std::vector<v1::State> states(base_->states.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    states[i].set_environment(static_cast<int32_t>(i));
+    states[i].set_snapshot(base_->states[i]);
+  }
+  return states.empty() ? absl::OkStatus() : client->RestoreStates(placement->pool, states);
+}
+
+absl::Status Shard::Repeat(const LoggedRequest& logged) {
+  if (!logged.states.empty()) {
+    return PutStates(logged);
+  }
+  std::optional<v1::StepPoolRequest> request = CutRequest(logged.request, range_);
+  if (!request.has_value() || request->has_observe()) {
+    return absl::OkStatus();
+  }
+  AskForNoPictures(&*request);
+  procgen_client::StepStream* const stream = placement_->stream.get();
+  if (unanswered_ == stream->requests_in_flight_max()) {
+    if (absl::Status status = stream->Receive(&answer_); !status.ok()) {
+      return status;
+    }
+    --unanswered_;
+  }
+  ++unanswered_;
+  return stream->Send(*std::move(request)).status();
+}
+
+absl::Status Shard::CarryOut(const LoggedRequest& logged) {
+  if (!logged.states.empty()) {
+    return PutStates(logged);
+  }
+  std::optional<v1::StepPoolRequest> request = CutRequest(logged.request, range_);
+  absl::Status status = ReceiveAll();
+  if (!status.ok() || !request.has_value()) {
+    return status;
+  }
+  procgen_client::StepStream* const stream = placement_->stream.get();
+  if (request->has_step()) {
+    request->mutable_step()->set_response_count_min(stream->pipeline());
+  }
+  return stream->Call(*std::move(request), &answer_);
+}
+
+absl::Status Shard::PutStates(const LoggedRequest& logged) {
+  if (absl::Status status = ReceiveAll(); !status.ok()) {
+    return status;
+  }
+  std::vector<v1::State> states;
+  for (const v1::State& state : logged.states) {
+    if (state.environment() >= range_.first && state.environment() < range_.first + range_.count) {
+      states.push_back(state);
+      states.back().set_environment(state.environment() - range_.first);
+    }
+  }
+  return states.empty() ? absl::OkStatus()
+                        : placement_->node->client->RestoreStates(placement_->pool, states);
+}
+
+absl::Status Shard::ReceiveAll() {
+  for (; unanswered_ > 0; --unanswered_) {
+    if (absl::Status status = placement_->stream->Receive(&answer_); !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+void Shard::Lose(const absl::Status& why) {
+  if (!placement_.has_value()) {
+    LogEvent(LogLevel::kDebug, "shard_waits",
+             {{"pool", terms_->label},
+              {"environments", Environments()},
+              {"message", std::string(why.message())}});
+    return;
+  }
+  const std::string& node_id = placement_->node->node_id;
+  terms_->metrics->AddFleetMove();
+  LogEvent(LogLevel::kWarning, "shard_lost",
+           {{"pool", terms_->label},
+            {"environments", Environments()},
+            {"node", node_id},
+            {"code", absl::StatusCodeToString(why.code())},
+            {"message", std::string(why.message())}});
+  terms_->nodes->Suspect(node_id);
+  Leave();
+}
+
+void Shard::Leave() {
+  if (!placement_.has_value()) {
+    return;
+  }
+  {
+    absl::MutexLock lock(&mutex_);
+    node_id_.clear();
+    stream_ = nullptr;
+  }
+  placement_->stream->Cancel();
+  const std::string pool_id = placement_->pool_id;
+  const std::string node_id = placement_->node->node_id;
+  placement_.reset();
+  terms_->leftovers->EndUse(pool_id, node_id);
+}
+
+void Shard::PromoteBase(int64_t number) {
+  // All shards have done what was before `number`, so nobody will go back beyond that, but to
+  // answer again.
+  if (next_base_ == nullptr || next_base_->number + terms_->answers_kept >= number ||
+      !pictures_since_next_.IsComplete()) {
+    return;
+  }
+  base_ = std::move(next_base_);
+  next_base_ = nullptr;
+  if (terms_->on_base != nullptr) {
+    terms_->on_base(range_, base_);
+  }
+  base_number_ = base_->number;
+}
+
+void Shard::SaveBase() {
+  const bool is_due = position_ - base_->number >= terms_->options->snapshot_requests ||
+                      (position_ > base_->number &&
+                       terms_->log->BytesAfter(base_->number) >= terms_->options->snapshot_bytes);
+  if (!is_due || next_base_ != nullptr || !placement_.has_value()) {
+    return;
+  }
+  auto states = placement_->node->client->SaveStates(placement_->pool, {},
+                                                     placement_->node->limits.response_bytes_max());
+  if (!states.ok()) {
+    return;  // it will be asked for something soon, and find out
+  }
+  ShardBase base = {position_, {}, sampler_};
+  for (v1::State& state : *states) {
+    base.states.push_back(std::move(*state.mutable_snapshot()));
+  }
+  next_base_ = std::make_shared<const ShardBase>(std::move(base));
+  pictures_since_next_.Clear();
+}
+
+}  // namespace procgen

@@ -1,0 +1,35 @@
+#include "server/fleet_flags.h"
+
+#include <string>
+
+#include "absl/flags/flag.h"
+#include "absl/time/time.h"
+
+ABSL_FLAG(bool, fleet, false,
+          "spread pools over the nodes of --cluster, in place of stepping them here");
+ABSL_FLAG(std::string, state_dir, "",
+          "folder where a --fleet keeps its pools, so that it goes on with them when it is started "
+          "again; one process at a time. Empty: they end with it");
+ABSL_FLAG(absl::Duration, fleet_wait_max, procgen::FleetOptions().wait_max,
+          "how long a request waits for nodes that can carry it out; then its stream ends");
+ABSL_FLAG(std::string, fleet_ca, "",
+          "PEM file of the certificates that vouch for the nodes, which are spoken to in TLS. "
+          "Empty: in plain text");
+ABSL_FLAG(std::string, fleet_certificate, "", "PEM file of the certificate that nodes are shown");
+ABSL_FLAG(std::string, fleet_key, "", "PEM file of the key of --fleet_certificate");
+ABSL_FLAG(std::string, fleet_token, "", "file with the token that nodes are shown. Empty: none");
+
+namespace procgen {
+
+void ReadFleetFlags(Config* config) {
+  config->is_fleet = absl::GetFlag(FLAGS_fleet);
+  config->state_dir = absl::GetFlag(FLAGS_state_dir);
+  FleetOptions& fleet = config->fleet;
+  fleet.wait_max = absl::GetFlag(FLAGS_fleet_wait_max);
+  fleet.credentials = {.ca = absl::GetFlag(FLAGS_fleet_ca),
+                       .certificate = absl::GetFlag(FLAGS_fleet_certificate),
+                       .key = absl::GetFlag(FLAGS_fleet_key),
+                       .token = absl::GetFlag(FLAGS_fleet_token)};
+}
+
+}  // namespace procgen

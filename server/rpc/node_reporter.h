@@ -1,0 +1,53 @@
+#ifndef SERVER_RPC_NODE_REPORTER_H_
+#define SERVER_RPC_NODE_REPORTER_H_
+
+#include <cstdint>
+#include <functional>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/time.h"
+#include "server/cluster/cluster.h"
+#include "server/cluster/node_status.h"
+
+namespace procgen {
+
+// Tells a cluster how this server is: at once, then each second, and whenever somebody asks for it.
+// Threads: any method from any thread.
+class NodeReporter {
+ public:
+  // How a server stands; steps_per_second is not filled.
+  struct Standing {
+    NodeStatus status;
+    int64_t step_count = 0;  // environment steps since the start
+  };
+
+  // Asks `standing` until this ends; it must not block for long. `cluster` must outlive this.
+  NodeReporter(Cluster* cluster, std::function<Standing()> standing);
+  // No more is told then.
+  ~NodeReporter();
+  NodeReporter(const NodeReporter&) = delete;
+  NodeReporter& operator=(const NodeReporter&) = delete;
+
+  // Tells how the server is now. Returns when it is told.
+  void ReportNow();
+
+ private:
+  void ReportUntilStopped();
+  void Report(bool measures) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  Cluster* const cluster_;
+  const std::function<Standing()> standing_;
+  absl::Notification stopped_;
+  absl::Mutex mutex_;  // held while it is told, so that the last word is the latest
+  int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;
+  absl::Time measured_at_ ABSL_GUARDED_BY(mutex_);
+  double steps_per_second_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_NODE_REPORTER_H_

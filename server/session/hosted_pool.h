@@ -1,0 +1,106 @@
+#ifndef SERVER_SESSION_HOSTED_POOL_H_
+#define SERVER_SESSION_HOSTED_POOL_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+#include "server/encoding/compressor.h"
+#include "server/session/request.h"
+
+namespace procgen {
+
+// The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of
+// a fleet.
+//
+// No call blocks. Each that ends with `done` calls it once, on another thread or, with an error, on
+// the calling one; what spans refer to must stay valid until then.
+// Threads: one call at a time, on any thread; the next begins after `done`. It may go in `done`.
+class HostedPool {
+ public:
+  using Done = absl::AnyInvocable<void(absl::Status)>;
+  // Is handed a snapshot of an environment; false: no more are wanted.
+  using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
+
+  virtual ~HostedPool() = default;
+
+  // It was deleted, or its lease has run out: what is kept of it beyond this process need not be
+  // kept any longer. Threads: any, at any time.
+  virtual void Discard() {}
+
+  virtual const PoolOptions& options() const = 0;
+  int32_t env_count() const { return options().env_count; }
+  // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
+  // EpisodeEnd::kDisabled. REQUIRES: an index in the pool, and that no call runs.
+  virtual bool AwaitsReset(int32_t environment) const = 0;
+
+  // Tells a whole request before its parts are carried out, from the first to the last, so that who
+  // is far away can begin with all of it. `first_part`: no part asks for arrays that this one has
+  // not. `request` must stay valid until its last part is done, or one has failed.
+  virtual void BeginRequest(const Request& request, const Batch& first_part) = 0;
+  // As Pool::StepAsync, of a part of the request that has begun.
+  virtual void StepAsync(const StepInput& part, const Batch& batch, Done done) = 0;
+  // As those of Pool.
+  virtual void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) = 0;
+  virtual void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) = 0;
+  virtual void RestoreStates(std::vector<StateToRestore> states, Done done) = 0;
+  virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
+  // Pool::Render of several environments; `frames`: one for each.
+  virtual void Render(absl::Span<const int32_t> environments, int32_t side_px,
+                      std::vector<absl::Span<uint8_t>> frames, Done done) = 0;
+};
+
+// How a pool is kept, and how its batches travel, besides what it is made of.
+struct PoolTerms {
+  absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
+  // Of its observations; none: they are sent as they are drawn.
+  std::optional<Compression> compression = std::nullopt;
+  // Batches are written where learners map them; then without compression.
+  bool shares_memory = false;
+};
+
+// A pool that is to be made.
+struct PoolOrder {
+  std::string owner;
+  std::string name;
+  PoolOptions options;
+  PoolTerms terms;
+};
+
+// A pool that goes on where an earlier process had it.
+struct ResumedPool {
+  PoolOrder order;
+  std::unique_ptr<HostedPool> pool;
+  int64_t next_sequence_number = 1;
+  // The last requests that were accepted, serialised as they were sent. The pool stands before the
+  // first of them; whoever has it carries them out `again`, since learners may ask for the answers.
+  std::vector<std::string> requests;
+};
+
+// Where the pools of a server are made. Threads: any method from any thread.
+class PoolHost {
+ public:
+  using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::unique_ptr<HostedPool>>)>;
+
+  virtual ~PoolHost() = default;
+
+  // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
+  // keeps the host from having it.
+  virtual void Create(const PoolOrder& order, CreateDone done) = 0;
+  // The pools that earlier processes left here; once.
+  virtual std::vector<ResumedPool> TakeResumed() { return {}; }
+  // Threads that step environments.
+  virtual int32_t worker_count() const = 0;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_HOSTED_POOL_H_

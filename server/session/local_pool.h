@@ -1,0 +1,55 @@
+#ifndef SERVER_SESSION_LOCAL_POOL_H_
+#define SERVER_SESSION_LOCAL_POOL_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+#include "server/session/hosted_pool.h"
+#include "server/session/side_crew.h"
+
+namespace procgen {
+
+// A pool of this process: stepped by its crew, and what takes long besides by the side crew.
+class LocalPool final : public HostedPool {
+ public:
+  // `side_crew` must outlive this.
+  LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew);
+
+  const PoolOptions& options() const override { return pool_->options(); }
+  bool AwaitsReset(int32_t environment) const override { return pool_->AwaitsReset(environment); }
+  void BeginRequest(const Request& /*request*/, const Batch& /*first_part*/) override {}
+  void StepAsync(const StepInput& part, const Batch& batch, Done done) override;
+  void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override;
+  void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
+  void RestoreStates(std::vector<StateToRestore> states, Done done) override;
+  void CloneStates(std::vector<StateToClone> pairs, Done done) override;
+  void Render(absl::Span<const int32_t> environments, int32_t side_px,
+              std::vector<absl::Span<uint8_t>> frames, Done done) override;
+
+ private:
+  const std::unique_ptr<Pool> pool_;
+  SideCrew* const side_crew_;
+};
+
+// Makes pools in this process, which share one crew.
+class LocalPoolHost final : public PoolHost {
+ public:
+  // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  // `side_crew` must outlive this and its pools.
+  LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art, SideCrew* side_crew);
+
+  void Create(const PoolOrder& order, CreateDone done) override;
+  int32_t worker_count() const override { return crew_->thread_count(); }
+
+ private:
+  const std::shared_ptr<Crew> crew_;
+  const std::shared_ptr<const SharedArt> art_;
+  SideCrew* const side_crew_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_LOCAL_POOL_H_

@@ -1,0 +1,118 @@
+// procgen-benchmark-fleet: a fleet beside one server, and how long it pauses when a node dies.
+// README.md beside this file says what the figures mean.
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+#include "tests/benchmark/benchmark_run.h"
+#include "tests/benchmark/cost.h"
+#include "tests/benchmark/remote_learner.h"
+#include "tests/benchmark/time_now.h"
+#include "tests/service/server_process.h"
+#include "tests/service/test_fleet.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kEnvCount = 256;
+constexpr absl::Duration kRoundTime = absl::Milliseconds(300);
+// Steps between two deaths: beyond the middle of what is repeated on average.
+constexpr int kStepsBetweenDeaths = 200;
+
+std::string NodeName(int number) { return absl::StrCat("n", number); }
+
+// A fleet of so many nodes and one server, which step the same by turns.
+void RunRate(int node_count, benchmark::State& state) {
+  ServerProcess single({"--address=127.0.0.1:0", "--log_level=error"});
+  TestFleet fleet;
+  for (int i = 0; i < node_count; ++i) {
+    fleet.StartNode(NodeName(i), {"--workers=0"});
+  }
+  fleet.StartFleet(static_cast<size_t>(node_count));
+  auto alone = RemoteLearner::Start(single.Address(), {.env_count = kEnvCount});
+  auto spread = RemoteLearner::Start(fleet.address(), {.env_count = kEnvCount});
+  absl::Status status = alone.status();
+  status.Update(spread.status());
+  Cost alone_cost;
+  Cost spread_cost;
+  for ([[maybe_unused]] const auto iteration : state) {
+    if (!status.ok()) {
+      break;
+    }
+    status = alone_cost.MeasureRound(kRoundTime, [&] { return (*alone)->Step(); });
+    status.Update(spread_cost.MeasureRound(kRoundTime, [&] { return (*spread)->Step(); }));
+    state.SetIterationTime(absl::ToDoubleSeconds(2 * kRoundTime));
+  }
+  if (!status.ok()) {
+    state.SkipWithError(status.ToString().c_str());
+    return;
+  }
+  state.counters["single_ratio"] = absl::FDivDuration(alone_cost.wall, spread_cost.wall);
+  state.counters["items_per_second"] = kEnvCount / absl::ToDoubleSeconds(spread_cost.wall);
+}
+
+// Of three nodes one is killed, and another started in its place, each time.
+void RunPause(benchmark::State& state) {
+  TestFleet fleet;
+  int started = 0;
+  for (; started < 3; ++started) {
+    fleet.StartNode(NodeName(started));
+  }
+  fleet.StartFleet(3);
+  auto learner = RemoteLearner::Start(fleet.address(), {.env_count = kEnvCount});
+  absl::Status status = learner.status();
+  std::vector<absl::Duration> pauses;
+  for ([[maybe_unused]] const auto iteration : state) {
+    if (!status.ok()) {
+      break;
+    }
+    fleet.StartNode(NodeName(started++));
+    std::vector<absl::Duration> steps;
+    for (int i = 0; i < kStepsBetweenDeaths && status.ok(); ++i) {
+      const absl::Duration begin = TimeNow(TimeKind::kWall);
+      status = (*learner)->Step();
+      steps.push_back(TimeNow(TimeKind::kWall) - begin);
+    }
+    std::nth_element(steps.begin(), steps.begin() + kStepsBetweenDeaths / 2, steps.end());
+    const absl::Duration usual = steps[kStepsBetweenDeaths / 2];
+    fleet.KillNode(NodeName(started - 3));
+    const absl::Duration begin = TimeNow(TimeKind::kWall);
+    if (status.ok()) {
+      status = (*learner)->Step();
+    }
+    const absl::Duration pause = TimeNow(TimeKind::kWall) - begin - usual;
+    pauses.push_back(pause);
+    state.SetIterationTime(absl::ToDoubleSeconds(pause));
+  }
+  if (!status.ok()) {
+    state.SkipWithError(status.ToString().c_str());
+    return;
+  }
+  std::sort(pauses.begin(), pauses.end());
+  state.counters["pause_p50_ms"] = absl::ToDoubleMilliseconds(pauses[pauses.size() / 2]);
+  state.counters["pause_max_ms"] = absl::ToDoubleMilliseconds(pauses.back());
+}
+
+void RegisterAll() {
+  for (const int node_count : {1, 2, 3}) {
+    benchmark::RegisterBenchmark(
+        absl::StrCat("fleet/rate/nodes:", node_count).c_str(),
+        [node_count](benchmark::State& state) { RunRate(node_count, state); })
+        ->Iterations(7)
+        ->UseManualTime();
+  }
+  benchmark::RegisterBenchmark("fleet/pause/nodes:3", RunPause)->Iterations(15)->UseManualTime();
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  return procgen::RunBenchmarks(argc, argv, 1.0, procgen::RegisterAll);
+}

@@ -1,0 +1,281 @@
+"""The overlays of deploy/kubernetes: what kubectl makes of them holds together.
+
+No cluster is asked: kubectl renders, and the rest is compared with the server's flags and health.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import grpc
+import pytest
+import server_flags
+import yaml
+
+from procgen_client import ServerProcess
+
+_FOLDER = Path(__file__).resolve().parents[2] / "deploy" / "kubernetes"
+_OVERLAYS = sorted(path.name for path in (_FOLDER / "overlays").iterdir())
+_DDS_PORT = 7400  # Of domain 0; each further domain has the next 250.
+_NODES_OF_HOST_MAX = 32  # As server/cluster has it.
+
+
+class Overlay:
+    """The objects that an overlay renders to."""
+
+    def __init__(self, name: str) -> None:
+        result = subprocess.run(
+            ["kubectl", "kustomize", _FOLDER / "overlays" / name],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert result.returncode == 0, result.stderr
+        self.name = name
+        self.objects: list[dict[str, Any]] = list(yaml.safe_load_all(result.stdout))
+
+    def of_kind(self, kind: str) -> list[dict[str, Any]]:
+        """All objects of a kind."""
+        return [each for each in self.objects if each["kind"] == kind]
+
+    def named(self, kind: str, name: str) -> dict[str, Any]:
+        """The one of a kind with a name."""
+        (found,) = [each for each in self.of_kind(kind) if each["metadata"]["name"] == name]
+        return found
+
+    def workloads(self) -> list[dict[str, Any]]:
+        """What makes pods."""
+        return self.of_kind("StatefulSet") + self.of_kind("Deployment")
+
+    def matching(self, labels: dict[str, str]) -> list[dict[str, Any]]:
+        """The workloads whose pods have all of `labels`."""
+        return [each for each in self.workloads() if labels.items() <= pod_labels(each).items()]
+
+    def flags(self, server: dict[str, Any]) -> list[str]:
+        """What the server of a StatefulSet is started with."""
+        files = {}
+        for volume in pod(server)["volumes"]:
+            if "configMap" in volume:
+                data = self.named("ConfigMap", volume["configMap"]["name"])["data"]
+                folder = mount_paths(server)[volume["name"]]
+                files |= {f"{folder}/{file}": text for file, text in data.items()}
+        arguments = container(server)["args"]
+        variables = {each["name"]: f"{each['name'].lower()}" for each in container(server)["env"]}
+        for name, value in variables.items():
+            arguments = [each.replace(f"$({name})", value) for each in arguments]
+        return server_flags.expand(arguments, files)
+
+
+def pod(workload: dict[str, Any]) -> dict[str, Any]:
+    return workload["spec"]["template"]["spec"]
+
+
+def pod_labels(workload: dict[str, Any]) -> dict[str, str]:
+    return workload["spec"]["template"]["metadata"]["labels"]
+
+
+def container(workload: dict[str, Any]) -> dict[str, Any]:
+    (only,) = pod(workload)["containers"]
+    return only
+
+
+def ports(workload: dict[str, Any]) -> dict[str, int]:
+    return {each["name"]: each["containerPort"] for each in container(workload).get("ports", [])}
+
+
+def mount_paths(workload: dict[str, Any]) -> dict[str, str]:
+    return {each["name"]: each["mountPath"] for each in container(workload)["volumeMounts"]}
+
+
+def probes(workload: dict[str, Any]) -> list[dict[str, Any]]:
+    kinds = ("startupProbe", "readinessProbe", "livenessProbe")
+    return [container(workload)[kind] for kind in kinds]
+
+
+def port_of(address: str) -> int:
+    return int(address.rpartition(":")[2])
+
+
+@pytest.fixture(scope="module", params=_OVERLAYS)
+def overlay(request: pytest.FixtureRequest) -> Overlay:
+    if shutil.which("kubectl") is None:
+        pytest.skip("there is no kubectl")
+    return Overlay(request.param)
+
+
+@pytest.fixture(scope="module")
+def health() -> Iterator[grpc.UnaryUnaryMultiCallable]:
+    """Asks a running server how a service of it is, as bytes: 0801 is SERVING."""
+    with ServerProcess() as server, grpc.insecure_channel(server.address) as channel:
+        yield channel.unary_unary("/grpc.health.v1.Health/Check")
+
+
+def test_selectors_match_pods(overlay: Overlay) -> None:
+    for workload in overlay.workloads():
+        assert workload in overlay.matching(workload["spec"]["selector"]["matchLabels"])
+    for service in overlay.of_kind("Service"):
+        assert overlay.matching(service["spec"]["selector"])
+    for budget in overlay.of_kind("PodDisruptionBudget"):
+        assert len(overlay.matching(budget["spec"]["selector"]["matchLabels"])) == 1
+    for policy in overlay.of_kind("NetworkPolicy"):
+        assert overlay.matching(policy["spec"]["podSelector"]["matchLabels"])
+    for workload in overlay.workloads():
+        terms = pod(workload).get("affinity", {}).get("podAntiAffinity", {})
+        for term in terms.get("preferredDuringSchedulingIgnoredDuringExecution", []):
+            labels = term["podAffinityTerm"]["labelSelector"]["matchLabels"]
+            assert overlay.matching(labels) == [workload]
+        for constraint in pod(workload).get("topologySpreadConstraints", []):
+            assert overlay.matching(constraint["labelSelector"]["matchLabels"]) == [workload]
+
+
+def test_learners_reach_the_fleet_server_and_nobody_else(overlay: Overlay) -> None:
+    service = overlay.named("Service", "procgen")
+    (fleet,) = overlay.matching(service["spec"]["selector"])
+    assert "fleet" in server_flags.values(overlay.flags(fleet))
+    (port,) = service["spec"]["ports"]
+    assert port["targetPort"] in ports(fleet)
+    for learner in overlay.of_kind("Deployment"):
+        assert f"--server=procgen:{port['port']}" in container(learner)["args"]
+        rules = overlay.named("NetworkPolicy", "procgen-fleet")["spec"]["ingress"]
+        sources = [peer["podSelector"]["matchLabels"] for rule in rules for peer in rule["from"]]
+        assert any(labels.items() <= pod_labels(learner).items() for labels in sources)
+
+
+def test_pods_of_the_cluster_have_names_that_flags_and_services_agree_on(overlay: Overlay) -> None:
+    for server in overlay.of_kind("StatefulSet"):
+        headless = overlay.named("Service", server["spec"]["serviceName"])
+        assert headless["spec"]["clusterIP"] == "None"
+        assert headless["spec"]["publishNotReadyAddresses"] is True
+        assert server in overlay.matching(headless["spec"]["selector"])
+        flags = server_flags.values(overlay.flags(server))
+        name = headless["metadata"]["name"]
+        assert flags["cluster_peers"] == name
+        # Certificates have no wildcard for a name of two parts, so it is told in full.
+        host = f"pod_name.{name}.pod_namespace.svc"
+        assert flags["advertised_address"] == f"{host}:{port_of(flags['address'])}"
+        assert flags["node_id"] == "pod_name"
+
+
+def test_ports_agree_with_flags(overlay: Overlay) -> None:
+    for server in overlay.of_kind("StatefulSet"):
+        flags = server_flags.values(overlay.flags(server))
+        assert ports(server)["grpc"] == port_of(flags["address"])
+        assert ports(server)["metrics"] == port_of(flags["metrics_address"])
+        annotations = server["spec"]["template"]["metadata"]["annotations"]
+        assert int(annotations["prometheus.io/port"]) == ports(server)["metrics"]
+        for probe in probes(server):
+            (how,) = [probe[kind] for kind in ("grpc", "tcpSocket", "httpGet") if kind in probe]
+            expected = "metrics" if "httpGet" in probe else "grpc"
+            assert how["port"] in (expected, ports(server)[expected])
+
+
+def test_the_network_policy_lets_through_what_the_flags_speak(overlay: Overlay) -> None:
+    policy = overlay.named("NetworkPolicy", "procgen-cluster")["spec"]
+    for server in overlay.of_kind("StatefulSet"):
+        assert server in overlay.matching(policy["podSelector"]["matchLabels"])
+        domain = int(server_flags.values(overlay.flags(server)).get("cluster_domain", 0))
+        dds = _DDS_PORT + 250 * domain
+        for direction in ("ingress", "egress"):
+            allowed = [port for rule in policy[direction] for port in rule["ports"]]
+            assert {"port": ports(server)["grpc"]} in allowed
+            (udp,) = [port for port in allowed if "endPort" in port]
+            assert udp["protocol"] == "UDP"
+            assert udp["port"] <= dds
+            assert udp["endPort"] >= dds + 10 + 2 * (_NODES_OF_HOST_MAX - 1) + 1
+        assert {"port": ports(server)["metrics"]} in [
+            port for rule in policy["ingress"] for port in rule["ports"]
+        ]
+
+
+def test_grpc_probes_name_services_that_are_healthy(
+    overlay: Overlay, health: grpc.UnaryUnaryMultiCallable
+) -> None:
+    for server in overlay.of_kind("StatefulSet"):
+        secured = "tls_certificate" in server_flags.values(overlay.flags(server))
+        for probe in probes(server):
+            assert ("grpc" in probe) != secured  # They speak no TLS.
+            if "grpc" in probe:
+                name = probe["grpc"]["service"].encode()
+                assert health(b"\x0a" + bytes([len(name)]) + name) == b"\x08\x01"
+
+
+def test_what_is_mounted_is_there(overlay: Overlay) -> None:
+    readme = (_FOLDER / "README.md").read_text()
+    for server in overlay.of_kind("StatefulSet"):
+        claims = server["spec"].get("volumeClaimTemplates", [])
+        volumes = {each["name"]: each for each in pod(server)["volumes"]}
+        assert set(mount_paths(server)) == {*volumes, *(c["metadata"]["name"] for c in claims)}
+        for volume in volumes.values():
+            if "configMap" in volume:
+                assert overlay.named("ConfigMap", volume["configMap"]["name"])
+            else:  # Made by hand, as the guide says.
+                name = volume["secret"]["secretName"]
+                assert re.search(rf"kubectl .*create secret \S+ {name} ", readme), name
+        flags = server_flags.values(overlay.flags(server))
+        assert all(path_is_mounted(server, path) for path in flags.values() if path[:1] == "/")
+
+
+def path_is_mounted(server: dict[str, Any], path: str) -> bool:
+    """Whether a volume has `path`; and if a secret should, whether the guide puts it there."""
+    readme = (_FOLDER / "README.md").read_text()
+    volumes = {each["name"]: each for each in pod(server)["volumes"]}
+    for name, folder in mount_paths(server).items():
+        if Path(path) == Path(folder):
+            return True
+        if Path(path).parent == Path(folder):
+            secret = volumes[name]["secret"]["secretName"]
+            return re.search(rf"{secret} .*--from-file={Path(path).name}[=\s]", readme) is not None
+    return False
+
+
+def test_workers_and_patience_fit_what_pods_ask_for(overlay: Overlay) -> None:
+    for server in overlay.of_kind("StatefulSet"):
+        flags = server_flags.values(overlay.flags(server))
+        if "workers" in flags:
+            assert flags["workers"] == container(server)["resources"]["requests"]["cpu"]
+        page = 2  # Seconds that the page of metrics takes to end.
+        drain = server_flags.seconds(flags["drain_deadline"])
+        assert pod(server)["terminationGracePeriodSeconds"] >= drain + page + 5
+
+
+def test_the_autoscaler_scales_what_is_there(overlay: Overlay) -> None:
+    (scaler,) = overlay.of_kind("HorizontalPodAutoscaler")
+    target = overlay.named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"])
+    assert "replicas" not in target["spec"]  # Or each `kubectl apply` would undo what it did.
+    assert "cpu" in container(target)["resources"]["requests"]  # It counts in shares of that.
+    assert 3 <= scaler["spec"]["minReplicas"] <= scaler["spec"]["maxReplicas"]
+
+
+def test_pods_may_do_nothing_but_compute_and_listen(overlay: Overlay) -> None:
+    for workload in overlay.workloads():
+        assert pod(workload)["automountServiceAccountToken"] is False
+        assert pod(workload)["securityContext"]["runAsNonRoot"] is True
+        assert pod(workload)["securityContext"]["runAsUser"] == 10001
+        assert container(workload)["securityContext"] == {
+            "allowPrivilegeEscalation": False,
+            "readOnlyRootFilesystem": True,
+            "capabilities": {"drop": ["ALL"]},
+        }
+        assert {"requests", "limits"} <= container(workload)["resources"].keys()
+
+
+def test_in_production_nobody_is_let_in_unasked() -> None:
+    if shutil.which("kubectl") is None:
+        pytest.skip("there is no kubectl")
+    production = Overlay("production")
+    for server in production.of_kind("StatefulSet"):
+        flags = server_flags.values(production.flags(server))
+        assert {"tls_certificate", "tls_key", "tokens"} <= flags.keys()
+        if "fleet" in flags:  # It comes to the nodes as a client.
+            assert {"fleet_ca", "fleet_token"} <= flags.keys()
+
+
+@pytest.mark.parametrize("name", ["procgen-node", "procgen-fleet"])
+def test_the_server_takes_all_flags(overlay: Overlay, name: str) -> None:
+    server = overlay.named("StatefulSet", name)
+    assert server_flags.complaint(overlay.flags(server)) == ""

@@ -1,0 +1,166 @@
+"""The Debian package: installed, served from and purged, on a file system that is thrown away."""
+
+from __future__ import annotations
+
+import configparser
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from throwaway_root import NotPermittedError, ThrowawayRoot
+
+from procgen_client import Client
+
+_PACKAGES = Path(os.environ["PROCGEN_PACKAGES"])
+_UNIT = Path("usr/lib/systemd/system/procgen-server.service")
+_FLAGS = Path("etc/procgen-server/server.flags")
+_EXPOSURE_MAX = 20  # Of 100, as systemd-analyze counts what a unit may do.
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> ThrowawayRoot:
+    """A file system with the packages in its /tmp, and none installed."""
+    try:
+        made = ThrowawayRoot(tmp_path_factory.mktemp("throwaway"))
+    except NotPermittedError as error:
+        pytest.skip(str(error))
+    for name in ("procgen-server", "procgen-server-dev"):
+        (package,) = _PACKAGES.glob(f"{name}_*.deb")
+        shutil.copy(package, made.path / "tmp" / f"{name}.deb")
+        made.run("dpkg", "--purge", name)
+    return made
+
+
+@pytest.fixture
+def installed(root: ThrowawayRoot) -> Iterator[ThrowawayRoot]:
+    """One with the server's package installed."""
+    result = root.run("dpkg", "--install", "/tmp/procgen-server.deb")
+    assert result.returncode == 0, result.stderr
+    yield root
+    root.run("dpkg", "--purge", "procgen-server")
+
+
+def unit(root: ThrowawayRoot) -> configparser.SectionProxy:
+    parser = configparser.ConfigParser(strict=False, interpolation=None)
+    parser.optionxform = str
+    parser.read(root.path / _UNIT)
+    return parser["Service"]
+
+
+def service(root: ThrowawayRoot) -> subprocess.Popen[str]:
+    """What systemd would start, as the user that it would start it as."""
+    section = unit(root)
+    return root.start(*shlex.split(section["ExecStart"]), user=section["User"])
+
+
+def await_address(process: subprocess.Popen[str]) -> str:
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if match := re.match(r"listening on (\S+)", line):
+            return match.group(1)
+    raise AssertionError("".join(lines))
+
+
+def seconds(text: str) -> float:
+    return float(re.fullmatch(r"(\d+)s", text).group(1))
+
+
+def test_the_installed_service_serves_and_stops(installed: ThrowawayRoot) -> None:
+    process = service(installed)
+    try:
+        with Client(await_address(process)) as client, client.create_pool("coinrun", 2) as pool:
+            assert pool.step([7, 7]).observations.shape == (2, 64, 64, 3)
+        view = installed.run("procgen-top", "--once", "--interval=100ms")
+        assert view.stdout.startswith("procgen-server "), view.stderr
+        with urllib.request.urlopen("http://127.0.0.1:9464/metrics") as page:
+            assert b'procgen_steps_total{game="coinrun"' in page.read()
+    finally:
+        process.terminate()
+    assert process.wait(timeout=seconds(unit(installed)["TimeoutStopSec"])) == 0
+
+
+def test_the_service_is_nobody_else(installed: ThrowawayRoot) -> None:
+    entry = installed.run("getent", "passwd", unit(installed)["User"]).stdout.strip().split(":")
+    assert int(entry[2]) not in (0, 65534)
+    assert entry[6] == "/usr/sbin/nologin"
+
+
+def test_learners_of_the_services_user_share_its_memory(installed: ThrowawayRoot) -> None:
+    process = service(installed)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:  # As the service's user, since nobody else may open the files.
+        try:
+            os.setuid(int(installed.run("id", "-u", unit(installed)["User"]).stdout))
+            with Client(await_address(process)) as client:
+                with client.create_pool("maze", 2, transport="shared_memory") as pool:
+                    os.write(writer, b"%d" % np.count_nonzero(pool.observe().observations))
+        finally:
+            os._exit(0)
+    os.close(writer)
+    try:
+        assert int(os.read(reader, 32)) > 1000
+    finally:
+        os.waitpid(child, 0)
+        process.terminate()
+        process.wait()
+
+
+def test_a_drain_ends_before_systemd_loses_its_patience(installed: ThrowawayRoot) -> None:
+    flags = (installed.path / _FLAGS).read_text()
+    drain = seconds(re.search(r"^--drain_deadline=(\S+)$", flags, re.MULTILINE).group(1))
+    page = 2  # What the page of metrics takes to end.
+    assert seconds(unit(installed)["TimeoutStopSec"]) >= drain + page + 5
+
+
+def test_the_unit_is_sound_and_may_do_little(installed: ThrowawayRoot) -> None:
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("there is no systemd-analyze")
+    verified = installed.run("systemd-analyze", "verify", f"/{_UNIT}")
+    assert (verified.returncode, verified.stderr) == (0, "")
+    exposure = installed.run(
+        *("systemd-analyze", "security", "--offline=true"),
+        *(f"--threshold={_EXPOSURE_MAX}", f"/{_UNIT}"),
+    )
+    assert exposure.returncode == 0, exposure.stdout
+
+
+def test_changed_flags_outlive_an_upgrade_and_a_removal(installed: ThrowawayRoot) -> None:
+    flags = installed.path / _FLAGS
+    flags.write_text("--address=127.0.0.1:50060\n")
+    for command in (["--install", "/tmp/procgen-server.deb"], ["--remove", "procgen-server"]):
+        assert installed.run("dpkg", *command).returncode == 0
+        assert flags.read_text() == "--address=127.0.0.1:50060\n"
+    assert not (installed.path / "usr/bin/procgen-server").exists()
+
+
+def test_a_purge_leaves_nothing(installed: ThrowawayRoot) -> None:
+    state = installed.path / "var/lib/procgen-server"
+    state.mkdir()
+    (state / "pool").touch()
+    result = installed.run("dpkg", "--purge", "procgen-server")
+    assert (result.returncode, result.stderr) == (0, "")
+    left = [*installed.path.glob("etc/procgen*"), *installed.path.glob("usr/*/procgen*"), state]
+    assert [path for path in left if path.exists()] == []
+
+
+def test_the_development_package_has_the_protos_and_the_library(root: ThrowawayRoot) -> None:
+    result = root.run("dpkg", "--install", "/tmp/procgen-server-dev.deb")
+    assert result.returncode == 0, result.stderr
+    protos = "/usr/share/procgen-server/proto"
+    names = [path.name for path in (root.path / protos[1:] / "procgen/v1").iterdir()]
+    generated = root.run(
+        "protoc", f"--proto_path={protos}", "--python_out=/tmp", *(f"procgen/v1/{n}" for n in names)
+    )
+    assert (generated.returncode, generated.stderr) == (0, "")
+    loaded = root.run("ldd", "/usr/lib/procgen/libenv.so")
+    assert loaded.returncode == 0
+    assert "not found" not in loaded.stdout

@@ -1,0 +1,54 @@
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/cluster/cluster.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(AloneTest, ANodeAloneKnowsItself) {
+  const auto alone = Cluster::Alone("a");
+  EXPECT_EQ(alone->name(), "");
+  EXPECT_THAT(alone->Nodes(), IsEmpty());
+  NodeStatus status;
+  status.pool_count = 3;
+  alone->Publish(status);
+  status.node_id = "a";
+  EXPECT_THAT(alone->Nodes(), ElementsAre(status));
+}
+
+TEST(AloneTest, WhoSubscribedIsToldOfChangesUntilTheSubscriptionGoes) {
+  const auto alone = Cluster::Alone("a");
+  int told = 0;
+  {
+    const Subscription subscription = alone->Subscribe([&] { ++told; });
+    alone->Publish(NodeStatus());
+    alone->Publish(NodeStatus());  // nothing has changed
+    EXPECT_EQ(told, 1);
+    NodeStatus draining;
+    draining.draining = true;
+    alone->Publish(draining);
+    EXPECT_EQ(told, 2);
+  }
+  alone->Publish(NodeStatus());
+  EXPECT_EQ(told, 2);
+}
+
+TEST(AloneTest, PlacementsAreThereUntilTheyAreWithdrawn) {
+  const auto alone = Cluster::Alone("a");
+  PoolPlacement placement;
+  placement.pool = "pools/1";
+  placement.node_id = "b";
+  alone->PublishPlacement(placement);
+  placement.epoch = 2;
+  alone->PublishPlacement(placement);
+  placement.fleet_id = "a";
+  EXPECT_THAT(alone->Placements(), ElementsAre(placement));
+  alone->WithdrawPlacement("pools/1", 0);
+  EXPECT_THAT(alone->Placements(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace procgen

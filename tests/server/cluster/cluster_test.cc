@@ -1,0 +1,288 @@
+// Nodes of clusters, several in this process: each is a participant of its own, and they talk over
+// the loopback interface as processes do.
+
+#include "server/cluster/cluster.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/hash/hash.h"
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/server/cluster/cluster_watch.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// A cluster that no other test has, and ports that few have.
+ClusterOptions Options(const std::string& node_id) {
+  ClusterOptions options;
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  options.name = absl::StrCat("test-", getpid(), "-", absl::Hex(absl::HashOf(test)));
+  options.domain_id = getpid() % 100;
+  options.node_id = node_id;
+  options.address = "127.0.0.1:50051";
+  return options;
+}
+
+std::unique_ptr<Cluster> Join(const ClusterOptions& options) {
+  absl::StatusOr<std::unique_ptr<Cluster>> cluster = Cluster::Join(options);
+  EXPECT_THAT(cluster.status(), IsOk());
+  return *std::move(cluster);
+}
+
+NodeStatus SomeStatus(const std::string& address) {
+  NodeStatus status;
+  status.address = address;
+  status.server_version = "1.2.3";
+  status.role = NodeRole::kFleet;
+  status.environment_capacity = 64;
+  status.environment_count = 32;
+  status.pool_count = 3;
+  status.stream_count = 2;
+  status.worker_count = 4;
+  status.steps_per_second = 1234.5;
+  status.healthy = true;
+  status.draining = true;
+  return status;
+}
+
+std::vector<std::string> IdsOf(const std::vector<NodeStatus>& nodes) {
+  std::vector<std::string> ids;
+  for (const NodeStatus& node : nodes) {
+    ids.push_back(node.node_id);
+  }
+  return ids;
+}
+
+using Ids = std::vector<std::string>;
+
+bool AwaitIds(Cluster* cluster, const Ids& ids, absl::Duration timeout = absl::Seconds(20)) {
+  return ClusterWatch(cluster).Await([&] { return IdsOf(cluster->Nodes()) == ids; }, timeout);
+}
+
+TEST(ClusterTest, ANodeIsThereOnceItHasPublished) {
+  const auto cluster = Join(Options("a"));
+  EXPECT_THAT(cluster->Nodes(), IsEmpty());
+  cluster->Publish(SomeStatus("127.0.0.1:1"));
+  NodeStatus expected = SomeStatus("127.0.0.1:1");
+  expected.node_id = "a";
+  EXPECT_THAT(cluster->Nodes(), ElementsAre(expected));
+}
+
+TEST(ClusterTest, NodesSeeEachOtherAndAllThatTheyTell) {
+  const auto a = Join(Options("a"));
+  const auto b = Join(Options("b"));
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+  EXPECT_TRUE(AwaitIds(b.get(), {"a", "b"}));
+  b->Publish(SomeStatus("127.0.0.1:2"));  // rates reach those alone who are there
+  NodeStatus expected = SomeStatus("127.0.0.1:2");
+  expected.node_id = "b";
+  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return a->Nodes().back() == expected; }));
+}
+
+TEST(ClusterTest, NodesThatComeLaterAreToldWhatWasSaidBefore) {
+  const auto a = Join(Options("a"));
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  PoolPlacement placement;
+  placement.pool = "pools/1";
+  placement.node_id = "a";
+  a->PublishPlacement(placement);
+  const auto b = Join(Options("b"));
+  EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
+  EXPECT_TRUE(ClusterWatch(b.get()).Await([&] { return b->Placements().size() == 1; }));
+}
+
+TEST(ClusterTest, ChangesAreSeen) {
+  const auto a = Join(Options("a"));
+  const auto b = Join(Options("b"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
+  NodeStatus status = SomeStatus("127.0.0.1:3");
+  status.draining = false;
+  b->Publish(status);
+  EXPECT_TRUE(ClusterWatch(a.get()).Await(
+      [&] { return a->Nodes().front().address == "127.0.0.1:3" && !a->Nodes().front().draining; }));
+}
+
+TEST(ClusterTest, ANodeThatLeavesIsGoneAtOnce) {
+  const auto a = Join(Options("a"));
+  auto b = Join(Options("b"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
+  b = nullptr;
+  // Far within its lease and its status' lifespan.
+  EXPECT_TRUE(AwaitIds(a.get(), {}, kNodeLease / 2));
+}
+
+TEST(ClusterTest, ANodeThatPublishesNoMoreIsGoneThoughItLives) {
+  const auto a = Join(Options("a"));
+  const auto b = Join(Options("b"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
+  EXPECT_TRUE(AwaitIds(a.get(), {}));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"b"}));
+}
+
+TEST(ClusterTest, ClustersOfOtherNamesDoNotMeet) {
+  const auto a = Join(Options("a"));
+  ClusterOptions elsewhere = Options("b");
+  elsewhere.name += ".";
+  const auto b = Join(elsewhere);
+  const auto c = Join(Options("c"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  c->Publish(SomeStatus("127.0.0.1:3"));
+  EXPECT_TRUE(AwaitIds(a.get(), {"a", "c"}));
+  EXPECT_THAT(IdsOf(b->Nodes()), ElementsAre("b"));
+}
+
+TEST(ClusterTest, PlacementsAreTheFleetsUntilTheyAreWithdrawnOrItGoes) {
+  const auto a = Join(Options("a"));
+  auto fleet = Join(Options("fleet"));
+  auto rival = Join(Options("rival"));
+  const auto placed = [](const std::string& pool, int32_t shard, int64_t epoch) {
+    PoolPlacement placement;
+    placement.pool = pool;
+    placement.shard = shard;
+    placement.node_id = "a";
+    placement.epoch = epoch;
+    return placement;
+  };
+  const auto of = [](PoolPlacement placement, const std::string& fleet_id) {
+    placement.fleet_id = fleet_id;
+    return placement;
+  };
+  fleet->PublishPlacement(placed("pools/1", 0, 1));
+  fleet->PublishPlacement(placed("pools/1", 1, 1));
+  fleet->PublishPlacement(placed("pools/1", 1, 2));
+  rival->PublishPlacement(placed("pools/1", 1, 1));
+  ClusterWatch watch(a.get());
+  using Placements = std::vector<PoolPlacement>;
+  EXPECT_TRUE(watch.Await([&] {
+    return a->Placements() == Placements{of(placed("pools/1", 0, 1), "fleet"),
+                                         of(placed("pools/1", 1, 2), "fleet"),
+                                         of(placed("pools/1", 1, 1), "rival")};
+  }));
+  fleet->WithdrawPlacement("pools/1", 0);
+  rival = nullptr;
+  EXPECT_TRUE(watch.Await(
+      [&] { return a->Placements() == Placements{of(placed("pools/1", 1, 2), "fleet")}; }));
+  fleet = nullptr;
+  EXPECT_TRUE(watch.Await([&] { return a->Placements().empty(); }));
+}
+
+TEST(ClusterTest, WhoComesLaterIsNotToldOfWhatWasWithdrawn) {
+  const auto fleet = Join(Options("fleet"));
+  PoolPlacement placement;
+  placement.node_id = "a";
+  for (const char* pool : {"pools/1", "pools/2"}) {
+    placement.pool = pool;
+    fleet->PublishPlacement(placement);
+  }
+  fleet->WithdrawPlacement("pools/1", 0);
+  const auto a = Join(Options("a"));
+  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
+  EXPECT_EQ(a->Placements()[0].pool, "pools/2");
+}
+
+TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
+  const auto a = Join(Options("a"));
+  auto before = Join(Options("b"));
+  const auto after = Join(Options("b"));
+  ClusterWatch watch(a.get());
+  const auto await_address = [&](const std::string& address) {
+    return watch.Await([&] { return a->Nodes().size() == 1 && a->Nodes()[0].address == address; });
+  };
+  before->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(await_address("127.0.0.1:2"));
+  after->Publish(SomeStatus("127.0.0.1:3"));
+  EXPECT_TRUE(await_address("127.0.0.1:3"));
+  before = nullptr;
+  after->PublishPlacement(PoolPlacement());  // said after the other has gone
+  EXPECT_TRUE(watch.Await([&] { return !a->Placements().empty(); }));
+  EXPECT_THAT(IdsOf(a->Nodes()), ElementsAre("b"));
+}
+
+TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
+  const auto a = Join(Options("a"));
+  std::atomic<int> told = 0;
+  {
+    const Subscription subscription = a->Subscribe([&] { ++told; });
+    ClusterWatch watch(a.get());
+    a->Publish(SomeStatus("127.0.0.1:1"));
+    EXPECT_TRUE(watch.Await([&] { return told > 0; }));
+  }
+  const int before = told;
+  ClusterWatch watch(a.get());
+  bool asked = false;
+  a->Publish(SomeStatus("127.0.0.1:2"));
+  EXPECT_TRUE(watch.Await([&] { return std::exchange(asked, true); }));
+  EXPECT_EQ(told, before);
+}
+
+TEST(ClusterTest, NobodyIsLostFromSightWherePeersGetOtherAddresses) {
+  const auto b = Join(Options("b"));
+  b->Publish(SomeStatus("127.0.0.1:2"));
+  ClusterOptions options = Options("a");
+  options.peers = {"nodes"};
+  std::atomic<int> asked = 0;
+  const auto a = *Cluster::Join(options, [&](const std::string& host) {
+    EXPECT_EQ(host, "nodes");
+    // More than there are nodes, so some might be there that are not known.
+    return ++asked == 1 ? Ids() : Ids{"127.0.0.1", "127.0.0.2", "127.0.0.3"};
+  });
+  PoolPlacement placement;
+  placement.pool = "pools/1";
+  a->PublishPlacement(placement);
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
+  ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
+  std::atomic<bool> lost = false;
+  const auto look = [&lost](const Cluster& cluster) {
+    lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"} || cluster.Placements().empty();
+  };
+  ASSERT_TRUE(ClusterWatch(b.get()).Await([&] { return !b->Placements().empty(); }));
+  ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
+  const Subscription of_a = a->Subscribe([&] { look(*a); });
+  const Subscription of_b = b->Subscribe([&] { look(*b); });
+  // Asked a third time, it has taken the new addresses.
+  ClusterWatch watch(a.get());
+  NodeStatus status = SomeStatus("127.0.0.1:1");
+  EXPECT_TRUE(watch.Await([&] {
+    ++status.pool_count;
+    a->Publish(status);
+    b->Publish(status);
+    return asked >= 3;
+  }));
+  status.pool_count = 0;
+  a->Publish(status);
+  EXPECT_TRUE(ClusterWatch(b.get()).Await([&] { return b->Nodes()[0].pool_count == 0; }));
+  EXPECT_FALSE(lost);
+}
+
+TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
+  ClusterOptions options = Options("a");
+  options.peers = {"localhost", "no-such-host.invalid"};
+  const auto a = Join(options);
+  options.node_id = "b";
+  const auto b = Join(options);
+  a->Publish(SomeStatus("127.0.0.1:1"));
+  EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
+}
+
+}  // namespace
+}  // namespace procgen

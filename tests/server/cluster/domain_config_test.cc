@@ -1,0 +1,40 @@
+#include "server/cluster/domain_config.h"
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/cluster/cluster.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+TEST(DomainConfigTest, WhoOnlyThisMachineCanReachSpeaksOnLoopback) {
+  for (const char* address : {"127.0.0.1:1", "localhost:1", "unix:/x.sock", "[::1]:1"}) {
+    EXPECT_EQ(InterfaceOf(address), "127.0.0.1") << address;
+  }
+  EXPECT_EQ(InterfaceOf("192.0.2.200:1"), "");  // nobody's
+  EXPECT_EQ(InterfaceOf("example.com:1"), "");
+}
+
+TEST(DomainConfigTest, HostsAreResolvedOrHaveNoAddress) {
+  EXPECT_THAT(ResolveHost("localhost"), Contains("127.0.0.1"));
+  EXPECT_THAT(ResolveHost("10.1.2.3"), Contains("10.1.2.3"));
+  EXPECT_THAT(ResolveHost("no-such-host.invalid"), IsEmpty());
+}
+
+TEST(DomainConfigTest, WhoHasPeersSendsNoMulticast) {
+  ClusterOptions options;
+  options.address = "example.com:1";
+  EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<AllowMulticast>spdp<"));
+  options.peers = {"a"};
+  EXPECT_THAT(DomainConfig(options, {}), HasSubstr("<AllowMulticast>false<"));
+  EXPECT_THAT(DomainConfig(options, {"10.0.0.1"}), HasSubstr("<Peer address=\"10.0.0.1\"/>"));
+  EXPECT_THAT(DomainConfig(options, {"10.0.0.1"}), Not(HasSubstr("NetworkInterface")));
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,50 @@
+#include "server/rpc/node_reporter.h"
+
+#include <atomic>
+#include <memory>
+
+#include "absl/synchronization/mutex.h"
+#include "absl/synchronization/notification.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+TEST(NodeReporterTest, TellsAtOnceAndWhenAsked) {
+  const std::unique_ptr<Cluster> cluster = Cluster::Alone("a");
+  std::atomic<bool> draining = false;
+  NodeReporter reporter(cluster.get(), [&] {
+    NodeReporter::Standing standing;
+    standing.status.draining = draining;
+    return standing;
+  });
+  ASSERT_EQ(cluster->Nodes().size(), 1U);
+  EXPECT_EQ(cluster->Nodes()[0].node_id, "a");
+  EXPECT_FALSE(cluster->Nodes()[0].draining);
+  draining = true;
+  reporter.ReportNow();
+  EXPECT_TRUE(cluster->Nodes()[0].draining);
+}
+
+TEST(NodeReporterTest, MeasuresTheRateOfSteps) {
+  const std::unique_ptr<Cluster> cluster = Cluster::Alone("a");
+  absl::Notification measured;
+  const Subscription subscription = cluster->Subscribe([&] {
+    if (cluster->Nodes()[0].steps_per_second > 0 && !measured.HasBeenNotified()) {
+      measured.Notify();
+    }
+  });
+  std::atomic<int64_t> step_count = 0;
+  const NodeReporter reporter(cluster.get(), [&] {
+    NodeReporter::Standing standing;
+    standing.step_count = step_count;
+    return standing;
+  });
+  step_count = 1000;
+  measured.WaitForNotification();
+  // Over a second, or as much more as the machine took.
+  EXPECT_LE(cluster->Nodes()[0].steps_per_second, 1001);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,261 @@
+// A fleet server whose nodes are processes, told of them by the test: what a learner sees is what
+// one server would show it, whatever becomes of the nodes. Here the fleet finds out by its
+// connections alone; fleet_cluster_test.cc has a real cluster.
+
+#include "server/fleet/fleet.h"
+
+#include <algorithm>
+#include <csignal>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/rpc/server.h"
+#include "tests/service/scripted_learner.h"
+#include "tests/service/server_process.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kCapacity = 1000;
+
+// Nodes as a cluster would tell of them.
+class NodeList {
+ public:
+  std::vector<NodeStatus> Nodes() const {
+    absl::MutexLock lock(&mutex_);
+    return nodes_;
+  }
+  void Set(const NodeStatus& status) {
+    absl::MutexLock lock(&mutex_);
+    for (NodeStatus& node : nodes_) {
+      if (node.node_id == status.node_id) {
+        node = status;
+        return;
+      }
+    }
+    nodes_.push_back(status);
+  }
+  void Remove(const std::string& node_id) {
+    absl::MutexLock lock(&mutex_);
+    nodes_.erase(std::remove_if(nodes_.begin(), nodes_.end(),
+                                [&](const NodeStatus& node) { return node.node_id == node_id; }),
+                 nodes_.end());
+  }
+
+ private:
+  mutable absl::Mutex mutex_;
+  std::vector<NodeStatus> nodes_;
+};
+
+class FleetTest : public testing::Test {
+ protected:
+  void SetUp() override { single_ = StartServer({}); }
+
+  static std::unique_ptr<Server> StartServer(
+      std::function<std::unique_ptr<PoolHost>(Metrics*)> make_host) {
+    ServerOptions options;
+    options.address = "127.0.0.1:0";
+    options.worker_count = 1;
+    options.clone_sources = *CloneSources::Parse("local");
+    options.make_host = std::move(make_host);
+    return *Server::Start(options);
+  }
+
+  void StartNode(const std::string& node_id) {
+    auto process = std::make_unique<ServerProcess>(std::vector<std::string>{
+        "--address=127.0.0.1:0", "--workers=1", "--log_level=error", "--drain_deadline=30s"});
+    NodeStatus status;
+    status.node_id = node_id;
+    status.address = process->Address();
+    status.environment_capacity = kCapacity;
+    status.worker_count = 1;
+    status.healthy = true;
+    nodes_[node_id] = std::move(process);
+    list_.Set(status);
+  }
+
+  void StartFleet(int64_t snapshot_requests = 50) {
+    server_ = StartServer([&](Metrics* metrics) {
+      FleetOptions options;
+      options.nodes = [this] { return list_.Nodes(); };
+      options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
+      options.snapshot_requests = snapshot_requests;
+      options.wait_max = absl::Seconds(20);
+      return std::make_unique<Fleet>(options, metrics);
+    });
+  }
+
+  static std::unique_ptr<procgen_client::Client> Connect(const Server& server) {
+    return Connect(server.address());
+  }
+  static std::unique_ptr<procgen_client::Client> Connect(const std::string& address) {
+    return *procgen_client::Client::Connect(address);
+  }
+
+  // Plays the script on one server and on the fleet, and compares.
+  void ExpectSameTrace(const LearnerScript& script, const std::function<void(int)>& faults) {
+    const auto expected = PlayScript(script, Connect(*single_).get(), [](int) {});
+    ASSERT_THAT(expected, IsOk());
+    const auto actual = PlayScript(script, Connect(*server_).get(), faults);
+    ASSERT_THAT(actual, IsOk());
+    EXPECT_EQ(FirstDifference(*expected, *actual), -1);
+  }
+
+  static LearnerScript Script(int request_count = 400) {
+    LearnerScript script;
+    script.request_count = request_count;
+    script.spec.add_games("coinrun");
+    script.spec.add_games("maze");
+    script.spec.add_games("bigfish");
+    script.spec.set_env_count(24);
+    script.spec.mutable_options()->set_rand_seed(3);
+    script.spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+    return script;
+  }
+
+  std::string MetricsText() const { return server_->metrics().Text(); }
+
+  NodeList list_;
+  std::map<std::string, std::unique_ptr<ServerProcess>> nodes_;
+  std::unique_ptr<Server> single_;
+  std::unique_ptr<Server> server_;
+};
+
+class FleetFormatTest : public FleetTest,
+                        public testing::WithParamInterface<std::pair<v1::EpisodeEnd, int>> {};
+
+TEST_P(FleetFormatTest, ThreeNodesShowWhatOneServerShows) {
+  StartNode("a");
+  StartNode("b");
+  StartNode("c");
+  StartFleet();
+  LearnerScript script = Script();
+  script.spec.set_episode_end(GetParam().first);
+  script.spec.mutable_observation_format()->set_frame_stack(GetParam().second);
+  script.with_states = GetParam().first != v1::EPISODE_END_DISABLED;
+  ExpectSameTrace(script, [](int) {});
+}
+
+INSTANTIATE_TEST_SUITE_P(EpisodeEndsAndStacks, FleetFormatTest,
+                         testing::Values(std::pair(v1::EPISODE_END_SAME_STEP, 1),
+                                         std::pair(v1::EPISODE_END_NEXT_STEP, 3),
+                                         std::pair(v1::EPISODE_END_DISABLED, 1)));
+
+TEST_F(FleetTest, KilledNodesAreNotNoticed) {
+  StartNode("a");
+  StartNode("b");
+  StartNode("c");
+  StartFleet();
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 130) {
+      nodes_.erase("b");
+    }
+    if (index == 250) {
+      nodes_.erase("a");
+    }
+  });
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 3"));
+}
+
+TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
+  StartNode("a");
+  StartNode("b");
+  StartFleet(10);
+  LearnerScript script = Script();
+  script.spec.mutable_observation_format()->set_frame_stack(4);
+  ExpectSameTrace(script, [&](int index) {
+    if (index == 333) {
+      nodes_.erase("b");
+    }
+  });
+}
+
+TEST_F(FleetTest, AStoppedNodeIsLeftAndCannotAnswerForWhatMoved) {
+  StartNode("a");
+  StartNode("b");
+  StartFleet();
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 100) {
+      nodes_["b"]->Signal(SIGSTOP);
+    }
+    if (index == 200) {
+      nodes_["b"]->Signal(SIGCONT);
+    }
+    if (index == 300) {
+      nodes_.erase("a");
+    }
+  });
+}
+
+TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
+  StartNode("a");
+  StartNode("b");
+  StartFleet();
+  std::unique_ptr<ServerProcess> drained;
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 150) {
+      nodes_["b"]->Signal(SIGTERM);
+      NodeStatus status = list_.Nodes().back();
+      status.draining = true;
+      list_.Set(status);
+      drained = std::move(nodes_["b"]);
+    }
+  });
+  const absl::Time begin = absl::Now();
+  EXPECT_EQ(drained->Wait(), 0);
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
+}
+
+class FleetJoinTest : public FleetTest, public testing::WithParamInterface<int> {};
+
+TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
+  StartNode("a");
+  StartFleet();
+  LearnerScript script = Script();
+  script.spec.mutable_observation_format()->set_frame_stack(GetParam());
+  v1::Load load;
+  ExpectSameTrace(script, [&](int index) {
+    if (index == 100) {
+      StartNode("b");
+    }
+    if (index > 100 && index < 350) {
+      absl::SleepFor(absl::Milliseconds(15));  // a learner that thinks
+    }
+    if (index == 350) {
+      load = Connect(list_.Nodes().back().address)->GetLoad().value();
+    }
+  });
+  EXPECT_EQ(load.environment_count(), 12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
+
+TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
+  StartNode("a");
+  StartFleet();
+  std::thread helper;
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 100) {
+      nodes_.erase("a");
+      list_.Remove("a");
+      helper = std::thread([&] {
+        absl::SleepFor(absl::Seconds(1));
+        StartNode("b");
+      });
+    }
+  });
+  helper.join();
+}
+
+}  // namespace
+}  // namespace procgen
