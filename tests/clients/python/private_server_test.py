@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -48,11 +49,8 @@ def _environment(**changes: str) -> dict[str, str]:
 
 
 def _is_served(address: str) -> bool:
-    try:
-        Client(address, timeout=0.2).close()
-    except errors.UnavailableError:
-        return False
-    return True
+    with socket.socket(socket.AF_UNIX) as line:
+        return line.connect_ex(str(_socket(address))) == 0
 
 
 def _socket(address: str) -> Path:

@@ -12,8 +12,8 @@ _PACKAGE = Path(__file__).resolve().parents[3] / "clients/python"
 _USES_IT_WRONGLY = """
 import procgen_client
 client = procgen_client.Client(50051)
-env = procgen_client.ProcgenEnv1("maze")
-env.no_such_method()
+pool = client.create_pool("maze", num_levels="many")
+pool.no_such_method()
 """
 
 pytestmark = pytest.mark.skipif(shutil.which("mypy") is None, reason="mypy is missing")
@@ -47,5 +47,6 @@ def test_programs_are_checked_with_them(cache: Path, tmp_path: Path) -> None:
     program.write_text(_USES_IT_WRONGLY)
     run = _mypy(cache, str(program))
     assert 'incompatible type "int"; expected "str"' in run.stdout
-    assert '"ProcgenEnv1" has no attribute "no_such_method"' in run.stdout
+    assert '"num_levels" to "create_pool" of "Client" has incompatible type "str"' in run.stdout
+    assert '"Pool" has no attribute "no_such_method"' in run.stdout
     assert (_PACKAGE / "procgen_client/py.typed").is_file()
