@@ -23,6 +23,7 @@ class _PrivateServer:
         self._folder = tempfile.TemporaryDirectory(prefix="procgen-server-")
         try:
             self._process = ServerProcess(
+                flags=["--drain_deadline=0s"],  # Who could save states ends with it.
                 address=f"unix:{self._folder.name}/socket",
                 log_path=os.path.join(self._folder.name, "log"),
                 tied=True,
