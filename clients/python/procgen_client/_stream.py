@@ -229,7 +229,7 @@ class Stream:
         if self._decoder is None:
             return
         try:
-            decode_parts(self._decoder, parts)
+            decode_parts(self._decoder, self._attach.pool, parts)
         except BaseException:  # Also Ctrl-C, say: what it has decoded it cannot decode again.
             self.drop()
             raise

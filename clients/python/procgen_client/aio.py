@@ -394,7 +394,7 @@ class AsyncPool:
                 )
             parts.append(response)
         if self._decoder is not None:
-            decode_parts(self._decoder, parts)
+            decode_parts(self._decoder, self.name, parts)
         return parts
 
     async def _read(self) -> Part | step_pb2.StepPoolResponse:

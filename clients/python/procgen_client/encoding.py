@@ -102,8 +102,8 @@ def decoder_for(pool: pools_pb2.Pool) -> ObservationDecoder | None:
     return ObservationDecoder(pool)
 
 
-def decode_parts(decoder: ObservationDecoder, parts: list[Part]) -> None:
-    """Puts decoded observations in the place of encoded ones, of a whole answer.
+def decode_parts(decoder: ObservationDecoder, pool: str, parts: list[Part]) -> None:
+    """Puts decoded observations in the place of encoded ones, of a whole answer of a pool.
 
     Raises:
         DataLossError: They are damaged; what the decoder knows is of no more use.
@@ -117,7 +117,7 @@ def decode_parts(decoder: ObservationDecoder, parts: list[Part]) -> None:
                 )
     except ProcgenError as error:
         raise DataLossError(
-            f"the answer to request {parts[0].sequence_number}: {error.message}"
+            f"the answer of {pool} to request {parts[0].sequence_number}: {error.message}"
         ) from None
 
 
