@@ -86,7 +86,7 @@ def evaluate(
     train_levels = _check(protocol)
     scores = []
     for game in games:
-        low, high = _return_range(client.catalog(), game, protocol.mode)
+        low, high = return_range(client.catalog(), game, protocol.mode)
         returns: dict[str, np.ndarray] = {}
         for levels, count in (("train", train_levels), ("test", 0)):
             policy = make_policy(game)
@@ -127,7 +127,12 @@ def _check(protocol: Protocol) -> int:
     return protocol.train_levels or TRAIN_LEVELS[protocol.mode]
 
 
-def _return_range(catalog: catalog_pb2.Catalog, game: str, mode: str) -> tuple[float, float]:
+def return_range(catalog: catalog_pb2.Catalog, game: str, mode: str) -> tuple[float, float]:
+    """Gives the returns that are normalised to 0 and 1.
+
+    Raises:
+        InvalidArgumentError: There is no such game, or it has none in that mode.
+    """
     number = pools_pb2.DistributionMode.Value(f"DISTRIBUTION_MODE_{mode.upper()}")
     for its_mode in (each for known in catalog.games if known.name == game for each in known.modes):
         if its_mode.distribution_mode == number and its_mode.HasField("return_range"):

@@ -72,10 +72,9 @@ def test_the_papers_numbers_of_levels_are_the_default(client: Client) -> None:
 
 def test_every_game_has_constants_in_both_modes(client: Client) -> None:
     for mode in evaluate.TRAIN_LEVELS:
-        one = Protocol(mode=mode, episode_count=1, env_count=1)
-        scores = evaluate.evaluate(client, GAMES, always(-1), one)
-        assert [score.game for score in scores] == list(GAMES)
-        assert all(np.isfinite(score.train_score) for score in scores)
+        for game in GAMES:
+            low, high = evaluate.return_range(client.catalog(), game, mode)
+            assert low < high
 
 
 def test_the_client_knows_the_servers_games(client: Client) -> None:
