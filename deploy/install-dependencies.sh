@@ -55,6 +55,7 @@ packages=(
   dpkg-dev                # what a Debian package depends on
   file                    # what is a program in it
   iproute2                # networks of tests' own
+  nftables                # and what cuts hosts off from them
   fonts-dejavu-core       # the names in that picture
 )
 

@@ -211,9 +211,8 @@ Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
 Stop:     kill {" ".join(map(str, process_ids))}
 """
     if servers.nodes:
-        text += (
-            f"Harm it:  kill -9 {servers.nodes[0].process_id}    (a node; learners notice a pause)\n"
-        )
+        victim = servers.nodes[0].process_id
+        text += f"Harm it:  kill -9 {victim}    (a node; learners notice a pause)\n"
     return text
 
 

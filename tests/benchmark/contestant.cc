@@ -67,9 +67,9 @@ int main(int argc, char** argv) {
                  "input;\nprints what a step took, in microseconds.\n";
     return 2;
   }
-  const absl::Status status =
-      argc == 2 ? procgen::CompeteInProcess(env_count)
-                : procgen::CompeteOverStream(argv[2], env_count, shares_memory);
+  const absl::Status status = argc == 2
+                                  ? procgen::CompeteInProcess(env_count)
+                                  : procgen::CompeteOverStream(argv[2], env_count, shares_memory);
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-contestant: " << status << "\n";
     return 1;
