@@ -143,7 +143,8 @@ def report(best: dict[str, float], env_count: int) -> None:
     print("| --- | --- | --- |")
     for name, cost in best.items():
         yardstick = "C++, in process" if "shared memory" in name else "C++, TCP"
-        ratio = "" if name == yardstick else f"{best[yardstick] / cost:.2f}"
+        is_yardstick = name in ("C++, in process", "C++, TCP")
+        ratio = "" if is_yardstick else f"{best[yardstick] / cost:.2f}"
         print(f"| {name} | {1e6 * cost:.0f} | {ratio} |")
 
 

@@ -100,6 +100,8 @@ def step_request(
         bool(final_observations),
         response_count_min,
     ) + bytes_field(_ACTIONS_NUMBER, actions)
+    if not next_levels and resets == ():
+        return bytes_field(_STEP_NUMBER, step)
     exceptions = step_pb2.Step(
         next_levels=[
             message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
