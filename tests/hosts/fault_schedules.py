@@ -28,7 +28,9 @@ _SKIPPED = 77
 
 def play(seed: int, request_count: int, folder: Path) -> tuple[str | None, float]:
     """Plays the schedule of a seed; says what went wrong, and the longest pause in seconds."""
-    script = Script(seed=seed, request_count=request_count, sent_ahead=1 + seed % 3)
+    script = Script(
+        seed=seed, request_count=request_count, sent_ahead=1 + seed % 3, pipeline=1 + seed % 4
+    )
     expected = single_server_trace(script, folder)
     schedule = draw(seed, request_count)
     try:
