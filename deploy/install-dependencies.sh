@@ -125,8 +125,15 @@ if ! command -v dpkg-query >/dev/null; then
   exit 0
 fi
 
+# Programs that machines often have by other packages, which Debian's would clash with.
+declare -A program_of=([kubernetes-client]=kubectl [nodejs]=node)
+
 missing=()
 for package in "${packages[@]}"; do
+  program=${program_of[$package]:-}
+  if [[ -n $program ]] && command -v "$program" >/dev/null; then
+    continue
+  fi
   state=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
   [[ $state == installed ]] || missing+=("$package")
 done
