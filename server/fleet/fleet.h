@@ -33,6 +33,7 @@ class Fleet final : public PoolHost {
   // too little room.
   void Create(const PoolOrder& order, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
+  bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
  private:

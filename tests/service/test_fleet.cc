@@ -64,6 +64,12 @@ void TestFleet::StartFleet(size_t node_count) {
 
 void TestFleet::KillFleet() { fleet_ = nullptr; }
 
+void TestFleet::StopFleet() {
+  fleet_->Signal(SIGTERM);
+  EXPECT_EQ(fleet_->Wait(), 0);
+  fleet_ = nullptr;
+}
+
 std::unique_ptr<procgen_client::Client> TestFleet::Connect() const {
   return procgen_client::Client::Connect(address_).value();
 }

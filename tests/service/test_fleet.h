@@ -27,10 +27,12 @@ class TestFleet {
   // Hands it over, so that its end can be waited for.
   std::unique_ptr<ServerProcess> TakeNode(const std::string& name);
 
-  // Starts the fleet server, and waits until it sees so many nodes. Again after KillFleet: at the
-  // same address.
+  // Starts the fleet server, and waits until it sees so many nodes. Again after KillFleet or
+  // StopFleet: at the same address.
   void StartFleet(size_t node_count);
   void KillFleet();
+  // SIGTERM, and waits for its end.
+  void StopFleet();
   const std::string& address() const { return address_; }
   std::unique_ptr<procgen_client::Client> Connect() const;
 
