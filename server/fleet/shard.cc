@@ -307,6 +307,23 @@ absl::Status Shard::Place() {
   return absl::OkStatus();
 }
 
+void Shard::TellPlacement() const {
+  const FleetOptions& options = *terms_->options;
+  if (options.publish_placement == nullptr) {
+    return;
+  }
+  if (placement_.has_value()) {
+    PoolPlacement told;
+    told.pool = terms_->placed_as;
+    told.shard = number_;
+    told.node_id = placement_->node->node_id;
+    told.epoch = epoch_;
+    options.publish_placement(std::move(told));
+  } else {
+    options.withdraw_placement(terms_->placed_as, number_);
+  }
+}
+
 absl::Status Shard::Fill(Placement* placement) {
   procgen_client::Client* const client = placement->node->client.get();
   const v1::Limits& limits = placement->node->limits;
@@ -434,6 +451,7 @@ void Shard::Leave() {
   const std::string pool_id = placement_->pool_id;
   const std::string node_id = placement_->node->node_id;
   placement_.reset();
+  TellPlacement();
   terms_->leftovers->EndUse(pool_id, node_id);
 }
 

@@ -34,6 +34,7 @@ namespace procgen {
 struct ShardTerms {
   std::string label;      // what log lines call the pool
   std::string id_prefix;  // what the ids of its pools on the nodes begin with
+  std::string placed_as;  // what the cluster is told that the pool is called
   v1::PoolSpec spec;      // of the whole pool, without a level sampler
   const FleetOptions* options = nullptr;
   FleetNodes* nodes = nullptr;
@@ -120,6 +121,8 @@ class Shard {
   // Brings the environments to where they are after `number`: once.
   absl::Status Reach(int64_t number);
   absl::Status Place();
+  // Tells the cluster where it is, or that it is nowhere.
+  void TellPlacement() const;
   // Makes the pool on the node, and puts it into the states of the base.
   absl::Status Fill(Placement* placement);
   // Carries out an entry of the log, without pictures; ahead of its answer, if that can be.

@@ -7,10 +7,14 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "gtest/gtest.h"
+#include "tests/server/cluster/cluster_watch.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
 #include "tests/service/test_fleet.h"

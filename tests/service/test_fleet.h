@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "procgen_client/client.h"
+#include "server/cluster/cluster.h"
 #include "tests/service/server_process.h"
 #include "tests/temporary_folder.h"
 
@@ -36,10 +37,14 @@ class TestFleet {
   const std::string& address() const { return address_; }
   std::unique_ptr<procgen_client::Client> Connect() const;
 
+  // Joins the cluster, to look on.
+  std::unique_ptr<Cluster> JoinCluster(const std::string& node_id) const;
+
   // A folder for who wants one.
   std::string folder() const { return folder_.path(); }
 
  private:
+  std::string ClusterName() const;
   std::vector<std::string> FlagsOf(const std::string& name) const;
 
   const TemporaryFolder folder_;
