@@ -21,7 +21,7 @@ constexpr absl::Duration kConnectTimeout = absl::Seconds(1);
 constexpr absl::Duration kCallTimeout = absl::Seconds(20);
 // How long others are preferred to a node that did not serve.
 constexpr absl::Duration kSuspicion = absl::Seconds(2);
-// Fewer environments are not worth a node of their own.
+// Fewer environments are not worth a node of their own, unless there is no room otherwise.
 constexpr int32_t kShareMin = 4;
 
 absl::Status ReadCredential(const char* flag, const std::string& path, std::string* text) {
@@ -127,11 +127,13 @@ absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
   if (rooms.empty()) {
     return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
   }
-  rooms.resize(std::min(rooms.size(), static_cast<size_t>(std::max(1, env_count / kShareMin))));
+  const auto worth = static_cast<size_t>(std::max(1, env_count / kShareMin));
   int64_t free = 0;
-  for (const Room& room : rooms) {
-    free += std::max<int64_t>(room.free, 0);
+  size_t count = 0;
+  while (count < rooms.size() && (count < worth || free < env_count)) {
+    free += std::max<int64_t>(rooms[count++].free, 0);
   }
+  rooms.resize(count);
   if (free < env_count) {
     return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
                                                      " and the fleet's nodes have room for ", free,
