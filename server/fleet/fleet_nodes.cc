@@ -52,6 +52,20 @@ absl::StatusOr<procgen_client::Credentials> ReadCredentials(const FleetCredentia
   return credentials;
 }
 
+// What keeps a node from being used. Where it does not let this server in, that is no word on who
+// asked this server: PERMISSION_DENIED.
+absl::Status NodeError(const NodeStatus& node, bool has_tls, const absl::Status& status) {
+  const std::string name = absl::StrCat("node ", node.node_id, " at ", node.address);
+  if (absl::IsUnauthenticated(status) || absl::IsPermissionDenied(status)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(name, " does not let the fleet server in: ", status.message(),
+                     "; it is shown --fleet_token and --fleet_certificate"));
+  }
+  return {status.code(),
+          absl::StrCat(name, ", spoken to in ", has_tls ? "TLS" : "plain text, without --fleet_ca",
+                       ": ", status.message())};
+}
+
 bool MayHaveShards(const NodeStatus& node) {
   return node.healthy && !node.draining && node.environment_capacity > 0;
 }
@@ -193,13 +207,14 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   options.keepalive_time = kKeepaliveTime;
   options.keepalive_timeout = kKeepaliveTimeout;
   options.call_timeout = kCallTimeout;
+  const bool has_tls = !options_.credentials.ca.empty();
   auto client = procgen_client::Client::Connect(node->address, options);
   if (!client.ok()) {
-    return client.status();
+    return NodeError(*node, has_tls, client.status());
   }
   absl::StatusOr<v1::Catalog> catalog = (*client)->GetCatalog();
   if (!catalog.ok()) {
-    return catalog.status();
+    return NodeError(*node, has_tls, catalog.status());
   }
   auto connected =
       std::make_shared<NodeClient>(NodeClient{node_id, *std::move(client), catalog->limits()});

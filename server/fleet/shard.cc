@@ -214,7 +214,9 @@ absl::Status Shard::Do(Task* task) {
     }
     Lose(status);
     paused = true;
-    attempts += IsOfNode(status) ? 0 : 1;
+    // A pool that is being made need not wait for nodes that let nobody in.
+    const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
+    attempts += IsOfNode(status) && !is_refused ? 0 : 1;
     if (Stops() || attempts == kAttemptsMax) {
       return status;
     }
