@@ -172,6 +172,7 @@ void Shard::Loop() {
       SaveBase();
     }
   }
+  SetWaits(false);
   Leave();
 }
 
@@ -302,10 +303,14 @@ absl::Status Shard::Place() {
             {"node", node_id},
             {"shard", placement.pool},
             {"from", absl::StrCat(base_->number)}});
-  absl::MutexLock lock(&mutex_);
-  node_id_ = node_id;
-  stream_ = placement.stream;
-  placement_ = std::move(placement);
+  {
+    absl::MutexLock lock(&mutex_);
+    node_id_ = node_id;
+    stream_ = placement.stream;
+    placement_ = std::move(placement);
+  }
+  SetWaits(false);
+  TellPlacement();
   return absl::OkStatus();
 }
 
@@ -420,12 +425,23 @@ absl::Status Shard::ReceiveAll() {
   return absl::OkStatus();
 }
 
-void Shard::Lose(const absl::Status& why) {
-  if (!placement_.has_value()) {
-    LogEvent(LogLevel::kDebug, "shard_waits",
+void Shard::SetWaits(bool waits, const absl::Status& why) {
+  if (waits == waits_) {
+    return;
+  }
+  waits_ = waits;
+  terms_->metrics->AddFleetWaits(waits ? 1 : -1);
+  if (waits) {
+    LogEvent(LogLevel::kWarning, "shard_waits",
              {{"pool", terms_->label},
               {"environments", Environments()},
               {"message", std::string(why.message())}});
+  }
+}
+
+void Shard::Lose(const absl::Status& why) {
+  if (!placement_.has_value()) {
+    SetWaits(true, why);
     return;
   }
   const std::string& node_id = placement_->node->node_id;

@@ -131,6 +131,8 @@ class Shard {
   absl::Status CarryOut(const LoggedRequest& logged);
   absl::Status PutStates(const LoggedRequest& logged);
   absl::Status ReceiveAll();
+  // Whether it has no node, and `why`; counts and logs when that changes.
+  void SetWaits(bool waits, const absl::Status& why = absl::OkStatus());
   // The node has failed to do something: lets go of it.
   void Lose(const absl::Status& why);
   void Leave();
@@ -152,6 +154,7 @@ class Shard {
   std::shared_ptr<const ShardBase> next_base_;  // saved, but not yet to be begun from
   PictureCount pictures_since_next_;
   std::optional<Placement> placement_;
+  bool waits_ = false;                               // for a node
   int32_t unanswered_ = 0;                           // requests sent ahead
   int64_t position_ = 0;                             // of the log, of what is on the node
   int64_t asked_position_ = 0;                       // where it was asked to be
