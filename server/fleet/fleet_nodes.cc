@@ -143,11 +143,11 @@ absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
   }
   const auto worth = static_cast<size_t>(std::max(1, env_count / kShareMin));
   int64_t free = 0;
-  size_t count = 0;
-  while (count < rooms.size() && (count < worth || free < env_count)) {
-    free += std::max<int64_t>(rooms[count++].free, 0);
+  size_t room_count = 0;
+  while (room_count < rooms.size() && (room_count < worth || free < env_count)) {
+    free += std::max<int64_t>(rooms[room_count++].free, 0);
   }
-  rooms.resize(count);
+  rooms.resize(room_count);
   if (free < env_count) {
     return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
                                                      " and the fleet's nodes have room for ", free,
