@@ -38,6 +38,11 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
+  python3-pip             # a wheel of it
+  python3-wheel           # the wheel's format
+  python3-setuptools      # what builds it
+  mypy                    # checks its types
+  ffmpeg                  # its videos
   nodejs                  # the Node.js client and its tests; what else it needs npm fetches
   golang-go               # the Go client and its tests
   protoc-gen-go           # its messages
@@ -50,6 +55,7 @@ packages=(
   dpkg-dev                # what a Debian package depends on
   file                    # what is a program in it
   iproute2                # networks of tests' own
+  nftables                # and what cuts hosts off from them
   fonts-dejavu-core       # the names in that picture
 )
 

@@ -188,7 +188,7 @@ def await_nodes(address: str, node_count: int) -> None:
     """Waits until the fleet server knows its nodes."""
     deadline = time.monotonic() + _SECONDS_UNTIL_NODES_MEET
     with Client(address) as client:
-        while (known := len(client.list_nodes()) - 1) < node_count:
+        while (known := len(client.list_nodes().nodes) - 1) < node_count:
             if time.monotonic() > deadline:
                 raise UnavailableError(
                     f"of {node_count} nodes the fleet server has found {known} within "
@@ -211,9 +211,8 @@ Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
 Stop:     kill {" ".join(map(str, process_ids))}
 """
     if servers.nodes:
-        text += (
-            f"Harm it:  kill -9 {servers.nodes[0].process_id}    (a node; learners notice a pause)\n"
-        )
+        victim = servers.nodes[0].process_id
+        text += f"Harm it:  kill -9 {victim}    (a node; learners notice a pause)\n"
     return text
 
 

@@ -19,4 +19,6 @@ class GenerateAndBuild(build_py):
         super().run()
 
 
+# What reads the package's metadata wants the folder, before anything is generated.
+(_HERE / "procgen_client/_proto").mkdir(exist_ok=True)
 setup(cmdclass={"build_py": GenerateAndBuild})

@@ -155,7 +155,7 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
     is_again_ = request.again;
     number_ = number;
     progress_.assign(shards_.size(), Progress::kRunning);
-    running_count_ = 1;  // so that no part is answered before shards have begun
+    is_running_ = false;  // so that no part is answered before shards have begun
   }
   if (request.again) {
     RunRequest(number);
@@ -202,6 +202,7 @@ void FleetPool::RunShards(int64_t number, const std::function<bool(const Shard&)
       }
     }
     running_count_ = static_cast<int32_t>(concerned.size());
+    is_running_ = true;
   }
   for (const size_t i : concerned) {
     shards_[i]->Run(number, [this, i](const absl::Status& status) { OnShardDone(i, status); });
@@ -219,7 +220,7 @@ void FleetPool::OnShardDone(size_t shard, const absl::Status& status) {
 }
 
 bool FleetPool::CanAnswerLocked() const {
-  if (part_done_ == nullptr) {
+  if (part_done_ == nullptr || !is_running_) {
     return false;
   }
   const bool is_last = part_.first + part_.count == request_.first + request_.count;

@@ -139,6 +139,8 @@ class FleetPool final : public HostedPool {
   Part request_ ABSL_GUARDED_BY(mutex_);
   std::vector<Progress> progress_ ABSL_GUARDED_BY(mutex_);  // by shard
   int32_t running_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  // Shards have begun; until then there may be others, or none while the pool is divided.
+  bool is_running_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);  // the first error
   Part part_ ABSL_GUARDED_BY(mutex_);
   Batch batch_ ABSL_GUARDED_BY(mutex_);

@@ -376,7 +376,7 @@ absl::Status Shard::Repeat(const LoggedRequest& logged) {
   AskForNoPictures(&*request);
   procgen_client::StepStream* const stream = placement_->stream.get();
   if (unanswered_ == stream->requests_in_flight_max()) {
-    if (absl::Status status = stream->Receive(&answer_); !status.ok()) {
+    if (absl::Status status = stream->Receive(&repeated_); !status.ok()) {
       return status;
     }
     --unanswered_;
@@ -418,7 +418,7 @@ absl::Status Shard::PutStates(const LoggedRequest& logged) {
 
 absl::Status Shard::ReceiveAll() {
   for (; unanswered_ > 0; --unanswered_) {
-    if (absl::Status status = placement_->stream->Receive(&answer_); !status.ok()) {
+    if (absl::Status status = placement_->stream->Receive(&repeated_); !status.ok()) {
       return status;
     }
   }

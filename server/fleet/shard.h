@@ -160,6 +160,9 @@ class Shard {
   int64_t asked_position_ = 0;                       // where it was asked to be
   std::shared_ptr<const v1::LevelSampler> sampler_;  // in force
   procgen_client::Batch answer_;
+  // Answers to what is repeated, which nobody waits for. Apart, as that may happen while answer_ is
+  // still to be read: a shard may lose its node when it is done and others are not.
+  procgen_client::Batch repeated_;
   std::atomic<int64_t> base_number_;
 
   mutable absl::Mutex mutex_;

@@ -223,6 +223,49 @@ TEST_F(FleetTest, DrainingNodesEndBeforeTheirDeadline) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
 }
 
+TEST_F(FleetTest, AnAnswerOutlastsTheNodeThatGaveIt) {
+  for (const char* node_id : {"a", "b", "c"}) {
+    StartNode(node_id);
+  }
+  StartFleet();
+  constexpr int kStepCount = 20;
+  const auto last_answer = [](const Server& server, const std::function<void()>& before_last) {
+    const auto client = Connect(server);
+    const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
+    procgen_client::Batch batch;
+    for (int step = 1; step <= kStepCount; ++step) {
+      if (step == kStepCount) {
+        before_last();
+      }
+      const std::vector<int32_t> actions(static_cast<size_t>(stream->env_count()), step % 15);
+      EXPECT_THAT(stream->Step(actions, &batch), IsOk());
+    }
+    return BatchCopy(batch);
+  };
+  const BatchCopy expected = last_answer(*single_, [] {});
+  std::thread operator_thread;
+  const BatchCopy actual = last_answer(*server_, [&] {
+    NodeStatus full = list_.Nodes()[1];
+    full.environment_capacity = 8;
+    list_.Set(full);
+    nodes_["b"]->Signal(SIGSTOP);
+    operator_thread = std::thread([&] {
+      // When the shard on it is done and waits for the others, which are made to wait for "b".
+      NodeStatus drained = list_.Nodes()[0];
+      const auto client = Connect(drained.address);
+      while (client->GetLoad()->step_count() < int64_t{8} * kStepCount) {
+      }
+      drained.draining = true;
+      list_.Set(drained);
+      while (client->GetLoad()->pool_count() > 0) {
+      }
+      nodes_["b"]->Signal(SIGCONT);
+    });
+  });
+  operator_thread.join();
+  EXPECT_TRUE(actual == expected);
+}
+
 class FleetJoinTest : public FleetTest, public testing::WithParamInterface<int> {};
 
 TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
@@ -246,6 +289,41 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
+
+TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
+  constexpr int32_t kEnvCount = 24;
+  const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
+    const auto client = Connect(server);
+    const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
+    procgen_client::Batch batch;
+    std::vector<BatchCopy> answers;
+    while (goes_on(answers.size())) {
+      v1::StepPoolRequest request;
+      request.mutable_step()->mutable_slice()->set_environment_count(kEnvCount);
+      request.mutable_step()->mutable_actions()->Resize(kEnvCount, 7);
+      request.mutable_step()->set_repeat_count(1);
+      request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);
+      request.mutable_step()->set_response_count_min(4);
+      EXPECT_THAT(stream->Call(std::move(request), &batch), IsOk());
+      answers.emplace_back(batch);
+    }
+    return answers;
+  };
+  StartNode("a");
+  StartFleet();
+  StartNode("b");
+  const NodeStatus joining = list_.Nodes().back();
+  list_.Remove("b");  // until there is a pool
+  const auto node = Connect(joining.address);
+  const auto actual = play(*server_, [&](size_t count) {
+    if (count == 10) {
+      list_.Set(joining);
+    }
+    return node->GetLoad()->environment_count() == 0;
+  });
+  const auto expected = play(*single_, [&](size_t count) { return count < actual.size(); });
+  EXPECT_TRUE(actual == expected);
+}
 
 TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
   StartNode("a");

@@ -87,6 +87,7 @@ def train(
     random = np.random.default_rng(0)
     batch = pool.observe()
     for step in range(1, steps + 1):
+        assert batch.observations is not None
         batch = pool.step(act(batch.observations, random))
         for i in np.flatnonzero(batch.ended):
             replay.add(int(batch.prev_level_seeds[i]), float(batch.episode_returns[i]))

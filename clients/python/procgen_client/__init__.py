@@ -1,8 +1,12 @@
 """Client of Procgen Server: batches of the sixteen Procgen games over gRPC.
 
-- :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface.
+- :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface;
+  :class:`ProcgenEnv1`: one of them, with Gymnasium's other interface.
+- :class:`ProcgenGym3Env`, :class:`ProcgenEnv`: the interfaces of the released package.
 - :class:`Client` and :class:`Pool`: the server's own interface, with requests sent ahead, slices
   and next levels.
+- :mod:`procgen_client.aio`: the same for asyncio.
+- :class:`EpisodeStatistics`, :class:`VideoRecorder`: what was played, in numbers and in pictures.
 - :class:`ServerProcess`: a server of one's own, started and stopped.
 - :mod:`procgen_client.errors`: what can go wrong.
 """
@@ -15,16 +19,20 @@ except ImportError:
         "run clients/python/generate.sh"
     ) from None
 
-from procgen_client._gymnasium import AutoresetMode
+from procgen_client._gymnasium import AutoresetMode, register_environments
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
 from procgen_client.credentials import Credentials
+from procgen_client.env import ProcgenEnv1
+from procgen_client.episode_statistics import Episode, EpisodeStatistics
 from procgen_client.errors import ProcgenError
 from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
+from procgen_client.released import ProcgenEnv, ProcgenGym3Env
 from procgen_client.server_process import ServerProcess
 from procgen_client.vector_env import ProcgenVectorEnv
+from procgen_client.video import VideoRecorder
 
 __version__ = "0.1.0"
 
@@ -35,11 +43,19 @@ __all__ = [
     "Batch",
     "Client",
     "Credentials",
+    "Episode",
+    "EpisodeStatistics",
     "LevelSampler",
     "Pool",
+    "ProcgenEnv",
+    "ProcgenEnv1",
     "ProcgenError",
+    "ProcgenGym3Env",
     "ProcgenVectorEnv",
     "Reset",
     "ServerProcess",
+    "VideoRecorder",
     "connect",
 ]
+
+register_environments()

@@ -8,7 +8,8 @@ import struct
 from procgen_client._proto import step_pb2
 
 _LENGTH = struct.Struct("=I")
-_RECEIVE_BYTES = 1 << 16
+# Answers of shared memory have some tens of bytes.
+_RECEIVE_BYTES = 1 << 12
 
 
 class DirectLine:
@@ -34,9 +35,8 @@ class DirectLine:
         self._line = line
         self._received = b""
 
-    def send(self, request: step_pb2.StepPoolRequest) -> None:
-        """Sends a request; that the line has ended, only receive finds."""
-        message = request.SerializeToString()
+    def send(self, message: bytes) -> None:
+        """Sends a serialised request; that the line has ended, only receive finds."""
         try:
             self._line.sendall(_LENGTH.pack(len(message)) + message)
         except OSError:

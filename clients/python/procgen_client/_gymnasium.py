@@ -1,18 +1,29 @@
-"""What the vector environment takes from Gymnasium, and what serves where there is none."""
+"""What the environments take from Gymnasium, and what serves where there is none."""
 
 from __future__ import annotations
 
 import enum
 from typing import Any
 
+import numpy as np
+
+from procgen_client import _spaces
+from procgen_client.options import GAMES
+
+# Where Gymnasium has the environments, e.g. "procgen_server/coinrun-v0".
+NAMESPACE = "procgen_server"
+
 try:
     import gymnasium
+    from gymnasium import Env
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 
     HAS_GYMNASIUM = True
+    spaces: Any = gymnasium.spaces
 except ImportError:
     HAS_GYMNASIUM = False
+    spaces = _spaces
 
     class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
         """What follows the step that ends an episode, as gymnasium.vector.AutoresetMode."""
@@ -21,19 +32,72 @@ except ImportError:
         SAME_STEP = "SameStep"
         DISABLED = "Disabled"
 
-    class VectorEnv:  # type: ignore[no-redef]
-        """The part of gymnasium.vector.VectorEnv that does not need its spaces."""
+    class _Environment:
+        """What gymnasium.Env and gymnasium.vector.VectorEnv have in common."""
 
         metadata: dict[str, Any] = {}
-        spec = None
+        spec: Any = None
         render_mode: str | None = None
-        closed = False
-        num_envs: int
+        _np_random: np.random.Generator | None = None
+        _np_random_seed: int | None = None
+
+        def __enter__(self) -> Any:  # noqa: ANN401 - of the subclass's own type
+            """Gives the environment itself."""
+            return self
+
+        def __exit__(self, *exception: object) -> None:
+            """Closes the environment."""
+            self.close()
+
+        def close(self, **kwargs: Any) -> None:
+            """For subclasses: what is to be done on closing."""
 
         @property
-        def unwrapped(self) -> VectorEnv:
+        def unwrapped(self) -> Any:  # noqa: ANN401 - of the subclass's own type
             """The environment itself: nothing wraps it."""
             return self
+
+        @property
+        def np_random(self) -> np.random.Generator:
+            """A random stream for whoever wants one; the environments draw none of it."""
+            if self._np_random is None:
+                self._seed_np_random(None)
+            assert self._np_random is not None
+            return self._np_random
+
+        @np_random.setter
+        def np_random(self, value: np.random.Generator) -> None:
+            self._np_random = value
+            self._np_random_seed = -1  # Gymnasium's word for one that is not known.
+
+        @property
+        def np_random_seed(self) -> int | None:
+            """What that stream was seeded with."""
+            if self._np_random_seed is None:
+                self._seed_np_random(None)
+            return self._np_random_seed
+
+        def _seed_np_random(self, seed: int | None) -> None:
+            sequence = np.random.SeedSequence(seed)
+            assert isinstance(sequence.entropy, int)
+            self._np_random_seed = sequence.entropy
+            self._np_random = np.random.Generator(np.random.PCG64(sequence))
+
+    class Env(_Environment):  # type: ignore[no-redef]
+        """The part of gymnasium.Env that is used here."""
+
+        def reset(
+            self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        ) -> Any:  # noqa: ANN401 - gymnasium.Env's gives what subclasses say
+            """Seeds np_random, where a seed is given."""
+            if seed is not None:
+                self._seed_np_random(seed)
+
+    class VectorEnv(_Environment):  # type: ignore[no-redef]
+        """The part of gymnasium.vector.VectorEnv that is used here."""
+
+        closed = False
+        num_envs: int
 
         def close(self, **kwargs: Any) -> None:
             """Closes once; further calls do nothing."""
@@ -45,15 +109,36 @@ except ImportError:
         def close_extras(self, **kwargs: Any) -> None:
             """For subclasses: what is to be done on closing."""
 
+    def batch_space(space: Any, n: int) -> Any:  # noqa: ANN401
+        """Gives the space of n elements of a space, as gymnasium.vector.utils.batch_space."""
+        if isinstance(space, _spaces.Discrete):
+            return _spaces.MultiDiscrete(np.full(n, space.n))
+        return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
 
-def spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> dict[str, Any]:
-    """Gives a vector environment's four spaces by attribute; all None without Gymnasium."""
-    names = ("single_observation_space", "single_action_space", "observation_space", "action_space")
+
+def single_spaces(shape: tuple[int, ...], action_count: int) -> dict[str, Any]:
+    """Gives the spaces of one environment by attribute of gymnasium.Env."""
+    return {
+        "observation_space": spaces.Box(0, 255, shape, np.uint8),
+        "action_space": spaces.Discrete(action_count),
+    }
+
+
+def vector_spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> dict[str, Any]:
+    """Gives the four spaces of a vector environment by attribute."""
+    single = single_spaces(shape, action_count)
+    batched = {name: batch_space(space, num_envs) for name, space in single.items()}
+    return {f"single_{name}": space for name, space in single.items()} | batched
+
+
+def register_environments() -> None:
+    """Tells Gymnasium of an environment for each game, where Gymnasium is installed."""
     if not HAS_GYMNASIUM:
-        return dict.fromkeys(names)
-    import numpy as np
-
-    observation = gymnasium.spaces.Box(0, 255, shape, np.uint8)
-    action = gymnasium.spaces.Discrete(action_count)
-    batched = (batch_space(observation, num_envs), batch_space(action, num_envs))
-    return dict(zip(names, (observation, action, *batched), strict=True))
+        return
+    for game in GAMES:
+        gymnasium.register(
+            id=f"{NAMESPACE}/{game}-v0",
+            entry_point="procgen_client:ProcgenEnv1",
+            vector_entry_point="procgen_client:ProcgenVectorEnv",
+            kwargs={"games": game},
+        )

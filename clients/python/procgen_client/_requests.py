@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -9,11 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client._proto import states_pb2, step_pb2
+from procgen_client._wire import bytes_field
 from procgen_client.errors import InvalidArgumentError
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
 ACTION_MIN = -1
 ACTION_COUNT = 15
+
+# By action, and the last one is that of -1: what signed numbers are on the wire (sint32).
+_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), 1], np.uint8)
+_ACTIONS_NUMBER = step_pb2.Step.DESCRIPTOR.fields_by_name["actions"].number
+_STEP_NUMBER = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name["step"].number
 
 
 class Reset(NamedTuple):
@@ -24,8 +31,8 @@ class Reset(NamedTuple):
     rand_seed: int | None = None  # Seeds its choice of levels anew. None: goes on as it is.
 
 
-def action_numbers(actions: npt.ArrayLike) -> list[int]:
-    """Checks actions and gives them as a list.
+def action_bytes(actions: npt.ArrayLike) -> bytes:
+    """Checks actions and gives them as they are on the wire, a byte for each.
 
     Raises:
         InvalidArgumentError: They are not one integer for each environment, or out of range.
@@ -36,13 +43,73 @@ def action_numbers(actions: npt.ArrayLike) -> list[int]:
             f"actions has shape {list(array.shape)} and type {array.dtype}; it is one integer for "
             "each environment"
         )
-    wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))
-    if len(wrong):
+    if array.size and (array.min() < ACTION_MIN or array.max() >= ACTION_COUNT):
+        wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))[0]
         raise InvalidArgumentError(
-            f"actions[{wrong[0]}] is {array[wrong[0]]}; actions are {ACTION_MIN} ... "
-            f"{ACTION_COUNT - 1}"
+            f"actions[{wrong}] is {array[wrong]}; actions are {ACTION_MIN} ... {ACTION_COUNT - 1}"
         )
-    return array.tolist()
+    return _ACTIONS_ON_WIRE.take(array).tobytes()
+
+
+@functools.lru_cache(maxsize=64)
+def _step_fields(
+    first_environment: int,
+    environment_count: int,
+    repeat_count: int,
+    observe: bool,
+    final_observations: bool,
+    response_count_min: int,
+) -> bytes:
+    """Gives what is the same from step to step, serialised."""
+    return step_pb2.Step(
+        slice=step_pb2.Slice(
+            first_environment=first_environment, environment_count=environment_count
+        ),
+        repeat_count=repeat_count,
+        observation=observation(observe),
+        with_final_observations=final_observations,
+        response_count_min=response_count_min,
+    ).SerializeToString()
+
+
+def step_request(
+    actions: bytes,
+    first_environment: int,
+    *,
+    repeat_count: int,
+    observe: bool,
+    final_observations: bool,
+    response_count_min: int,
+    next_levels: Mapping[int, int] | None,
+    resets: Iterable[int | Reset],
+) -> bytes:
+    """Gives a StepPoolRequest with a step, serialised, without its number.
+
+    Args:
+        actions: From action_bytes.
+        first_environment, ...: As Pool.step takes them.
+
+    Raises:
+        InvalidArgumentError: A number does not fit its field.
+    """
+    step = _step_fields(
+        first_environment,
+        len(actions),
+        in_range("repeat_count", repeat_count, 1, 1000),
+        bool(observe),
+        bool(final_observations),
+        response_count_min,
+    ) + bytes_field(_ACTIONS_NUMBER, actions)
+    if not next_levels and resets == ():
+        return bytes_field(_STEP_NUMBER, step)
+    exceptions = step_pb2.Step(
+        next_levels=[
+            message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
+            for environment, level_seed in (next_levels or {}).items()
+        ],
+        resets=reset_messages(resets),
+    )
+    return bytes_field(_STEP_NUMBER, step + exceptions.SerializeToString())
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:

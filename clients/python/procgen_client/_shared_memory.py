@@ -22,6 +22,8 @@ _ELEMENT_TYPES = {
     "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
 }
 
+_NOTHING = np.empty(0, np.uint8)
+
 
 class _Array(NamedTuple):
     offset_bytes: int
@@ -50,7 +52,7 @@ class SharedMapping:
             InternalError: The server says of it what cannot be.
         """
         self.path = memory.path
-        self._held: set[int] = set()
+        self._held: dict[int, weakref.ref[np.ndarray]] = {}
         self._released: list[int] = []
         self._let_go: deque[int] = deque()  # By the garbage collector; not yet in the two above.
         self.map_again(memory)
@@ -58,6 +60,11 @@ class SharedMapping:
     def map_again(self, memory: step_pb2.SharedMemory) -> None:
         """Maps it, perhaps with more batches than before; errors as of making it."""
         self._arrays, self._env_count = _read_arrays(memory)
+        numbers = [self._arrays[name] for name in ARRAY_TYPES]
+        self._numbers_begin = min(array.offset_bytes for array in numbers)
+        self._numbers_end = max(
+            array.offset_bytes + self._env_count * array.row_bytes for array in numbers
+        )
         self.batch_count = memory.batch_count
         self._batch_bytes = memory.batch_bytes
         try:
@@ -109,8 +116,8 @@ class SharedMapping:
             self._memory, np.uint8, self._batch_bytes, number * self._batch_bytes
         )
         # All views of it, and views of those, refer to this array, and nothing else does.
-        self._held.add(number)
-        weakref.finalize(memory, self._let_go.append, number).atexit = False
+        let_go, batch = self._let_go, number
+        self._held[number] = weakref.ref(memory, lambda _: let_go.append(batch))
 
         def rows(name: str, row_count: int) -> np.ndarray:
             array = self._arrays[name]
@@ -118,17 +125,23 @@ class SharedMapping:
             return memory[begin : begin + row_count * array.row_bytes].view(array.dtype)
 
         ended = int(np.count_nonzero(rows("terminated", count) | rows("truncated", count)))
+        # One copy for all numbers, which lie side by side.
+        numbers = memory[self._numbers_begin : self._numbers_end].copy()
+        arrays = part.arrays
         for name in ARRAY_TYPES:
-            part.arrays[name] = rows(name, ended if name == "fingerprints" else count).copy()
-        if part.shared_final_observations:
-            part.arrays["final_observations"] = rows("final_observations", ended)
-        if part.shared_observations:
-            part.arrays["observations"] = rows("observations", count)
+            array = self._arrays[name]
+            begin = array.offset_bytes + first * array.row_bytes - self._numbers_begin
+            row_count = ended if name == "fingerprints" else count
+            arrays[name] = np.ndarray((row_count,), array.dtype, numbers, begin)
+        is_shared = part.shared_final_observations
+        arrays["final_observations"] = rows("final_observations", ended) if is_shared else _NOTHING
+        is_shared = part.shared_observations
+        arrays["observations"] = rows("observations", count) if is_shared else _NOTHING
 
     def _note_let_go(self) -> None:
         while self._let_go:
             number = self._let_go.popleft()
-            self._held.discard(number)
+            del self._held[number]
             self._released.append(number)
 
 
@@ -143,8 +156,7 @@ def _map(path: str, size_bytes: int) -> mmap.mmap:
 def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]:
     """Gives where each array is, and how many rows all have."""
     told = {array.field: array for array in memory.arrays}
-    types = {name: np.dtype(dtype) for name, dtype in ARRAY_TYPES.items()}
-    types |= dict.fromkeys(PICTURES, np.dtype(np.uint8))
+    types = ARRAY_TYPES | dict.fromkeys(PICTURES, np.dtype(np.uint8))
     if memory.batch_count < 1 or memory.batch_count * memory.batch_bytes != memory.size_bytes:
         raise InternalError(f"the server's shared memory {memory.path} is not told as a whole")
     arrays: dict[str, _Array] = {}

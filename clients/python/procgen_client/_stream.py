@@ -8,18 +8,17 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import grpc
 
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part, read_response
-from procgen_client.encoding import decoder_for
+from procgen_client._wire import Part, bytes_field, number_field, read_response, varint
+from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
-    DataLossError,
     InternalError,
     ProcgenError,
     UnavailableError,
@@ -32,6 +31,20 @@ _BACKOFF_MIN = 0.02
 _BACKOFF_MAX = 2.0
 # A server that drains says so, and that it is not to be asked again.
 _DRAINS_KEY = "procgen-drains"
+
+
+# Numbers of the fields that are written beside what is asked for.
+_FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
+SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
+_ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
+_RELEASED = _FIELDS["released_batches"].number
+
+
+class _Request(NamedTuple):
+    """A request that may have to be sent again."""
+
+    sequence_number: int
+    body: bytes  # A serialised StepPoolRequest without numbers.
 
 
 class _BrokenConnectionError(Exception):
@@ -88,9 +101,9 @@ class Stream:
         self._attach = step_pb2.Attach()
         self._attach.CopyFrom(attach)
         self._attach.resumable = reconnect_timeout > 0
-        self._unanswered: deque[step_pb2.StepPoolRequest] = deque()
+        self._unanswered: deque[_Request] = deque()
         self._call: Any = None  # grpc's iterator of responses, which has no type of its own
-        self._requests: queue.SimpleQueue[step_pb2.StepPoolRequest | None] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
@@ -117,20 +130,16 @@ class Stream:
         """Number of requests whose answers were not received yet."""
         return len(self._unanswered)
 
-    def send(self, request: step_pb2.StepPoolRequest) -> int:
-        """Numbers a request, sends it and gives its number."""
-        request.sequence_number = self._next_sequence_number
+    def send(self, body: bytes) -> int:
+        """Numbers a request, sends it and gives its number.
+
+        Args:
+            body: A serialised StepPoolRequest that has only what is asked for.
+        """
+        request = _Request(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
-        if self.mapping is None:
-            self._put(request)
-        else:
-            # So that the batches of answers that have arrived are not kept for repetition.
-            request.acknowledged_sequence_number = self._unanswered[0].sequence_number - 1
-            # Not in what is sent again: attaching tells what is held as a whole.
-            sent = step_pb2.StepPoolRequest(released_batches=self.mapping.take_released())
-            sent.MergeFrom(request)
-            self._put(sent)
+        self._put(request)
         return request.sequence_number
 
     def receive(self) -> list[Part]:
@@ -171,11 +180,17 @@ class Stream:
         if self._call is not None:
             self._call.cancel()
 
-    def _put(self, request: step_pb2.StepPoolRequest) -> None:
+    def _put(self, request: _Request) -> None:
+        head = number_field(SEQUENCE_NUMBER, request.sequence_number)
+        if self.mapping is not None:
+            # So that the batches of answers that have arrived are not kept for repetition.
+            head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
+            released = b"".join(map(varint, self.mapping.take_released()))
+            head += bytes_field(_RELEASED, released) if released else b""
         if self._line is None:
-            self._requests.put(request)
+            self._requests.put(head + request.body)
         else:
-            self._line.send(request)
+            self._line.send(head + request.body)
 
     def _end_requests(self) -> None:
         self._requests.put(None)
@@ -214,19 +229,8 @@ class Stream:
         if self._decoder is None:
             return
         try:
-            for part in parts:
-                encoded = part.arrays["observations"]
-                if len(encoded):
-                    part.arrays["observations"] = self._decoder.decode(
-                        part.first_environment, part.environment_count, encoded.tobytes()
-                    )
-        except ProcgenError as error:
-            self.drop()
-            raise DataLossError(
-                f"the answer of {self._attach.pool} to request {parts[0].sequence_number}: "
-                f"{error.message}"
-            ) from None
-        except BaseException:  # Ctrl-C, say: what it has decoded it cannot decode again.
+            decode_parts(self._decoder, self._attach.pool, parts)
+        except BaseException:  # Also Ctrl-C, say: what it has decoded it cannot decode again.
             self.drop()
             raise
 
@@ -256,7 +260,8 @@ class Stream:
         self._line = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
-        self._requests.put(step_pb2.StepPoolRequest(attach=self._attach))
+        attach = step_pb2.StepPoolRequest(attach=self._attach)
+        self._requests.put(attach.SerializeToString())
         self._call = self._step_pool(iter(self._requests.get, None), **arguments)
         response = self._next_response()
         if isinstance(response, Part) or response.WhichOneof("response") != "attached":

@@ -1,10 +1,13 @@
-"""Reads the answers of StepPool without copying pictures.
+"""Reads the answers of StepPool without copying pictures, and writes its requests.
 
 Protocol Buffers would copy every observation twice on its way into an array: into the message, and
 out of it. But on the wire each array of a batch is the little-endian array itself (proto/README.md,
 "On the wire"), so a view of the received bytes will do. What is written in another way than a
 server of today writes it (fields unpacked, or in several pieces: both allowed by Protocol Buffers)
 goes the long way through the generated message, with the same result.
+
+Requests are put together of serialised fields, which Protocol Buffers allows in any order: what is
+the same from step to step is serialised once.
 """
 
 from __future__ import annotations
@@ -20,16 +23,16 @@ _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 
 # Arrays of numbers: name, element type on the wire.
 ARRAY_TYPES = {
-    "rewards": "<f4",
-    "first": "?",
-    "terminated": "?",
-    "truncated": "?",
-    "level_seeds": "<i4",
-    "prev_level_seeds": "<i4",
-    "prev_level_complete": "?",
-    "episode_returns": "<f4",
-    "episode_lengths": "<i4",
-    "fingerprints": "<u8",
+    "rewards": np.dtype("<f4"),
+    "first": np.dtype("?"),
+    "terminated": np.dtype("?"),
+    "truncated": np.dtype("?"),
+    "level_seeds": np.dtype("<i4"),
+    "prev_level_seeds": np.dtype("<i4"),
+    "prev_level_complete": np.dtype("?"),
+    "episode_returns": np.dtype("<f4"),
+    "episode_lengths": np.dtype("<i4"),
+    "fingerprints": np.dtype("<u8"),
 }
 PICTURES = ("final_observations", "observations")
 _SCALARS = (
@@ -59,7 +62,7 @@ class Part:
 
     ``arrays`` maps the names of Batch's arrays to one-dimensional arrays. Numbers are copies and
     writable; pictures are uint8 views of the received message and read-only. With ``shared_batch``
-    they are empty, and the values are in that batch of shared memory (_shared_memory.py).
+    there are none yet: the values are in that batch of shared memory (_shared_memory.py).
     """
 
     sequence_number: int
@@ -88,12 +91,14 @@ def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
 def part_of(response: step_pb2.StepPoolResponse) -> Part:
     """Gives what read_response gives, by way of the generated message: the slow and obvious way."""
     batch = response.batch
-    # Fingerprints are 64 bits that the contract sends as signed numbers.
-    arrays = {
-        name: np.array(getattr(batch, name), dtype.replace("u", "i")).view(dtype)
-        for name, dtype in ARRAY_TYPES.items()
-    }
-    arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
+    arrays: dict[str, np.ndarray] = {}
+    if not batch.HasField("shared_batch"):
+        # Fingerprints are 64 bits that the contract sends as signed numbers.
+        arrays = {
+            name: np.array(getattr(batch, name), dtype.str.replace("u", "i")).view(dtype)
+            for name, dtype in ARRAY_TYPES.items()
+        }
+        arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
     return Part(
         response.sequence_number,
         batch.first_environment,
@@ -119,7 +124,7 @@ def _read_batch_response(message: bytes) -> Part:
     if batch_range is None:
         raise _OtherwiseWrittenError
 
-    scalars: dict[str, Any] = dict.fromkeys(_SCALARS, 0) | {"shared_batch": None}
+    scalars: dict[str, Any] = {}
     ranges: dict[str, tuple[int, int]] = {}
     for number, kind, value in _fields(message, *batch_range):
         if kind == _VARINT and number in _SCALAR_NUMBERS:
@@ -130,30 +135,32 @@ def _read_batch_response(message: bytes) -> Part:
             raise _OtherwiseWrittenError
         # Anything else is a field of a later server, which clients ignore.
 
-    arrays: dict[str, np.ndarray] = {}
-    for name, dtype in ARRAY_TYPES.items():
-        begin, end = ranges.get(name, (0, 0))
-        arrays[name] = _numbers(message, begin, end, np.dtype(dtype))
-    for name in PICTURES:
-        begin, end = ranges.get(name, (0, 0))
-        arrays[name] = np.frombuffer(message, np.uint8)[begin:end]
+    shared_batch = scalars.get("shared_batch")
     return Part(
         sequence_number,
-        scalars["first_environment"],
-        scalars["environment_count"],
-        bool(scalars["last"]),
-        arrays,
-        scalars["shared_batch"],
-        bool(scalars["shared_observations"]),
-        bool(scalars["shared_final_observations"]),
+        scalars.get("first_environment", 0),
+        scalars.get("environment_count", 0),
+        bool(scalars.get("last")),
+        _arrays(message, ranges) if shared_batch is None else {},
+        shared_batch,
+        bool(scalars.get("shared_observations")),
+        bool(scalars.get("shared_final_observations")),
     )
 
 
-def _numbers(message: bytes, begin: int, end: int, dtype: np.dtype) -> np.ndarray:
-    """Copies, so that the array is aligned and the caller's own; these are some bytes a row."""
-    if dtype == np.bool_:
-        return np.frombuffer(message[begin:end], np.uint8) != 0
-    return np.frombuffer(message[begin:end], dtype).copy()
+def _arrays(message: bytes, ranges: dict[str, tuple[int, int]]) -> dict[str, np.ndarray]:
+    arrays: dict[str, np.ndarray] = {}
+    for name, dtype in ARRAY_TYPES.items():
+        begin, end = ranges.get(name, (0, 0))
+        # Copies, so that the array is aligned and the caller's own; these are some bytes a row.
+        if dtype.kind == "b":
+            arrays[name] = np.frombuffer(message[begin:end], np.uint8) != 0
+        else:
+            arrays[name] = np.frombuffer(message[begin:end], dtype).copy()
+    for name in PICTURES:
+        begin, end = ranges.get(name, (0, 0))
+        arrays[name] = np.frombuffer(message, np.uint8)[begin:end]
+    return arrays
 
 
 def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any]]:
@@ -163,7 +170,9 @@ def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any
     """
     fields: list[tuple[int, int, Any]] = []
     while position < end:
-        tag, position = _varint(message, position)
+        tag, position = message[position], position + 1
+        if tag >= 0x80:
+            tag, position = _varint(message, position - 1)
         kind = tag & 7
         value: Any = None
         if kind == _VARINT:
@@ -194,3 +203,25 @@ def _varint(message: bytes, position: int) -> tuple[int, int]:
         if byte < 0x80:
             return value, position
     raise _OtherwiseWrittenError
+
+
+def varint(value: int) -> bytes:
+    """Writes a number that is not negative."""
+    if value < 0x80:
+        return bytes((value,))
+    written = bytearray()
+    while value >= 0x80:
+        written.append(value & 0x7F | 0x80)
+        value >>= 7
+    written.append(value)
+    return bytes(written)
+
+
+def number_field(number: int, value: int) -> bytes:
+    """Writes a field with a number that is not negative."""
+    return varint(number << 3 | _VARINT) + varint(value)
+
+
+def bytes_field(number: int, value: bytes) -> bytes:
+    """Writes a field with bytes: a message that is serialised, or packed numbers."""
+    return varint(number << 3 | _BYTES) + varint(len(value)) + value

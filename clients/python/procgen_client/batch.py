@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -113,7 +114,7 @@ def _check(part: Part, observation_shape: tuple[int, ...]) -> None:
                 f"the answer to request {part.sequence_number} has {len(part.arrays[name])} "
                 f"{name} for {count} environments"
             )
-    observation_bytes = int(np.prod(observation_shape))
+    observation_bytes = math.prod(observation_shape)
     if len(part.arrays["observations"]) not in (0, count * observation_bytes):
         raise InternalError(
             f"the answer to request {part.sequence_number} has "

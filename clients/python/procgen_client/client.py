@@ -21,7 +21,6 @@ from procgen_client._proto import (
     render_pb2_grpc,
     states_pb2,
     states_pb2_grpc,
-    step_pb2,
 )
 from procgen_client._requests import in_range
 from procgen_client._wire import read_response
@@ -39,7 +38,7 @@ from procgen_client.pool import Pool
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
+STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
 # Most slices that a step can be asked to be carried out in (Step.response_count_min).
 _PIPELINE_MAX = 64
 
@@ -92,7 +91,7 @@ class Client:
         self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         self._closed = False
-        arguments = [*_channel_arguments(address), *channel_options]
+        arguments = [*channel_arguments(address), *channel_options]
         shown = Credentials.from_environment() if credentials is None else credentials
         self._channel = shown.channel(address, arguments)
         self._metadata = shown.metadata()
@@ -102,10 +101,10 @@ class Client:
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
         # In place of the generated stub, which would copy each picture on the way; see _wire.py.
+        # Requests are bytes already.
         self._step_pool = functools.partial(
             self._channel.stream_stream(
-                _STEP_POOL_METHOD,
-                request_serializer=step_pb2.StepPoolRequest.SerializeToString,
+                STEP_POOL_METHOD,
                 response_deserializer=read_response,
             ),
             metadata=self._metadata,
@@ -201,13 +200,12 @@ class Client:
         """Makes a pool; every environment stands at the first step of its first level.
 
         Args:
-            games: A game's name, or several; several are dealt to the environments in turn.
-            env_count: Number of environments, N.
+            games, env_count: A game, or several that are dealt in turn to so many environments.
             episode_end: What follows the step that ends an episode. "same_step": the observation is
                 the next episode's first. "next_step": it is the last one, and the next step begins
                 the next episode. "disabled": it is the last one; the environment must be reset.
-            first_environment, total_environments: For a part of a larger pool: the index of its
-                first environment in the whole, and the whole's number; 0: up to this pool's last.
+            first_environment, total_environments: Of a part of a larger pool: where it begins, and
+                the whole's number of environments; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
             pipeline: In how many slices the whole pool is stepped, 1 to 64. None: as many as pay.
@@ -240,12 +238,13 @@ class Client:
             level_sampler=level_sampler,
             transport=transport,
         )
-        stream = {
-            "requests_in_flight_max": requests_in_flight_max,
-            "pipeline": pipeline,
-            "held_batches_max": held_batches_max,
-        }
-        return self.create_pool_from_spec(spec, pool_id=pool_id, **stream)
+        return self.create_pool_from_spec(
+            spec,
+            pool_id=pool_id,
+            requests_in_flight_max=requests_in_flight_max,
+            pipeline=pipeline,
+            held_batches_max=held_batches_max,
+        )
 
     def create_pool_from_spec(
         self,
@@ -395,7 +394,8 @@ def connect(
     return Client(address, timeout=timeout, credentials=credentials)
 
 
-def _channel_arguments(address: str) -> list[tuple[str, Any]]:
+def channel_arguments(address: str) -> list[tuple[str, Any]]:
+    """Gives the arguments of a channel to a server."""
     arguments: list[tuple[str, Any]] = [
         # Attach tells the server how large responses may be; the channel need not limit them as
         # well.

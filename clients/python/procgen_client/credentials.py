@@ -6,6 +6,7 @@ import ipaddress
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import grpc
 
@@ -49,8 +50,13 @@ class Credentials:
             token=os.environ.get(TOKEN_VARIABLE) or None,
         )
 
-    def channel(self, address: str, arguments: list) -> grpc.Channel:
+    def channel(self, address: str, arguments: list, kind: Any = grpc) -> Any:  # noqa: ANN401
         """Opens a channel to `address` with them.
+
+        Args:
+            address: Where to.
+            arguments: gRPC's channel arguments.
+            kind: The module whose channel it is: grpc, or grpc.aio for asyncio.
 
         Raises:
             InvalidArgumentError: A certificate without its key or without `ca`, or a token that
@@ -65,7 +71,7 @@ class Credentials:
             tls = grpc.ssl_channel_credentials(
                 _pem(self.ca, "ca"), _pem(self.key, "key"), _pem(self.certificate, "certificate")
             )
-            return grpc.secure_channel(address, tls, arguments)
+            return kind.secure_channel(address, tls, arguments)
         if self.certificate is not None:
             raise InvalidArgumentError(
                 "a client's certificate is given without certificates that vouch for the server; "
@@ -76,7 +82,7 @@ class Credentials:
                 f"the token would go to {address} in plain text; give certificates that vouch for "
                 f"the server (ca, or {CA_VARIABLE}), or say token_in_plain_text"
             )
-        return grpc.insecure_channel(address, arguments)
+        return kind.insecure_channel(address, arguments)
 
     def metadata(self) -> tuple[tuple[str, str], ...]:
         """What each call bears."""

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from procgen_client._proto import pools_pb2
+from procgen_client._wire import Part
 from procgen_client.errors import (
     DataLossError,
     FailedPreconditionError,
     InvalidArgumentError,
+    ProcgenError,
     UnimplementedError,
 )
 
@@ -74,7 +76,7 @@ class _Lz4:
         return content
 
 
-_DECOMPRESSORS = {
+_DECOMPRESSORS: dict[int, type[_Zstd] | type[_Lz4]] = {
     pools_pb2.ENCODING_ZSTD_DIFFERENCE: _Zstd,
     pools_pb2.ENCODING_LZ4_DIFFERENCE: _Lz4,
 }
@@ -98,6 +100,25 @@ def decoder_for(pool: pools_pb2.Pool) -> ObservationDecoder | None:
     if pool.spec.encoding in (pools_pb2.ENCODING_UNSPECIFIED, pools_pb2.ENCODING_RAW):
         return None
     return ObservationDecoder(pool)
+
+
+def decode_parts(decoder: ObservationDecoder, pool: str, parts: list[Part]) -> None:
+    """Puts decoded observations in the place of encoded ones, of a whole answer of a pool.
+
+    Raises:
+        DataLossError: They are damaged; what the decoder knows is of no more use.
+    """
+    try:
+        for part in parts:
+            encoded = part.arrays["observations"]
+            if len(encoded):
+                part.arrays["observations"] = decoder.decode(
+                    part.first_environment, part.environment_count, encoded.tobytes()
+                )
+    except ProcgenError as error:
+        raise DataLossError(
+            f"the answer of {pool} to request {parts[0].sequence_number}: {error.message}"
+        ) from None
 
 
 class _Reader:
@@ -294,7 +315,7 @@ class ObservationDecoder:
         lines = blocks.rows[:, np.newaxis] * self._rows + rows
         starts = lines * wide.shape[2] + (columns + _SIDE)[:, np.newaxis]
         piece = _SIDE * self._pixel_bytes
-        pieces = np.ndarray(
+        pieces: np.ndarray = np.ndarray(
             (wide.size // self._pixel_bytes - _SIDE + 1,),
             np.dtype((np.void, piece)),
             wide,

@@ -14,6 +14,24 @@ from procgen_client._proto import pools_pb2
 from procgen_client._requests import in_range, message_of
 from procgen_client.errors import InvalidArgumentError
 
+GAMES = (
+    "bigfish",
+    "bossfight",
+    "caveflyer",
+    "chaser",
+    "climber",
+    "coinrun",
+    "dodgeball",
+    "fruitbot",
+    "heist",
+    "jumper",
+    "leaper",
+    "maze",
+    "miner",
+    "ninja",
+    "plunder",
+    "starpilot",
+)
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 EPISODE_ENDS = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")

@@ -12,11 +12,10 @@ import numpy.typing as npt
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import (
     Reset,
-    action_numbers,
-    in_range,
-    message_of,
+    action_bytes,
     observation,
     reset_messages,
+    step_request,
 )
 from procgen_client._shared_memory import SharedMapping
 from procgen_client._stream import Stream
@@ -222,7 +221,8 @@ class Pool(PoolResource):
         Errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
-        self._send(step_pb2.StepPoolRequest(level_sampler=level_sampler_message(level_sampler)))
+        sampler = level_sampler_message(level_sampler)
+        self._send(step_pb2.StepPoolRequest(level_sampler=sampler).SerializeToString())
         self._receive_parts()
 
     # Stepping with requests sent ahead.
@@ -248,24 +248,19 @@ class Pool(PoolResource):
                 Or arrays refer to so many batches of shared memory that there is none for the
                 answer: let go of some, or copy them. Nothing was sent.
         """
-        numbers = action_numbers(actions)
-        self._check_slice(first_environment, len(numbers), "actions")
-        request = step_pb2.Step(
-            slice=step_pb2.Slice(
-                first_environment=first_environment, environment_count=len(numbers)
-            ),
-            actions=numbers,
-            repeat_count=in_range("repeat_count", repeat_count, 1, 1000),
-            observation=observation(observe),
-            with_final_observations=final_observations,
-            response_count_min=self.pipeline if observe and len(numbers) == self.env_count else 0,
-            resets=reset_messages(resets),
+        on_wire = action_bytes(actions)
+        self._check_slice(first_environment, len(on_wire), "actions")
+        request = step_request(
+            on_wire,
+            first_environment,
+            repeat_count=repeat_count,
+            observe=observe,
+            final_observations=final_observations,
+            response_count_min=self.pipeline if observe and len(on_wire) == self.env_count else 0,
+            next_levels=next_levels,
+            resets=resets,
         )
-        for environment, level_seed in (next_levels or {}).items():
-            request.next_levels.append(
-                message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
-            )
-        return self._send(step_pb2.StepPoolRequest(step=request))
+        return self._send(request)
 
     def send_observe(
         self,
@@ -279,7 +274,7 @@ class Pool(PoolResource):
             slice=self._slice(first_environment, environment_count),
             observation=observation(observe),
         )
-        return self._send(step_pb2.StepPoolRequest(observe=request))
+        return self._send(step_pb2.StepPoolRequest(observe=request).SerializeToString())
 
     def send_reset(
         self,
@@ -296,7 +291,7 @@ class Pool(PoolResource):
         request = step_pb2.ResetSlice(
             slice=which, resets=reset_messages(resets), observation=observation(observe)
         )
-        return self._send(step_pb2.StepPoolRequest(reset=request))
+        return self._send(step_pb2.StepPoolRequest(reset=request).SerializeToString())
 
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request.
@@ -384,7 +379,7 @@ class Pool(PoolResource):
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
 
-    def _send(self, request: step_pb2.StepPoolRequest) -> int:
+    def _send(self, request: bytes) -> int:
         if self.in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
                 f"{self.in_flight} requests to {self.name} are unanswered, of at most "

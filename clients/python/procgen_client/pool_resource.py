@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +33,7 @@ class PoolResource(abc.ABC):
         name: Resource name, e.g. ``"pools/7"``.
         spec: What the pool was made with, every default filled in (also a rand_seed that the server
             drew).
+        env_count: Number of environments, N.
         observation_shape: Shape of one environment's observation, ``(64, 64, 3)`` by default; with
             a stack of k > 1 pictures k comes first, so ``(4, 84, 84, 1)`` for four grey ones.
     """
@@ -41,13 +42,9 @@ class PoolResource(abc.ABC):
         """For :class:`Pool`."""
         self.name = message.name
         self.spec = message.spec
+        self.env_count = message.spec.env_count
         self.observation_shape = tuple(message.observation_shape)
         self._client = client
-
-    @property
-    def env_count(self) -> int:
-        """Number of environments, N."""
-        return self.spec.env_count
 
     # Saving and restoring.
 
@@ -105,18 +102,8 @@ class PoolResource(abc.ABC):
             DataLossError: A snapshot is damaged, or of another version.
         """
         self._require_nothing_in_flight()
-        request = states_pb2.RestoreStatesRequest(pool=self.name)
-        empty_bytes = request_bytes = request.ByteSize()
         bytes_max = self._client.catalog().limits.request_bytes_max
-        for state in state_messages(states, self.env_count):
-            state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
-            if request.states and request_bytes + state_bytes > bytes_max:
-                self._client._restore_states(request)
-                del request.states[:]
-                request_bytes = empty_bytes
-            request.states.append(state)
-            request_bytes += state_bytes
-        if request.states:
+        for request in restore_requests(self.name, states, self.env_count, bytes_max):
             self._client._restore_states(request)
 
     def clone_states(
@@ -219,3 +206,24 @@ class PoolResource(abc.ABC):
     @abc.abstractmethod
     def _require_nothing_in_flight(self) -> None:
         """Raises FailedPreconditionError where requests are unanswered."""
+
+
+def restore_requests(
+    pool: str, states: Mapping[int, bytes] | Sequence[bytes], env_count: int, bytes_max: int
+) -> Iterator[states_pb2.RestoreStatesRequest]:
+    """Gives the requests that restore states, as few as hold them all.
+
+    Errors as PoolResource.restore_states.
+    """
+    request = states_pb2.RestoreStatesRequest(pool=pool)
+    empty_bytes = request_bytes = request.ByteSize()
+    for state in state_messages(states, env_count):
+        state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
+        if request.states and request_bytes + state_bytes > bytes_max:
+            yield request
+            request = states_pb2.RestoreStatesRequest(pool=pool)
+            request_bytes = empty_bytes
+        request.states.append(state)
+        request_bytes += state_bytes
+    if request.states:
+        yield request

@@ -6,6 +6,7 @@ import os
 import re
 import selectors
 import shutil
+import signal
 import subprocess
 import time
 from collections.abc import Sequence
@@ -17,6 +18,10 @@ from procgen_client.errors import UnavailableError
 # Where to look for the program if nobody says: this variable, then PATH.
 BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
 
+# Runs a program until standard input ends, which it does with whoever holds its other end. The
+# program's own standard input is empty, and standard output ends with it.
+_UNTIL_INPUT_ENDS = '"$@" </dev/null & exec >&-; read _; kill $! 2>/dev/null; wait $!'
+
 # The server writes the address that it is bound to on its standard output, and nothing else.
 _ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
 
@@ -24,12 +29,13 @@ _ADDRESS = re.compile(r"(unix:\S+|(?:[\w.-]+|\[[0-9a-fA-F:]+\]):\d+)\s*$")
 class ServerProcess:
     """A procgen-server that is started, and stopped on leaving.
 
-    It listens on loopback, on a port that the system chooses. A session of its own keeps Ctrl-C
-    from it: it runs until stop is called, also when this program ends without doing so.
+    It listens on loopback, on a port that the system chooses, unless told otherwise. A session of
+    its own keeps Ctrl-C from it: it runs until stop is called, also when this program ends without
+    doing so, unless it is tied to it.
 
     Attributes:
         address: Where it listens, for Client.
-        process_id: Its process id.
+        process_id: Its process id; where it is tied, that of the shell that watches it.
     """
 
     def __init__(
@@ -37,6 +43,8 @@ class ServerProcess:
         binary: str | os.PathLike[str] | None = None,
         flags: Sequence[str] = (),
         *,
+        address: str = "127.0.0.1:0",
+        tied: bool = False,
         log_path: str | os.PathLike[str] | None = None,
         start_timeout: float = 30.0,
     ) -> None:
@@ -46,6 +54,9 @@ class ServerProcess:
             binary: The program. None: what the variable PROCGEN_SERVER_BINARY says, else
                 procgen-server in PATH.
             flags: More flags, e.g. ["--workers=2"]; ``procgen-server --help`` tells them all.
+            address: Where it listens: HOST:PORT (port 0: one that the system chooses) or
+                unix:PATH.
+            tied: It ends with this program, however that ends.
             log_path: File that its log lines are written to. None: they are thrown away.
             start_timeout: How long to wait for it, in seconds.
 
@@ -55,10 +66,13 @@ class ServerProcess:
         """
         program = _find(binary)
         self._log_path = None if log_path is None else Path(log_path)
+        command = [program, f"--address={address}", *flags]
+        if tied:
+            command = ["/bin/sh", "-c", _UNTIL_INPUT_ENDS, "procgen-server", *command]
         with open(log_path or os.devnull, "wb") as log:
             self._process = subprocess.Popen(
-                [program, "--address=127.0.0.1:0", *flags],
-                stdin=subprocess.DEVNULL,
+                command,
+                stdin=subprocess.PIPE if tied else subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=log,
                 start_new_session=True,
@@ -85,15 +99,21 @@ class ServerProcess:
         Returns:
             Its exit status. Stopping again gives that again.
         """
-        self._process.terminate()
+        self._ask_to_end()
         try:
             return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
-            self._process.kill()
+            os.killpg(self.process_id, signal.SIGKILL)  # Its session's: also where a shell watches.
             return self._process.wait()
         finally:
             if self._process.stdout is not None:
                 self._process.stdout.close()
+
+    def _ask_to_end(self) -> None:
+        if self._process.stdin is None:
+            self._process.terminate()
+        else:
+            self._process.stdin.close()
 
     def _wait_for_address(self, output: IO[bytes], timeout: float) -> str:
         deadline = time.monotonic() + timeout
@@ -103,6 +123,7 @@ class ServerProcess:
             while selector.select(max(0.0, deadline - time.monotonic())):
                 piece = os.read(output.fileno(), 4096)
                 if not piece:
+                    self._ask_to_end()
                     status = self._process.wait()
                     raise UnavailableError(
                         f"procgen-server ended with status {status}{self._last_words()}"

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._gymnasium import AutoresetMode, VectorEnv, spaces
-from procgen_client._requests import ACTION_COUNT, Reset
+from procgen_client._gymnasium import AutoresetMode, VectorEnv, vector_spaces
+from procgen_client._infos import level_infos, step_infos
+from procgen_client._requests import ACTION_COUNT, Reset, in_range
 from procgen_client.batch import Batch
 from procgen_client.client import Client
 from procgen_client.errors import (
@@ -19,6 +20,7 @@ from procgen_client.errors import (
     UnimplementedError,
 )
 from procgen_client.pool import Pool
+from procgen_client.private_server import is_private, open_client
 
 _EPISODE_ENDS = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -31,8 +33,8 @@ class ProcgenVectorEnv(VectorEnv):
     """N environments on a server, with the contract of Gymnasium's VectorEnv (1.1 and later).
 
     It subclasses gymnasium.vector.VectorEnv where Gymnasium is installed, and works without it:
-    then the spaces are None, and ``metadata["autoreset_mode"]`` is a member of an enumeration with
-    the same names and values.
+    then the spaces are small classes with the same names and attributes, and
+    ``metadata["autoreset_mode"]`` is a member of an enumeration with the same names and values.
 
     Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], red, green, blue, top row first;
     actions int [N], each in [0, 15) (-1, which is outside of the action space, does nothing and
@@ -73,19 +75,21 @@ class ProcgenVectorEnv(VectorEnv):
         games: str | Sequence[str],
         num_envs: int = 64,
         *,
-        server: str | Client,
+        server: str | Client | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         render_side_px: int = 512,
         copy: bool = True,
+        frame_skip: int = 1,
         **options: Any,
     ) -> None:
         """Makes the pool.
 
         Args:
-            games: A game's name, or several; several are dealt to the environments in turn.
-            num_envs: Number of environments, N.
-            server: Address of a server, or a Client (which stays open on close).
+            games, num_envs: A game, or several that are dealt in turn to N environments.
+            server: Address of a server, or a Client (which stays open on close). None: the address
+                in the variable PROCGEN_SERVER, else a server of this program's own, which is
+                started (private_server.py) and shares memory unless told otherwise.
             autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
                 its value.
             render_mode: "rgb_array" for render(), or None.
@@ -96,6 +100,8 @@ class ProcgenVectorEnv(VectorEnv):
                 memory that the server draws into, and only so many may be kept
                 (held_batches_max, 2 by default, and those of this step). With an encoding they
                 are arrays of your own anyway.
+            frame_skip: Each action is taken so many times, in [1, 1000], and only the last is
+                drawn; rewards are summed, and an environment stops when its episode ends.
             **options: As Client.create_pool takes them: the released options (distribution_mode,
                 num_levels, start_level, rand_seed, use_sequential_levels, ...), the form of the
                 observations (screen_size, grayscale_obs, layout, frame_stack) and how they travel
@@ -109,14 +115,11 @@ class ProcgenVectorEnv(VectorEnv):
         mode = _autoreset_mode(autoreset_mode)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
-        client = server if isinstance(server, Client) else Client(server)
+        in_range("frame_skip", frame_skip, 1, 1000)
+        client = open_client(server)
         try:
-            if render_mode is not None and not client.catalog().features.render:
-                raise UnimplementedError(
-                    f"the server at {client.address} does not draw for people; use render_mode None"
-                )
-            self.pool = client.create_pool(
-                games, num_envs, episode_end=_EPISODE_ENDS[mode], **options
+            self.pool = _create_pool(
+                client, games, num_envs, mode, options, is_drawn=render_mode is not None
             )
         except BaseException:
             if client is not server:
@@ -125,16 +128,18 @@ class ProcgenVectorEnv(VectorEnv):
         self.num_envs = num_envs
         self.render_mode = render_mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
-        for name, space in spaces(self.pool.observation_shape, ACTION_COUNT, num_envs).items():
+        shape = self.pool.observation_shape
+        for name, space in vector_spaces(shape, ACTION_COUNT, num_envs).items():
             setattr(self, name, space)
         self._mode = mode
+        self._frame_skip = frame_skip
+        self._next_levels: dict[int, int] = {}  # To be told with the next step.
         self._copy = copy
         self._render_side_px = render_side_px
         self._untouched = True  # Neither reset nor stepped: all stand at their first step.
         self._ended = np.zeros(num_envs, np.bool_)  # Whose episode is over, to be reset (DISABLED).
-        self._close_once = weakref.finalize(
-            self, _close, self.pool, None if client is server else client
-        )
+        owned = None if client is server else client
+        self._close_once = weakref.finalize(self, _close, self.pool, owned)
 
     def __enter__(self) -> ProcgenVectorEnv:
         """Gives the environment itself."""
@@ -178,7 +183,7 @@ class ProcgenVectorEnv(VectorEnv):
             )
         self._untouched = False
         self._ended[mask] = False
-        return self._observations(batch), _level_infos(batch, mask)
+        return self._observations(batch), level_infos(batch, mask)
 
     def step(
         self, actions: npt.ArrayLike
@@ -220,7 +225,13 @@ class ProcgenVectorEnv(VectorEnv):
             raise InvalidArgumentError(
                 f"actions has shape {list(actions.shape)}; it is [{self.num_envs}]"
             )
-        self.pool.send_step(actions, final_observations=self._mode is AutoresetMode.SAME_STEP)
+        self.pool.send_step(
+            actions,
+            repeat_count=self._frame_skip,
+            final_observations=self._mode is AutoresetMode.SAME_STEP,
+            next_levels=self._next_levels,
+        )
+        self._next_levels = {}
 
     def step_wait(
         self,
@@ -241,8 +252,31 @@ class ProcgenVectorEnv(VectorEnv):
             batch.rewards.astype(np.float64),
             batch.terminated,
             batch.truncated,
-            _step_infos(batch, self._mode is AutoresetMode.SAME_STEP),
+            step_infos(batch, self._mode is AutoresetMode.SAME_STEP),
         )
+
+    def set_next_levels(self, level_seeds: Mapping[int, int]) -> None:
+        """Chooses the levels that environments play after their present ones.
+
+        It is told to the server with the next step, and holds until they are played: also from an
+        episode that ends with that very step.
+
+        Args:
+            level_seeds: Level seeds by environment.
+
+        Raises:
+            InvalidArgumentError: There is no such environment.
+        """
+        for environment in level_seeds:
+            in_range("environment", environment, 0, self.num_envs - 1)
+        self._next_levels |= level_seeds
+
+    @property
+    def episodes_over(self) -> np.ndarray:
+        """Whose episode has ended with the last step and no other has begun yet; bool [N]."""
+        if self._mode is AutoresetMode.SAME_STEP:
+            return np.zeros(self.num_envs, np.bool_)
+        return self._ended.copy()
 
     def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
         """Takes snapshots of environments (None: of all); see Pool.save_states."""
@@ -303,7 +337,7 @@ class ProcgenVectorEnv(VectorEnv):
         # One that was saved where the next episode begins with the end of the last (`first`) is in
         # the midst of that.
         self._ended = batch.ended & ~batch.first
-        return self._observations(batch), _level_infos(batch, np.ones(self.num_envs, np.bool_))
+        return self._observations(batch), level_infos(batch, np.ones(self.num_envs, np.bool_))
 
     def _observations(self, batch: Batch) -> np.ndarray:
         assert batch.observations is not None
@@ -312,49 +346,28 @@ class ProcgenVectorEnv(VectorEnv):
         return batch.observations.copy() if self._copy and view_only else batch.observations
 
 
+def _create_pool(
+    client: Client,
+    games: str | Sequence[str],
+    num_envs: int,
+    mode: AutoresetMode,
+    options: dict[str, Any],
+    *,
+    is_drawn: bool,
+) -> Pool:
+    if is_drawn and not client.catalog().features.render:
+        raise UnimplementedError(
+            f"the server at {client.address} does not draw for people; use render_mode None"
+        )
+    if is_private(client) and options.get("encoding", "raw") == "raw":
+        options = {"transport": "shared_memory"} | options
+    return client.create_pool(games, num_envs, episode_end=_EPISODE_ENDS[mode], **options)
+
+
 def _close(pool: Pool, client: Client | None) -> None:
     pool.close()
     if client is not None:
         client.close()
-
-
-def _step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
-    everywhere = np.ones(batch.environment_count, np.bool_)
-    ended = batch.ended
-    infos = _level_infos(batch, everywhere)
-    if not ended.any():
-        return infos
-    _add_info(infos, "episode_return", np.where(ended, batch.episode_returns, 0), ended)
-    _add_info(infos, "episode_length", np.where(ended, batch.episode_lengths, 0), ended)
-    if not same_step:
-        return infos
-
-    final_obs = np.full(batch.environment_count, None, dtype=object)
-    for row, observation in zip(np.flatnonzero(ended), batch.final_observations, strict=True):
-        final_obs[row] = observation.copy()
-    final_info: dict[str, Any] = {}
-    for name, values in (
-        ("level_seed", batch.prev_level_seeds),  # The level that the last observation shows.
-        ("prev_level_seed", batch.prev_level_seeds),
-        ("prev_level_complete", batch.prev_level_complete),
-    ):
-        _add_info(final_info, name, np.where(ended, values, 0).astype(values.dtype), ended)
-    _add_info(infos, "final_obs", final_obs, ended)
-    _add_info(infos, "final_info", final_info, ended)
-    return infos
-
-
-def _level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    infos: dict[str, Any] = {}
-    _add_info(infos, "level_seed", batch.level_seeds, mask)
-    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
-    _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
-    return infos
-
-
-def _add_info(infos: dict[str, Any], name: str, values: object, mask: np.ndarray) -> None:
-    infos[name] = values
-    infos[f"_{name}"] = mask.copy()
 
 
 def _autoreset_mode(given: AutoresetMode | str) -> AutoresetMode:

@@ -19,7 +19,40 @@ from procgen_client import ServerProcess
 
 _IN_ITS_PLACE = {
     # gymnasium/__init__.py exports spaces and vector.
-    "__init__.py": "from gymnasium import spaces, vector\n",
+    # It and gymnasium/core.py: Env; gymnasium/envs/registration.py: register, make, make_vec, which
+    # hands the keyword arguments of both to the entry point.
+    "__init__.py": """
+import importlib
+from gymnasium import spaces, vector
+
+class Env:
+    metadata = {}
+    spec = None
+
+    @property
+    def unwrapped(self):
+        return self
+
+    def reset(self, *, seed=None, options=None):
+        self.was_seeded_with = seed
+
+registry = {}
+
+def register(id, entry_point=None, vector_entry_point=None, kwargs=None):
+    registry[id] = (entry_point, vector_entry_point, kwargs or {})
+
+def _load(name):
+    module, attribute = name.split(":")
+    return getattr(importlib.import_module(module), attribute)
+
+def make(id, **kwargs):
+    return _load(registry[id][0])(**(registry[id][2] | kwargs))
+
+def make_vec(id, num_envs=1, **kwargs):
+    env = _load(registry[id][1])(num_envs=num_envs, **(registry[id][2] | kwargs))
+    env.unwrapped.spec = id
+    return env
+""",
     # gymnasium/spaces/box.py and discrete.py: Box(low, high, shape, dtype), Discrete(n).
     "spaces.py": """
 from dataclasses import dataclass
@@ -34,6 +67,10 @@ class Box:
 @dataclass
 class Discrete:
     n: int
+
+@dataclass
+class Dict:
+    spaces: dict
 """,
     # gymnasium/vector/__init__.py exports AutoresetMode and VectorEnv (vector/vector_env.py).
     "vector/__init__.py": """
@@ -49,6 +86,10 @@ class VectorEnv:
     spec = None
     render_mode = None
     closed = False
+
+    @property
+    def unwrapped(self):
+        return self
 
     def close(self, **kwargs):
         if not self.closed:
@@ -66,7 +107,7 @@ _PROGRAM = """
 import sys
 import gymnasium
 import numpy as np
-from procgen_client import AutoresetMode, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenEnv, ProcgenEnv1, ProcgenVectorEnv
 
 assert AutoresetMode is gymnasium.vector.AutoresetMode
 assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv)
@@ -83,6 +124,30 @@ env.step([0, -1])
 env.close()
 env.close()
 assert env.closed
+
+# gymnasium/envs/registration.py, make_vec: a vector_entry_point is called with num_envs and the
+# registered keyword arguments; spec is set. Ours: a namespace of its own.
+assert len(gymnasium.registry) == 16
+vector = gymnasium.make_vec("procgen_server/coinrun-v0", num_envs=3, server=sys.argv[1])
+assert isinstance(vector, ProcgenVectorEnv)
+assert list(vector.pool.spec.games) == ["coinrun"]
+assert vector.num_envs == 3
+vector.close()
+
+one = gymnasium.make("procgen_server/maze-v0", server=sys.argv[1], render_mode="rgb_array")
+assert isinstance(one, ProcgenEnv1)
+assert issubclass(ProcgenEnv1, gymnasium.Env)
+assert one.observation_space == gymnasium.spaces.Box(0, 255, (64, 64, 3), np.uint8)
+assert one.action_space == gymnasium.spaces.Discrete(15)
+one.reset(seed=5)
+assert one.was_seeded_with == 5, "core.py, Env.reset: subclasses call it"
+one.step(4)
+assert one.render().shape == (512, 512, 3)
+one.close()
+
+venv = ProcgenEnv(1, "maze", server=sys.argv[1])
+assert isinstance(venv.observation_space, gymnasium.spaces.Dict)
+venv.close()
 
 atari = {"screen_size": 84, "grayscale_obs": True, "frame_stack": 4}
 with ProcgenVectorEnv("maze", 2, server=sys.argv[1], **atari) as env:

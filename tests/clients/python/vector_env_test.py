@@ -70,6 +70,78 @@ def test_attributes_that_wrappers_read_are_there(make_env: MakeEnv) -> None:
         assert hasattr(env, name)
 
 
+def test_spaces_are_there_and_the_batched_ones_hold_a_batch(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv: observation_space and action_space are batched versions of
+    # the single ones; of Discrete that is MultiDiscrete (vector/utils/space_utils.py, batch_space).
+    env = make_env()
+    observations, _ = env.reset()
+    assert observations in env.observation_space
+    assert observations[0] in env.single_observation_space
+    assert env.single_action_space.n == 15
+    assert env.action_space.nvec.tolist() == [15] * _N
+    env.action_space.seed(3)
+    for _ in range(5):
+        actions = env.action_space.sample()
+        assert actions in env.action_space
+        env.step(actions)
+    assert [15, 0, 0, 0] not in env.action_space
+    assert env.single_observation_space.sample() in env.single_observation_space
+    assert observations.astype(np.float32) not in env.observation_space
+
+
+def test_a_random_stream_is_there(make_env: MakeEnv) -> None:
+    # vector/vector_env.py, VectorEnv.np_random and np_random_seed: made when first asked for.
+    env = make_env()
+    seed = env.np_random_seed
+    expected = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
+    assert env.np_random.integers(1 << 62) == expected.integers(1 << 62)
+    env.np_random = np.random.default_rng(1)
+    assert env.np_random_seed == -1
+
+
+def test_frames_are_skipped(make_env: MakeEnv) -> None:
+    # Ours: an action is taken several times, rewards are summed, the last picture is drawn.
+    skipping, plain = make_env("bigfish", frame_skip=3), make_env("bigfish")
+    skipping.reset()
+    plain.reset()
+    for step in range(30):
+        actions = np.full(_N, step % 9)
+        observations, rewards, *_ = skipping.step(actions)
+        steps = [plain.step(actions) for _ in range(3)]
+        if any((step[2] | step[3]).any() for step in steps):
+            break
+        np.testing.assert_array_equal(observations, steps[-1][0])
+        np.testing.assert_array_equal(rewards, sum(step[1] for step in steps))
+    assert step > 3
+    with pytest.raises(errors.InvalidArgumentError, match="frame_skip is 0"):
+        make_env(frame_skip=0)
+
+
+def test_next_levels_are_played_next(make_env: MakeEnv) -> None:
+    # Ours: no source in Gymnasium.
+    env = make_env(autoreset_mode=AutoresetMode.SAME_STEP)
+    env.reset()
+    env.set_next_levels({0: 123})
+    env.set_next_levels({1: 77, 2: 78})
+    env.step(_NOTHING)
+    _, _, _, _, infos = env.step(np.array([-1, -1, 4, 4]))
+    assert infos["level_seed"][:2].tolist() == [123, 77]
+    _, _, _, _, infos = env.step(_END_OF_FIRST)
+    assert infos["level_seed"][0] != 123
+    with pytest.raises(errors.InvalidArgumentError, match="environment is 4"):
+        env.set_next_levels({4: 1})
+
+
+def test_whose_episode_is_over_is_told(make_env: MakeEnv) -> None:
+    # Ours: no source in Gymnasium.
+    for mode in AutoresetMode:
+        env = make_env(autoreset_mode=mode)
+        env.reset()
+        env.step(_END_OF_FIRST)
+        is_over = mode is not AutoresetMode.SAME_STEP
+        assert env.episodes_over.tolist() == [is_over, False, False, False]
+
+
 def test_reset_gives_observations_and_infos(make_env: MakeEnv) -> None:
     # vector/vector_env.py, VectorEnv.reset: "-> (observations, infos)"; seed and options are
     # keyword-only.

@@ -1,0 +1,59 @@
+"""What the released interface takes from gym3, and what serves where there is none."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+try:
+    from gym3 import Env as Gym3Env
+    from gym3 import types
+except ImportError:
+
+    class Gym3Env:  # type: ignore[no-redef]
+        """The part of gym3.Env that is used here."""
+
+        def __init__(self, ob_space: Any, ac_space: Any, num: int) -> None:  # noqa: ANN401
+            """Takes types of observation and action, and the number of environments."""
+            self.ob_space = ob_space
+            self.ac_space = ac_space
+            self.num = num
+
+    class _Discrete(NamedTuple):
+        """The integers in [0, n)."""
+
+        n: int
+        dtype_name: str
+
+    class _TensorType(NamedTuple):
+        """Arrays of one kind of elements."""
+
+        eltype: _Discrete
+        shape: tuple[int, ...]
+
+    class _DictType(dict[str, Any]):
+        """A type by name."""
+
+        def __init__(self, **subtypes: Any) -> None:
+            """Takes the types by name."""
+            super().__init__(subtypes)
+
+    class types:  # type: ignore[no-redef]  # noqa: N801 - as gym3's module
+        """The part of gym3.types that is used here."""
+
+        Discrete = _Discrete
+        TensorType = _TensorType
+        DictType = _DictType
+
+
+def observation_type(shape: tuple[int, ...]) -> Any:  # noqa: ANN401
+    """Gives the type of {"rgb": uint8 [*shape]}."""
+    pixels = types.TensorType(eltype=types.Discrete(256, dtype_name="uint8"), shape=shape)
+    return types.DictType(rgb=pixels)
+
+
+def action_type(action_count: int) -> Any:  # noqa: ANN401
+    """Gives the type of an action."""
+    number = types.Discrete(action_count, dtype_name=np.dtype(np.int32).name)
+    return types.TensorType(eltype=number, shape=())

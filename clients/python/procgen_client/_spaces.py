@@ -1,0 +1,122 @@
+"""Spaces with Gymnasium's names and attributes, where Gymnasium is not installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Space:
+    """What all spaces have: a shape, a type of elements and samples."""
+
+    def __init__(self, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
+        """Takes shape and type of the elements."""
+        self.shape = shape
+        self.dtype = np.dtype(dtype)
+        self._random = np.random.default_rng()
+
+    def __contains__(self, value: object) -> bool:
+        """Whether value is an element."""
+        return self.contains(value)
+
+    def contains(self, value: object) -> bool:
+        """Whether value is an element: of this shape and kind, within the bounds."""
+        raise NotImplementedError
+
+    def sample(self) -> Any:  # noqa: ANN401 - an int or an array
+        """Gives an element at random."""
+        raise NotImplementedError
+
+    def seed(self, seed: int | None = None) -> None:
+        """Seeds the samples."""
+        self._random = np.random.default_rng(seed)
+
+    def _fits(self, value: object) -> bool:
+        array = np.asarray(value)
+        return array.shape == self.shape and array.dtype.kind in "iu"
+
+
+class Box(Space):
+    """Arrays with elements in [low, high]."""
+
+    def __init__(self, low: int, high: int, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
+        """Takes the bounds, which are inclusive."""
+        super().__init__(shape, dtype)
+        self.low = np.full(shape, low, dtype)
+        self.high = np.full(shape, high, dtype)
+
+    def contains(self, value: object) -> bool:
+        """Whether value is an element."""
+        array = np.asarray(value)
+        return self._fits(value) and bool(np.all((array >= self.low) & (array <= self.high)))
+
+    def sample(self) -> np.ndarray:
+        """Gives an element at random."""
+        return self._random.integers(self.low, self.high, endpoint=True).astype(self.dtype)
+
+
+class Discrete(Space):
+    """The integers in [0, n)."""
+
+    def __init__(self, n: int) -> None:
+        """Takes the number of them."""
+        super().__init__((), np.int64)
+        self.n = n
+
+    def contains(self, value: object) -> bool:
+        """Whether value is an element."""
+        return self._fits(value) and 0 <= int(np.asarray(value)) < self.n
+
+    def sample(self) -> np.int64:
+        """Gives an element at random."""
+        return np.int64(self._random.integers(self.n))
+
+
+class MultiDiscrete(Space):
+    """Arrays of integers, element i in [0, nvec[i])."""
+
+    def __init__(self, nvec: npt.ArrayLike) -> None:
+        """Takes the number of integers for each element."""
+        self.nvec = np.asarray(nvec, np.int64)
+        super().__init__(self.nvec.shape, np.int64)
+
+    def contains(self, value: object) -> bool:
+        """Whether value is an element."""
+        array = np.asarray(value)
+        return self._fits(value) and bool(np.all((array >= 0) & (array < self.nvec)))
+
+    def sample(self) -> np.ndarray:
+        """Gives an element at random."""
+        return self._random.integers(self.nvec)
+
+
+class Dict(Space):
+    """Dicts with an element of each of some spaces."""
+
+    def __init__(self, spaces: dict[str, Space]) -> None:
+        """Takes the spaces by name."""
+        super().__init__((), object)
+        self.spaces = dict(spaces)
+
+    def __getitem__(self, name: str) -> Space:
+        """Gives the space of that name."""
+        return self.spaces[name]
+
+    def contains(self, value: object) -> bool:
+        """Whether value is an element."""
+        return (
+            isinstance(value, dict)
+            and value.keys() == self.spaces.keys()
+            and all(space.contains(value[name]) for name, space in self.spaces.items())
+        )
+
+    def sample(self) -> dict[str, Any]:
+        """Gives an element at random."""
+        return {name: space.sample() for name, space in self.spaces.items()}
+
+    def seed(self, seed: int | None = None) -> None:
+        """Seeds the samples of all."""
+        for space in self.spaces.values():
+            space.seed(seed)

@@ -1,0 +1,137 @@
+"""One environment with Gymnasium's interface."""
+
+from __future__ import annotations
+
+from typing import Any, SupportsFloat
+
+import numpy as np
+
+from procgen_client._gymnasium import AutoresetMode, Env, single_spaces
+from procgen_client._requests import ACTION_COUNT
+from procgen_client.client import Client
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
+from procgen_client.vector_env import ProcgenVectorEnv
+
+
+class ProcgenEnv1(Env):
+    """One environment on a server, with the contract of gymnasium.Env.
+
+    It subclasses that where Gymnasium is installed, and works without it. Each step is a round trip
+    of its own: who wants many environments is served better by ProcgenVectorEnv.
+
+    Observations are uint8 [64, 64, 3], or of the form that the options say; actions are integers in
+    [0, 15). A time limit truncates, everything else terminates; then the environment wants to be
+    reset. Infos are numbers: ``level_seed``, ``prev_level_seed``, ``prev_level_complete``; where
+    the episode ended also ``episode_return`` and ``episode_length``.
+
+    Threads: one at a time.
+
+    Attributes:
+        vector_env: The vector environment of one that it is made of.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}
+
+    def __init__(
+        self,
+        games: str,
+        *,
+        server: str | Client | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        """Makes it.
+
+        Args:
+            games: The game's name.
+            server, render_mode, options: As ProcgenVectorEnv takes them.
+
+        Errors as ProcgenVectorEnv.
+        """
+        if not isinstance(games, str):
+            raise InvalidArgumentError(f"games is {games!r}; one environment plays one game")
+        self.vector_env = ProcgenVectorEnv(
+            games,
+            1,
+            server=server,
+            autoreset_mode=AutoresetMode.DISABLED,
+            render_mode=render_mode,
+            **options,
+        )
+        self.render_mode = render_mode
+        self._is_over = False
+        spaces = single_spaces(self.vector_env.pool.observation_shape, ACTION_COUNT)
+        self.observation_space = spaces["observation_space"]
+        self.action_space = spaces["action_space"]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begins a new episode.
+
+        Args:
+            seed: Seeds the choice of levels anew. None: it goes on; so the very first reset gives
+                the episode that rand_seed began.
+            options: ``level_seed``: the level to play.
+
+        Returns:
+            The first observation, and infos.
+        """
+        super().reset(seed=seed)
+        level_seed = None if options is None else options.get("level_seed")
+        observations, infos = self.vector_env.reset(
+            seed=seed, options=None if level_seed is None else {"level_seeds": [level_seed]}
+        )
+        self._is_over = False
+        return observations[0], _of_one(infos)
+
+    def step(self, action: int) -> tuple[np.ndarray, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Takes an action in [0, 15), or -1, which ends the episode.
+
+        Returns:
+            Observation, reward, terminated, truncated, infos.
+
+        Raises:
+            FailedPreconditionError: The episode is over: call reset.
+            InvalidArgumentError: It is no such action. Nothing has moved.
+        """
+        if self._is_over:
+            raise FailedPreconditionError("the episode is over: call reset")
+        observations, rewards, terminated, truncated, infos = self.vector_env.step([action])
+        self._is_over = bool(terminated[0] or truncated[0])
+        return (
+            observations[0],
+            float(rewards[0]),
+            bool(terminated[0]),
+            bool(truncated[0]),
+            _of_one(infos),
+        )
+
+    def save_state(self) -> bytes:
+        """Takes a snapshot, which any environment of the game can be put into."""
+        return self.vector_env.save_states()[0]
+
+    def restore_state(self, state: bytes) -> tuple[np.ndarray, dict[str, Any]]:
+        """Puts it into a saved state, and tells how it stands then, as reset does."""
+        observations, infos = self.vector_env.restore_states([state])
+        self._is_over = bool(self.vector_env.episodes_over[0])
+        return observations[0], _of_one(infos)
+
+    def render(self) -> np.ndarray | None:
+        """Draws it for people: uint8 [side, side, 3]. None if render_mode is None."""
+        frames = self.vector_env.render()
+        return None if frames is None else frames[0]
+
+    def close(self) -> None:
+        """Deletes it on the server. Closing again does nothing."""
+        if hasattr(self, "vector_env"):  # It is not where __init__ failed.
+            self.vector_env.close()
+
+
+def _of_one(infos: dict[str, Any]) -> dict[str, Any]:
+    """Gives the infos of the first environment of a vector environment."""
+    return {
+        name: values[0].item()
+        for name, values in infos.items()
+        if not name.startswith("_") and infos[f"_{name}"][0]
+    }

@@ -1,0 +1,129 @@
+"""Videos of what is played."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+
+import numpy as np
+
+from procgen_client._requests import in_range
+from procgen_client.errors import InvalidArgumentError
+from procgen_client.pool_resource import PoolResource
+
+
+class VideoRecorder:
+    """Records environments of a pool, drawn for people, as an mp4; needs the program ffmpeg.
+
+    A context manager: the file is complete on leaving. Environments stand side by side, in rows of
+    a square.
+
+    Attributes:
+        path: The file.
+        frame_count: How many frames were captured.
+    """
+
+    def __init__(
+        self,
+        pool: PoolResource,
+        path: str | os.PathLike[str],
+        *,
+        environments: Sequence[int] = (0,),
+        side_px: int = 512,
+        frames_per_second: int = 15,
+    ) -> None:
+        """Begins the file; an old one of that name is overwritten.
+
+        Args:
+            pool: The pool (of a ProcgenVectorEnv, its attribute ``pool``).
+            path: The file, e.g. "coinrun.mp4".
+            environments: Indices in the pool of those that are shown.
+            side_px: Side of each one's square picture, in [16, 2048].
+            frames_per_second: In [1, 60]; people play at 15.
+
+        Raises:
+            FileNotFoundError: There is no program ffmpeg.
+            InvalidArgumentError: A number is out of range.
+        """
+        if len(environments) == 0:
+            raise InvalidArgumentError("environments is empty; a video shows at least one")
+        program = shutil.which("ffmpeg")
+        if program is None:
+            raise FileNotFoundError("there is no program ffmpeg, which makes videos; install it")
+        self.path = os.fspath(path)
+        self.frame_count = 0
+        self._pool = pool
+        self._environments = list(environments)
+        self._side_px = in_range("side_px", side_px, 16, 2048)
+        self._columns = math.ceil(math.sqrt(len(self._environments)))
+        self._rows = math.ceil(len(self._environments) / self._columns)
+        size = f"{self._columns * side_px}x{self._rows * side_px}"
+        rate = str(in_range("frames_per_second", frames_per_second, 1, 60))
+        # The codec wants even sides.
+        even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close
+        self._encoder = subprocess.Popen(
+            [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+            + ["-s", size, "-r", rate, "-i", "-", "-vf", even, "-an"]
+            + ["-pix_fmt", "yuv420p", "-movflags", "+faststart", f"file:{self.path}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._said,
+        )
+
+    def __enter__(self) -> VideoRecorder:
+        """Gives the recorder itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Completes the file."""
+        self.close()
+
+    def capture(self) -> None:
+        """Adds a frame: the environments as they stand.
+
+        Raises:
+            OSError: ffmpeg has ended; the message bears what it said.
+            ProcgenError: As Pool.render.
+        """
+        frame = self._tile(self._pool.render(self._environments, side_px=self._side_px))
+        assert self._encoder.stdin is not None
+        try:
+            self._encoder.stdin.write(frame.tobytes())
+        except (BrokenPipeError, ValueError):
+            raise OSError(f"ffmpeg does not write {self.path}: {self._last_words()}") from None
+        self.frame_count += 1
+
+    def close(self) -> None:
+        """Completes the file. Closing again does nothing.
+
+        Raises:
+            OSError: ffmpeg could not write it; the message bears what it said.
+        """
+        if self._said.closed:
+            return
+        try:
+            self._encoder.communicate()
+            if self._encoder.returncode != 0 and self.frame_count > 0:
+                raise OSError(f"ffmpeg did not write {self.path}: {self._last_words()}")
+        finally:
+            self._said.close()
+
+    def _tile(self, pictures: list[np.ndarray]) -> np.ndarray:
+        side = self._side_px
+        frame = np.zeros((self._rows * side, self._columns * side, 3), np.uint8)
+        for place, picture in enumerate(pictures):
+            row, column = divmod(place, self._columns)
+            frame[row * side : (row + 1) * side, column * side : (column + 1) * side] = picture
+        return frame
+
+    def _last_words(self) -> str:
+        if self._said.closed:
+            return "the recorder was closed"
+        self._encoder.wait()
+        self._said.seek(0)
+        return self._said.read().decode(errors="replace").strip() or "it ended"

@@ -1,0 +1,78 @@
+// procgen-benchmark-contestant: a learner in C++ that takes turns with one in another program
+// (python_benchmark.py). README.md beside this file says what for.
+#include <cstdint>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "tests/benchmark/cost.h"
+#include "tests/benchmark/local_learner.h"
+#include "tests/benchmark/remote_learner.h"
+#include "tests/benchmark/stream_courses.h"
+
+namespace procgen {
+namespace {
+
+// Takes a turn for each line of standard input, and prints what a step of it took in microseconds.
+absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
+  std::cout << "ready" << std::endl;
+  for (std::string line; std::getline(std::cin, line);) {
+    Cost cost;
+    const absl::Status status = turn(&cost);
+    if (!status.ok()) {
+      return status;
+    }
+    std::cout << absl::ToDoubleMicroseconds(cost.wall) << std::endl;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CompeteInProcess(int32_t env_count) {
+  auto learner =
+      LocalLearner::Start({.game = kStreamGame, .worker_count = kStreamWorkerCount}, env_count);
+  if (!learner.ok()) {
+    return learner.status();
+  }
+  return TakeTurns([&](Cost* cost) {
+    return cost->MeasureRound(kContestantTime, [&] { return learner->Step(); });
+  });
+}
+
+absl::Status CompeteOverStream(const std::string& address, int32_t env_count, bool shares_memory) {
+  auto learner = RemoteLearner::Start(address, {.env_count = env_count,
+                                                .requests_in_flight = kRequestsInFlight,
+                                                .shares_memory = shares_memory});
+  if (!learner.ok()) {
+    return learner.status();
+  }
+  return TakeTurns([&](Cost* cost) { return MeasureAhead(learner->get(), cost); });
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  int32_t env_count = 0;
+  const bool shares_memory = argc == 4 && absl::string_view(argv[3]) == "shared_memory";
+  if (argc < 2 || argc > 4 || (argc == 4 && !shares_memory) ||
+      !absl::SimpleAtoi(argv[1], &env_count) || env_count < 1) {
+    std::cerr << "Usage: procgen-benchmark-contestant ENVIRONMENTS [SERVER [shared_memory]]\n"
+                 "Steps a pool, of its own or on a server, for a while for each line of standard "
+                 "input;\nprints what a step took, in microseconds.\n";
+    return 2;
+  }
+  const absl::Status status = argc == 2
+                                  ? procgen::CompeteInProcess(env_count)
+                                  : procgen::CompeteOverStream(argv[2], env_count, shares_memory);
+  if (!status.ok()) {
+    std::cerr << "procgen-benchmark-contestant: " << status << "\n";
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,160 @@
+"""The client for asyncio gives what the other gives, and lets other coroutines run."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import numpy as np
+import pytest
+
+from procgen_client import Batch, Client, LevelSampler, ServerProcess, aio, errors
+
+_N = 4
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 2}
+
+
+def _run(server: ServerProcess, use: Callable[[aio.AsyncClient], Awaitable[None]]) -> None:
+    async def connected() -> None:
+        async with await aio.connect(server.address) as client:
+            await use(client)
+
+    asyncio.run(connected())
+
+
+def _assert_equal(left: Batch, right: Batch) -> None:
+    for name in Batch.__dataclass_fields__:
+        np.testing.assert_array_equal(getattr(left, name), getattr(right, name), name)
+
+
+@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+def test_batches_are_those_of_the_other_client(
+    server: ServerProcess, client: Client, encoding: str
+) -> None:
+    async def play(other: aio.AsyncClient) -> None:
+        with client.create_pool("coinrun", _N, **_OPTIONS) as pool:
+            async with await other.create_pool(
+                "coinrun", _N, encoding=encoding, **_OPTIONS
+            ) as twin:
+                _assert_equal(pool.observe(), await twin.observe())
+                for step in range(30):
+                    arguments = {
+                        "final_observations": step % 2 == 0,
+                        "repeat_count": 1 + step % 3,
+                        "resets": [1] if step % 7 == 0 else [],
+                        "next_levels": {2: step},
+                    }
+                    actions = [(step + i) % 16 - 1 for i in range(_N)]
+                    _assert_equal(
+                        pool.step(actions, **arguments), await twin.step(actions, **arguments)
+                    )
+                _assert_equal(pool.reset([3]), await twin.reset([3]))
+                left = pool.step([1, 2], first_environment=1, observe=False)
+                _assert_equal(left, await twin.step([1, 2], first_environment=1, observe=False))
+
+    _run(server, play)
+
+
+def test_large_answers_come_in_pieces(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        async with await client.create_pool("maze", 400, **_OPTIONS) as pool:
+            assert (await pool.step([4] * 400)).observations.shape == (400, 64, 64, 3)
+
+    _run(server, play)
+
+
+def test_requests_are_sent_ahead_in_order(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        async with await client.create_pool("maze", _N, requests_in_flight_max=3) as pool:
+            for _ in range(3):
+                await pool.send_step([4] * _N)
+            with pytest.raises(errors.FailedPreconditionError, match="receive first"):
+                await pool.send_step([4] * _N)
+            with pytest.raises(errors.FailedPreconditionError, match="receive them first"):
+                await pool.observe()
+            numbers = [(await pool.receive()).sequence_number for _ in range(3)]
+            assert numbers == sorted(numbers)
+            with pytest.raises(errors.FailedPreconditionError, match="send first"):
+                await pool.receive()
+
+    _run(server, play)
+
+
+def test_pools_are_stepped_beside_one_another(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        async def rollout(seed: int) -> np.ndarray:
+            async with await client.create_pool("bigfish", _N, rand_seed=seed) as pool:
+                return np.stack([(await pool.step([7] * _N)).rewards for _ in range(50)])
+
+        one, twin, other = await asyncio.gather(rollout(1), rollout(1), rollout(2))
+        np.testing.assert_array_equal(one, twin)
+        assert other.shape == one.shape
+        assert await client.list_pools() == []
+
+    _run(server, play)
+
+
+def test_states_are_saved_restored_and_cloned(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        async with await client.create_pool("miner", _N, **_OPTIONS) as pool:
+            states = await pool.save_states()
+            assert await pool.save_states([]) == []
+            before = await pool.step([5] * _N)
+            await pool.restore_states(states)
+            after = await pool.step([5] * _N)
+            np.testing.assert_array_equal(before.observations, after.observations)
+            await pool.clone_states([(0, 1), (0, 2), (0, 3)])
+            assert len(set((await pool.observe()).level_seeds.tolist())) == 1
+
+    _run(server, play)
+
+
+def test_errors_are_the_same_and_the_pool_goes_on(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        with pytest.raises(errors.NotFoundError, match="pong"):
+            await client.create_pool("pong", 1)
+        async with await client.create_pool("maze", 2) as pool:
+            with pytest.raises(errors.InvalidArgumentError, match="actions\\[1\\] is 99"):
+                await pool.step([4, 99])
+            with pytest.raises(errors.InvalidArgumentError, match="3 actions from environment 0"):
+                await pool.step([4, 4, 4])
+            with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
+                await pool.step([4, 4], next_levels={9: 1})  # The server's to find.
+            await pool.step([4, 4])
+
+    _run(server, play)
+
+
+def test_a_task_that_is_cancelled_leaves_the_pool_usable(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        async with await client.create_pool("maze", 2) as pool:
+            await pool.send_step([4, 4])
+            waiting = asyncio.create_task(pool.receive())
+            await asyncio.sleep(0)
+            waiting.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await waiting
+            assert (await pool.step([4, 4])).environment_count == 2
+
+    _run(server, play)
+
+
+def test_levels_can_be_sampled(server: ServerProcess) -> None:
+    async def play(client: aio.AsyncClient) -> None:
+        sampler = LevelSampler([11, 12])
+        async with await client.create_pool("maze", 8, level_sampler=sampler) as pool:
+            assert set((await pool.observe()).level_seeds.tolist()) <= {11, 12}
+
+    _run(server, play)
+
+
+def test_nobody_there_is_told(server: ServerProcess) -> None:
+    async def play() -> None:
+        with pytest.raises(errors.UnavailableError, match="no server answers at 127.0.0.1:1;"):
+            await aio.connect("127.0.0.1:1", timeout=0.3)
+        client = await aio.connect(server.address)
+        await client.close()
+        with pytest.raises(errors.ProcgenError, match="closed"):
+            await client.list_pools()
+
+    asyncio.run(play())

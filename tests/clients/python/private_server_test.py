@@ -1,0 +1,128 @@
+"""Without an address a program has a server of its own, which ends with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import server_binary
+
+from procgen_client import Client, ServerProcess, errors
+from procgen_client.private_server import SERVER_VARIABLE
+
+_BEGIN = """
+import sys
+import numpy as np
+from procgen_client import ProcgenEnv, ProcgenEnv1, ProcgenVectorEnv
+env = ProcgenEnv(num_envs=3, env_name="coinrun")
+env.reset()
+env.step(np.full(3, 7))
+"""
+
+_TWO_OF_ONE_SERVER = (
+    _BEGIN
+    + """
+vector = ProcgenVectorEnv("maze", 2)
+assert vector.pool._client.address == env.env.pool._client.address
+for each in (env.env.pool, vector.pool):
+    assert each.spec.transport == 2, "shared memory"
+encoded = ProcgenVectorEnv("maze", 2, encoding="lz4_difference")
+assert encoded.pool.spec.transport == 1, "the stream"
+vector.reset()
+vector.step([4, 4])
+ProcgenEnv1("maze").reset()
+print(vector.pool._client.address)
+"""
+)
+
+_WAITS = _BEGIN + "print(env.env.pool._client.address, flush=True)\nsys.stdin.read()\n"
+
+
+def _environment(**changes: str) -> dict[str, str]:
+    environment = os.environ | {"PROCGEN_SERVER_BINARY": str(server_binary())} | changes
+    return {name: value for name, value in environment.items() if value}
+
+
+def _is_served(address: str) -> bool:
+    with socket.socket(socket.AF_UNIX) as line:
+        return line.connect_ex(str(_socket(address))) == 0
+
+
+def _socket(address: str) -> Path:
+    return Path(address.removeprefix("unix:"))
+
+
+def test_environments_share_one_server_which_ends_with_the_program() -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", _TWO_OF_ONE_SERVER],
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    address = run.stdout.strip()
+    assert address.startswith("unix:")
+    assert not _socket(address).parent.exists()
+
+
+def test_a_killed_program_leaves_no_server() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", _WAITS],
+        env=_environment(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as program:
+        assert program.stdout is not None
+        address = program.stdout.readline().strip()
+        assert _is_served(address)
+        os.kill(program.pid, signal.SIGKILL)
+    while _is_served(address):
+        pass
+    folder = _socket(address).parent
+    assert folder.name.startswith("procgen-server-")
+    for file in folder.iterdir():
+        file.unlink()
+    folder.rmdir()
+
+
+def test_the_environment_names_another(server: ServerProcess, client: Client) -> None:
+    address = server.address
+    run = subprocess.run(
+        [sys.executable, "-c", _BEGIN + "print(env.env.pool._client.address)"],
+        env=_environment(**{SERVER_VARIABLE: address}),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.stdout.strip() == address, run.stderr
+    assert client.list_pools() == []
+
+
+def test_without_the_program_the_error_says_what_to_do(tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", _BEGIN],
+        env=_environment(PROCGEN_SERVER_BINARY="", PATH=str(tmp_path)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "there is no program procgen-server" in run.stderr
+    assert "PROCGEN_SERVER_BINARY" in run.stderr
+
+
+def test_a_tied_server_stops_as_any_other(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path}/socket"
+    with ServerProcess(server_binary(), address=address, tied=True) as server:
+        assert server.address == address
+        assert _is_served(address)
+        assert server.stop() == 0
+        assert server.stop() == 0
+    with pytest.raises(errors.UnavailableError, match="status 1"):
+        ServerProcess(server_binary(), ["--no_such_flag"], tied=True)

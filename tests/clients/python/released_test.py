@@ -1,0 +1,224 @@
+"""The released package's interfaces keep to their facts, each with its source.
+
+Sources: the facts of gym3 and of the released package that programs are written against; the
+recordings of tests/conformance hold levels, rewards and ends to it.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from procgen_client import (
+    Client,
+    ProcgenEnv,
+    ProcgenGym3Env,
+    ProcgenVectorEnv,
+    ServerProcess,
+    errors,
+)
+
+_N = 4
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 7}
+_END = np.array([-1, 4, 4, 4])
+
+
+@pytest.fixture
+def env(client: Client) -> Iterator[ProcgenGym3Env]:
+    """Four environments."""
+    made = ProcgenGym3Env(_N, "coinrun", **_OPTIONS, server=client)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def venv(client: Client) -> Iterator[ProcgenEnv]:
+    """Four environments."""
+    made = ProcgenEnv(_N, "coinrun", **_OPTIONS, server=client)
+    yield made
+    made.close()
+
+
+def test_arguments_are_the_released_ones() -> None:
+    # The released package: ProcgenGym3Env(num, env_name, center_agent=True, ...), in this order.
+    parameters = inspect.signature(ProcgenGym3Env).parameters
+    assert {name: each.default for name, each in parameters.items()} == {
+        "num": inspect.Parameter.empty,
+        "env_name": inspect.Parameter.empty,
+        "center_agent": True,
+        "use_backgrounds": True,
+        "use_monochrome_assets": False,
+        "restrict_themes": False,
+        "use_generated_assets": False,
+        "paint_vel_info": False,
+        "distribution_mode": "hard",
+        "num_levels": 0,
+        "start_level": 0,
+        "use_sequential_levels": False,
+        "debug_mode": 0,
+        "rand_seed": None,
+        "num_threads": 4,
+        "render_mode": None,
+        "server": None,
+    }
+
+
+def test_observe_is_valid_before_any_act_and_idempotent(env: ProcgenGym3Env) -> None:
+    # gym3: observe() -> (reward, ob, first), reward first; first is all True at the start.
+    for _ in range(2):
+        reward, ob, first = env.observe()
+        assert (reward.dtype, reward.tolist()) == (np.float32, [0] * _N)
+        assert list(ob) == ["rgb"]
+        assert (ob["rgb"].dtype, ob["rgb"].shape) == (np.uint8, (_N, 64, 64, 3))
+        assert (first.dtype, first.tolist()) == (np.bool_, [True] * _N)
+    env.act(_END)
+    one, other = env.observe(), env.observe()
+    np.testing.assert_array_equal(one[1]["rgb"], other[1]["rgb"])
+    assert one[2].tolist() == other[2].tolist() == [True, False, False, False]
+
+
+def test_what_is_observed_is_the_callers_own(env: ProcgenGym3Env) -> None:
+    # gym3: arrays may be kept and written.
+    kept = []
+    for _ in range(12):
+        _, ob, _ = env.observe()
+        kept.append((ob["rgb"], ob["rgb"].copy()))
+        env.act(np.full(_N, 7))
+    for array, content in kept:
+        np.testing.assert_array_equal(array, content)
+        array[:] = 0
+
+
+def test_acting_twice_steps_twice(env: ProcgenGym3Env, client: Client) -> None:
+    # gym3: act may be called without observing between.
+    with client.create_pool("coinrun", _N, **_OPTIONS) as pool:
+        for _ in range(6):
+            batch = pool.step([7] * _N)
+        for _ in range(6):
+            env.act(np.full(_N, 7))
+        _, ob, _ = env.observe()
+        np.testing.assert_array_equal(batch.observations, ob["rgb"])
+
+
+def test_infos_tell_of_levels(env: ProcgenGym3Env) -> None:
+    # The released package: prev_level_seed, prev_level_complete, level_seed; on the step into a new
+    # episode prev_* belong to the old one.
+    before = env.get_info()
+    assert [set(info) for info in before] == [
+        {"prev_level_seed", "prev_level_complete", "level_seed"}
+    ] * _N
+    env.act(_END)
+    after = env.get_info()
+    assert after[0]["prev_level_seed"] == before[0]["level_seed"] != after[0]["level_seed"]
+    assert after[1]["level_seed"] == before[1]["level_seed"]
+
+
+def test_render_mode_puts_pictures_into_infos(client: Client) -> None:
+    # The released package: info["rgb"], uint8 [512, 512, 3], with render_mode="rgb_array".
+    env = ProcgenGym3Env(2, "maze", render_mode="rgb_array", server=client)
+    assert [info["rgb"].shape for info in env.get_info()] == [(512, 512, 3)] * 2
+    env.close()
+    with pytest.raises(errors.InvalidArgumentError, match="'window'"):
+        ProcgenGym3Env(2, "maze", render_mode="window", server=client)
+
+
+def test_types_tell_of_observations_and_actions(env: ProcgenGym3Env) -> None:
+    # gym3: ob_space is a DictType, ac_space a TensorType of Discrete(15); num.
+    assert env.num == _N
+    assert env.ob_space["rgb"].shape == (64, 64, 3)
+    assert env.ob_space["rgb"].eltype.n == 256
+    assert env.ac_space.eltype.n == 15
+    assert env.ac_space.shape == ()
+
+
+def test_states_go_through_callmethod(env: ProcgenGym3Env) -> None:
+    # gym3: callmethod(name, *lists) gives a list of what each environment's method gave.
+    for _ in range(5):
+        env.act(np.full(_N, 7))
+    states = env.callmethod("get_state")
+    env.act(np.full(_N, 5))
+    expected = env.observe()
+    assert env.callmethod("set_state", states) == [None] * _N
+    env.act(np.full(_N, 5))
+    after = env.observe()
+    np.testing.assert_array_equal(expected[0], after[0])
+    np.testing.assert_array_equal(expected[1]["rgb"], after[1]["rgb"])
+    np.testing.assert_array_equal(expected[2], after[2])
+    with pytest.raises(errors.InvalidArgumentError, match="get_state, set_state"):
+        env.callmethod("fly")
+    with pytest.raises(errors.InvalidArgumentError, match="states has 1 entries"):
+        env.callmethod("set_state", states[:1])
+
+
+def test_actions_press_the_released_keys(env: ProcgenGym3Env) -> None:
+    # The released package: 15 combinations, LEFT+DOWN first, none is 4.
+    assert env.get_combos() == [
+        *(("LEFT", "DOWN"), ("LEFT",), ("LEFT", "UP"), ("DOWN",), (), ("UP",)),
+        *(("RIGHT", "DOWN"), ("RIGHT",), ("RIGHT", "UP")),
+        *(("D",), ("A",), ("W",), ("S",), ("Q",), ("E",)),
+    ]
+
+
+def test_wrong_actions_are_refused_and_nothing_is_lost(env: ProcgenGym3Env) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="ac has shape \\[3\\]; it is \\[4\\]"):
+        env.act(np.zeros(3, np.int32))
+    with pytest.raises(errors.InvalidArgumentError, match="actions\\[0\\] is 15"):
+        env.act(np.full(_N, 15))
+    env.act(np.full(_N, 14))
+    env.observe()
+
+
+def test_baselines_reset_and_step(venv: ProcgenEnv, env: ProcgenGym3Env) -> None:
+    # baselines: reset() -> ob; step(ac) -> (ob, rew, done, list of infos).
+    ob = venv.reset()
+    np.testing.assert_array_equal(ob["rgb"], env.observe()[1]["rgb"])
+    for step in range(40):
+        actions = np.full(_N, step % 15)
+        actions[0] = -1 if step % 9 == 8 else actions[0]
+        ob, rewards, done, infos = venv.step(actions)
+        env.act(actions)
+        reward, expected, first = env.observe()
+        np.testing.assert_array_equal(ob["rgb"], expected["rgb"])
+        np.testing.assert_array_equal(rewards, reward)
+        np.testing.assert_array_equal(done, first)
+        assert infos == env.get_info()
+
+
+def test_baselines_reset_begins_nothing(venv: ProcgenEnv) -> None:
+    # The released package: episodes end by the game's rules; resets in their midst are ignored.
+    venv.reset()
+    ob, *_ = venv.step(np.full(_N, 7))
+    with pytest.warns(UserWarning, match="in the midst"):
+        again = venv.reset()
+    np.testing.assert_array_equal(ob["rgb"], again["rgb"])
+
+
+def test_baselines_spaces_and_pictures(venv: ProcgenEnv) -> None:
+    # baselines: num_envs, observation_space, action_space; render gives one picture of all.
+    assert venv.num_envs == _N
+    assert venv.observation_space["rgb"].shape == (64, 64, 3)
+    assert venv.action_space.n == 15
+    assert venv.action_space.sample() in venv.action_space
+    assert venv.render().shape == (512, _N * 512, 3)
+
+
+def test_levels_are_those_of_the_same_seed_anywhere(client: Client, venv: ProcgenEnv) -> None:
+    with ProcgenVectorEnv("coinrun", _N, server=client, **_OPTIONS) as vector:
+        _, infos = vector.reset()
+        venv.reset()
+        assert [info["level_seed"] for info in venv.env.get_info()] == infos["level_seed"].tolist()
+
+
+def test_closing_leaves_nothing(server: ServerProcess, client: Client) -> None:
+    before = len(client.list_pools())
+    for cls in (ProcgenGym3Env, ProcgenEnv):
+        env = cls(1, "maze", server=server.address)
+        assert len(client.list_pools()) == before + 1
+        env.close()
+        env.close()
+        with pytest.raises(errors.NotFoundError):
+            cls(1, "pong", server=server.address)
+    assert len(client.list_pools()) == before

@@ -1,0 +1,89 @@
+"""Videos hold the frames that were captured; where ffmpeg is missing the error says so."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from procgen_client import Client, VideoRecorder, errors
+
+_NEEDS_FFMPEG = pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is missing")
+
+
+def _frames(path: Path, width: int, height: int) -> np.ndarray:
+    """Decodes a video: uint8 [frames, height, width, 3]."""
+    decoded = subprocess.run(
+        ["ffmpeg", "-loglevel", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+        capture_output=True,
+        check=True,
+    )
+    return np.frombuffer(decoded.stdout, np.uint8).reshape(-1, height, width, 3)
+
+
+@_NEEDS_FFMPEG
+def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
+    path = tmp_path / "three.mp4"
+    pictures = []
+    with client.create_pool("coinrun", 4, distribution_mode="easy", rand_seed=1) as pool:
+        with VideoRecorder(pool, path, environments=[2, 0, 1], side_px=96) as video:
+            for _ in range(10):
+                video.capture()
+                pictures.append(pool.render([2, 0, 1], side_px=96))
+                pool.step([7] * 4)
+            assert video.frame_count == 10
+    frames = _frames(path, 192, 192).astype(int)
+    assert len(frames) == 10
+    for frame, (first, second, third) in zip(frames, pictures, strict=True):
+        # The codec loses a little; another environment's picture would be far off.
+        assert abs(frame[:96, :96] - first).mean() < 12
+        assert abs(frame[:96, 96:] - second).mean() < 12
+        assert abs(frame[96:, :96] - third).mean() < 12
+        assert frame[96:, 96:].mean() < 12
+
+
+@_NEEDS_FFMPEG
+def test_odd_sides_are_padded(client: Client, tmp_path: Path) -> None:
+    path = tmp_path / "odd.mp4"
+    with client.create_pool("maze", 1) as pool:
+        video = VideoRecorder(pool, path, side_px=65)
+        video.capture()
+        video.close()
+        video.close()
+    assert _frames(path, 66, 66).shape[0] == 1
+
+
+@_NEEDS_FFMPEG
+def test_what_ffmpeg_says_is_told(client: Client, tmp_path: Path) -> None:
+    with client.create_pool("maze", 1) as pool:
+        video = VideoRecorder(pool, tmp_path / "no such folder" / "a.mp4", side_px=512)
+        with pytest.raises(OSError, match="No such file"):
+            while True:
+                video.capture()
+        with pytest.raises(OSError, match="No such file"):
+            video.close()
+
+
+def test_without_ffmpeg_the_error_says_so(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with client.create_pool("maze", 1) as pool:
+        with pytest.raises(FileNotFoundError, match="ffmpeg"):
+            VideoRecorder(pool, tmp_path / "a.mp4")
+
+
+@_NEEDS_FFMPEG
+def test_wrong_numbers_are_refused(client: Client, tmp_path: Path) -> None:
+    with client.create_pool("maze", 1) as pool:
+        for arguments, message in (
+            ({"environments": []}, "environments is empty"),
+            ({"side_px": 8}, "side_px is 8"),
+            ({"frames_per_second": 0}, "frames_per_second is 0"),
+        ):
+            with pytest.raises(errors.InvalidArgumentError, match=message):
+                VideoRecorder(pool, tmp_path / "a.mp4", **arguments)
+    assert not list(tmp_path.iterdir())

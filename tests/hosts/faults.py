@@ -1,0 +1,132 @@
+"""Schedules of faults, drawn from a seed."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import random
+import time
+from dataclasses import dataclass
+
+from fleet import FLEET
+from learner_process import LearnerProcess
+from network import Direction
+from stage import NODES, SPARE, TIMEOUT_S, Stage
+
+_CUTS: dict[str, Direction] = {"cut to": "to", "cut from": "from", "cut both": "both"}
+# Drains are for nodes alone: a fleet server that drains ends its learners' streams.
+KINDS = ("kill", "pause", *_CUTS, "unplug", "drain")
+# Shorter than it takes to notice, and longer.
+_SECONDS = (0.05, 0.3, 1.0, 2.0, 3.5, 6.0)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something happens to a host before a request, and is undone some time later."""
+
+    request: int
+    host: str
+    kind: str  # One of KINDS, or "add": a node comes to stay.
+    seconds: float = 0.0
+
+    def __str__(self) -> str:
+        """Gives e.g. ``request 312: cut to a for 3.5 s``."""
+        duration = "" if self.kind == "add" else f" for {self.seconds:g} s"
+        return f"request {self.request}: {self.kind} {self.host}{duration}"
+
+
+def draw(seed: int, request_count: int) -> list[Fault]:
+    """The schedule of a seed: four to seven faults, at times several at once."""
+    rng = random.Random(seed)
+    faults = []
+    requests = sorted(rng.sample(range(request_count // 20, request_count), rng.randint(4, 7)))
+    for request in requests:
+        host = rng.choice((*NODES, *NODES, FLEET, SPARE))
+        if host == SPARE:
+            faults.append(Fault(request, SPARE, "add"))
+            continue
+        kinds = KINDS[:-1] if host == FLEET else KINDS
+        faults.append(Fault(request, host, rng.choice(kinds), rng.choice(_SECONDS)))
+    return faults
+
+
+class FaultDriver:
+    """Brings a schedule about."""
+
+    def __init__(self, stage: Stage) -> None:
+        """Begins with everything in order."""
+        self._stage = stage
+        self._order = itertools.count()
+        self._undone: list[tuple[float, int, Fault]] = []  # A heap, by when.
+        self._faulty: dict[str, Fault] = {}
+
+    def run(self, schedule: list[Fault], learner: LearnerProcess) -> None:
+        """Until the learner has ended.
+
+        Raises:
+            TimeoutError: The learner waits for too long.
+        """
+        by_request: dict[int, list[Fault]] = {}
+        for fault in schedule:
+            by_request.setdefault(fault.request, []).append(fault)
+        heard_time = time.monotonic()
+        while True:
+            wait = self._undone[0][0] - time.monotonic() if self._undone else TIMEOUT_S
+            try:
+                request = learner.next_announced(max(0.0, min(wait, TIMEOUT_S)))
+            except TimeoutError:
+                if time.monotonic() - heard_time > TIMEOUT_S:
+                    raise
+                self._undo_due()
+                continue
+            if request is None:
+                return
+            heard_time = time.monotonic()
+            for fault in by_request[request]:
+                self.begin(fault)
+
+    def begin(self, fault: Fault) -> None:
+        """Brings it about; what was out of order on that host before is put in order."""
+        # One at a time on a host.
+        if fault.host in self._faulty:
+            self.undo(fault.host)
+        fleet, network = self._stage.fleet, self._stage.network
+        if fault.kind == "add":
+            if not fleet.is_started(fault.host):
+                fleet.start(fault.host)
+            return
+        if fault.kind == "kill":
+            fleet.kill(fault.host)
+        elif fault.kind == "drain":
+            fleet.drain(fault.host)
+        elif fault.kind == "pause":
+            fleet.pause(fault.host)
+        elif fault.kind == "unplug":
+            network.unplug(fault.host)
+        else:
+            network.cut(fault.host, _CUTS[fault.kind])
+        self._faulty[fault.host] = fault
+        until = time.monotonic() + fault.seconds
+        heapq.heappush(self._undone, (until, next(self._order), fault))
+
+    def _undo_due(self) -> None:
+        while self._undone and self._undone[0][0] <= time.monotonic():
+            _, _, fault = heapq.heappop(self._undone)
+            if self._faulty.get(fault.host) is fault:
+                self.undo(fault.host)
+
+    def undo(self, host: str) -> None:
+        """Puts in order what is not on that host; without waiting for the time of the fault."""
+        fleet, network = self._stage.fleet, self._stage.network
+        fault = self._faulty.pop(host)
+        if fault.kind == "kill":
+            fleet.start(host)
+        elif fault.kind == "drain":
+            fleet.await_exit(host, TIMEOUT_S)
+            fleet.start(host)
+        elif fault.kind == "pause":
+            fleet.resume(host)
+        elif fault.kind == "unplug":
+            network.plug(host)
+        else:
+            network.heal(host)

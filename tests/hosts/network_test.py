@@ -1,0 +1,160 @@
+"""The hosts themselves: what a cut drops, and that nothing of them stays."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from learner_trace import FIELDS, Trace, difference
+from network import Direction, Network, NotPermittedError
+
+_NAMESPACES = Path("/run/netns")
+# Answers each word with itself; and asks once.
+_ANSWER = """
+import socket
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mine:
+    mine.bind(("0.0.0.0", 7))
+    print("ready", flush=True)
+    while True:
+        word, sender = mine.recvfrom(100)
+        print(word.decode(), flush=True)
+        mine.sendto(word, sender)
+"""
+_ASK = """
+import socket, sys
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mine:
+    mine.settimeout(0.3)
+    mine.sendto(sys.argv[2].encode(), (sys.argv[1], 7))
+    try:
+        print(mine.recvfrom(100)[0].decode())
+    except TimeoutError:
+        print("silence")
+"""
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    """Two hosts."""
+    try:
+        made = Network(("left", "right"))
+    except NotPermittedError as error:
+        pytest.skip(str(error))
+    with made:
+        yield made
+
+
+class Answerer:
+    """A program on "right" that answers "left"."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._process = network.start(
+            "right", [sys.executable, "-c", _ANSWER], stdout=subprocess.PIPE, text=True
+        )
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline() == "ready\n"
+
+    def ask(self, word: str) -> str:
+        """What "left" hears."""
+        command = [sys.executable, "-c", _ASK, self._network.address("right"), word]
+        asking = self._network.start("left", command, stdout=subprocess.PIPE, text=True)
+        return asking.communicate()[0].strip()
+
+    def heard(self) -> list[str]:
+        """What it heard, in all; it ends with that."""
+        self._process.kill()
+        return self._process.communicate()[0].split()
+
+
+@pytest.mark.parametrize(
+    "direction,heard",
+    [
+        ("to", ["before", "healed"]),
+        ("from", ["before", "cut", "healed"]),
+        ("both", ["before", "healed"]),
+    ],
+)
+def test_a_cut_drops_the_packets_of_its_direction(
+    network: Network, direction: Direction, heard: list[str]
+) -> None:
+    answerer = Answerer(network)
+    assert answerer.ask("before") == "before"  # Else what is sent waits until the host is found.
+    network.cut("right", direction)
+    assert answerer.ask("cut") == "silence"
+    network.heal("right")
+    assert answerer.ask("healed") == "healed"
+    assert answerer.heard() == heard
+
+
+def test_an_unplugged_host_is_reached_when_it_is_plugged_in(network: Network) -> None:
+    answerer = Answerer(network)
+    network.unplug("right")
+    assert answerer.ask("unplugged") == "silence"
+    network.plug("right")
+    while answerer.ask("plugged") != "plugged":
+        pass  # The kernel takes note of links within a second.
+
+
+_RUN = """
+import signal, subprocess, time
+from network import Network
+signal.signal(signal.SIGINT, signal.default_int_handler)
+with Network(("left",)) as network:
+    command = ["sh", "-c", "echo runs; exec sleep 1000"]
+    process = network.start("left", command, stdout=subprocess.PIPE)
+    process.stdout.readline()
+    print(process.pid, flush=True)
+    while True:
+        time.sleep(0.01)
+"""
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_stays_of_a_run_that_was_ended(network: Network, stop: signal.Signals) -> None:
+    run = subprocess.Popen(
+        [sys.executable, "-c", _RUN],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=Path(__file__).parent,
+    )
+    assert run.stdout is not None
+    sleeper = int(run.stdout.readline())
+    run.send_signal(stop)
+    run.communicate()
+    if stop == signal.SIGKILL:
+        assert _names_of(run.pid)
+        with Network(()):
+            pass
+    assert not _names_of(run.pid)
+    assert _has_ended(sleeper)
+
+
+def test_a_trace_that_differs_in_one_answer_is_told() -> None:
+    digests = np.arange(5 * len(FIELDS), dtype=np.uint32).reshape(5, -1)
+    expected = Trace(digests, np.zeros(5))
+    assert difference(expected, Trace(digests.copy(), np.ones(5))) is None
+    wrong = digests.copy()
+    wrong[3, FIELDS.index("rewards")] += 1
+    found = difference(expected, Trace(wrong, np.zeros(5)))
+    assert found == "the answer to request 3 differs in rewards; so do 0 more"
+    assert difference(expected, Trace(digests[:4], np.zeros(4))) == "4 answers in place of 5"
+
+
+def _names_of(process_id: int) -> list[str]:
+    return [path.name for path in _NAMESPACES.glob(f"procgen-{process_id}-*")]
+
+
+def _has_ended(process_id: int) -> bool:
+    try:
+        os.kill(process_id, 0)
+    except ProcessLookupError:
+        return True
+    # Whoever has to take note of its end may not have done so yet.
+    return Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
