@@ -18,7 +18,7 @@ ABSL_FLAG(std::vector<std::string>, cluster_peers, {},
           "addresses; a name may have several. Empty: whoever hears a multicast");
 ABSL_FLAG(std::string, node_id, "",
           "what this server is called in its cluster, where no other may be called so; empty: a "
-          "random name, for as long as it runs");
+          "random name, for as long as it runs, or as long as it has the same --state_dir");
 ABSL_FLAG(std::string, advertised_address, "",
           "where clients and nodes reach this server, as its cluster tells them: HOST:PORT (port "
           "0: the one that it listens on) or unix:PATH. Empty: as --address");
@@ -52,7 +52,8 @@ void ReadClusterFlags(Config* config) {
   cluster.domain_id = absl::GetFlag(FLAGS_cluster_domain);
   cluster.peers = absl::GetFlag(FLAGS_cluster_peers);
   cluster.node_id = absl::GetFlag(FLAGS_node_id);
-  if (cluster.node_id.empty()) {
+  config->draws_node_id = cluster.node_id.empty();
+  if (config->draws_node_id) {
     cluster.node_id = RandomNodeId();
   }
   config->server.advertised_address = absl::GetFlag(FLAGS_advertised_address);

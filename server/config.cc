@@ -217,6 +217,21 @@ absl::Status LoadSecrets(Config* config) {
   return absl::OkStatus();
 }
 
+absl::Status OpenStateDir(Config* config) {
+  if (config->state_dir.empty()) {
+    return absl::OkStatus();
+  }
+  auto state = FleetState::Open(config->state_dir);
+  if (!state.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("--state_dir is ", state.status().message()));
+  }
+  config->fleet.state = *std::move(state);
+  if (config->draws_node_id) {
+    config->cluster.node_id = absl::StrCat("node-", config->fleet.state->fleet_name());
+  }
+  return absl::OkStatus();
+}
+
 absl::Status JoinCluster(Config* config) {
   if (config->cluster.name.empty()) {
     config->server.cluster = Cluster::Alone(config->cluster.node_id);
@@ -241,17 +256,16 @@ absl::Status JoinFleet(Config* config) {
   }
   FleetOptions options = config->fleet;
   options.requests_in_flight_max = config->server.limits.requests_in_flight_max;
-  if (!config->state_dir.empty()) {
-    auto state = FleetState::Open(config->state_dir);
-    if (!state.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat("--state_dir is ", state.status().message()));
-    }
-    options.state = *std::move(state);
-  }
   const std::shared_ptr<Cluster> cluster = config->server.cluster;
   options.nodes = [cluster] { return cluster->Nodes(); };
   options.subscribe = [cluster](absl::AnyInvocable<void()> changed) {
     return cluster->Subscribe(std::move(changed));
+  };
+  options.publish_placement = [cluster](PoolPlacement placement) {
+    cluster->PublishPlacement(std::move(placement));
+  };
+  options.withdraw_placement = [cluster](const std::string& pool, int32_t shard) {
+    cluster->WithdrawPlacement(pool, shard);
   };
   config->server.make_host = [options](Metrics* metrics) {
     return std::make_unique<Fleet>(options, metrics);

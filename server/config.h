@@ -21,6 +21,7 @@ struct Config {
 
   // Which cluster it is a node of; no name: none.
   ClusterOptions cluster;
+  bool draws_node_id = false;  // nobody gave a node_id, so that a random one was drawn
 
   // Pools are spread over the nodes of the cluster.
   bool is_fleet = false;
@@ -46,12 +47,17 @@ absl::Status CheckConfig(const Config& config);
 // names the flag.
 absl::Status LoadSecrets(Config* config);
 
+// Opens the folder where a fleet keeps its pools, if it is given one. A fleet that nobody named is
+// called by what the folder says, so that it keeps its node_id, too. REQUIRES: CheckConfig. Errors:
+// a folder that cannot be used; the message names the flag.
+absl::Status OpenStateDir(Config* config);
+
 // Joins the cluster of `config`, if it has one, for its server. REQUIRES: CheckConfig. Errors: as
 // Cluster::Join.
 absl::Status JoinCluster(Config* config);
 
-// Has the server of `config` be a fleet's, if it is to be one. REQUIRES: JoinCluster. Errors: a
-// folder for states that cannot be used; the message names the flag.
+// Has the server of `config` be a fleet's, if it is to be one. REQUIRES: OpenStateDir, JoinCluster.
+// Errors: INVALID_ARGUMENT flags that contradict each other.
 absl::Status JoinFleet(Config* config);
 
 }  // namespace procgen

@@ -257,6 +257,9 @@ int Main(int argc, char** argv) {
       LogEvent(is_error ? LogLevel::kError : LogLevel::kWarning, "cluster",
                {{"message", std::string(message)}});
     });
+    status = OpenStateDir(&*config);
+  }
+  if (status.ok()) {
     status = JoinCluster(&*config);
   }
   if (status.ok()) {

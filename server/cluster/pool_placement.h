@@ -10,10 +10,12 @@ namespace procgen {
 // shard are the key, as two fleet servers may each have a pool of one name.
 struct PoolPlacement {
   std::string fleet_id;  // whose pool it is: the node id of the fleet server
-  std::string pool;      // the pool's name there, "pools/7"
+  std::string pool;      // the pool's name there, "pools/7", or with its owner "alice/pools/7"
   int32_t shard = 0;     // which part of it, >= 0
   std::string node_id;   // the host that has it
-  int64_t epoch = 0;     // rises each time the shard moves; only the highest is answered for
+  // Rises each time the shard moves, while that fleet server runs; only the highest is answered
+  // for.
+  int64_t epoch = 0;
 
   friend bool operator==(const PoolPlacement&, const PoolPlacement&) = default;
 };

@@ -83,6 +83,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
   ShardTerms terms;
   terms.label = order.name;
   terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
+  terms.placed_as = order.owner.empty() ? order.name : absl::StrCat(order.owner, "/", order.name);
   terms.spec = PoolSpecMessageOf(order.options);
   terms.options = &options_;
   terms.nodes = &nodes_;
@@ -173,8 +174,13 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
 }
 
 void Fleet::OnNodesChanged() {
+  std::vector<NodeStatus> nodes = options_.nodes();
   {
     absl::MutexLock lock(&mutex_);
+    if (nodes == seen_nodes_) {
+      return;  // placements have, among them those that are told here
+    }
+    seen_nodes_ = std::move(nodes);
     changed_ = true;
   }
   nodes_.OnChange();

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
@@ -33,10 +34,11 @@ class Fleet final : public PoolHost {
   // too little room.
   void Create(const PoolOrder& order, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
+  bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
  private:
-  // Nodes have changed. Does not block.
+  // Nodes may have changed. Does not block.
   void OnNodesChanged();
   // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
@@ -56,7 +58,8 @@ class Fleet final : public PoolHost {
 
   absl::Mutex mutex_;
   std::set<FleetPool*> pools_ ABSL_GUARDED_BY(mutex_);
-  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last one made
+  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;             // of the last one made
+  std::vector<NodeStatus> seen_nodes_ ABSL_GUARDED_BY(mutex_);  // when they changed last
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread watch_;

@@ -21,7 +21,7 @@ constexpr absl::Duration kConnectTimeout = absl::Seconds(1);
 constexpr absl::Duration kCallTimeout = absl::Seconds(20);
 // How long others are preferred to a node that did not serve.
 constexpr absl::Duration kSuspicion = absl::Seconds(2);
-// Fewer environments are not worth a node of their own.
+// Fewer environments are not worth a node of their own, unless there is no room otherwise.
 constexpr int32_t kShareMin = 4;
 
 absl::Status ReadCredential(const char* flag, const std::string& path, std::string* text) {
@@ -50,6 +50,20 @@ absl::StatusOr<procgen_client::Credentials> ReadCredentials(const FleetCredentia
     }
   }
   return credentials;
+}
+
+// What keeps a node from being used. Where it does not let this server in, that is no word on who
+// asked this server: PERMISSION_DENIED.
+absl::Status NodeError(const NodeStatus& node, bool has_tls, const absl::Status& status) {
+  const std::string name = absl::StrCat("node ", node.node_id, " at ", node.address);
+  if (absl::IsUnauthenticated(status) || absl::IsPermissionDenied(status)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(name, " does not let the fleet server in: ", status.message(),
+                     "; it is shown --fleet_token and --fleet_certificate"));
+  }
+  return {status.code(),
+          absl::StrCat(name, ", spoken to in ", has_tls ? "TLS" : "plain text, without --fleet_ca",
+                       ": ", status.message())};
 }
 
 bool MayHaveShards(const NodeStatus& node) {
@@ -127,11 +141,13 @@ absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
   if (rooms.empty()) {
     return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
   }
-  rooms.resize(std::min(rooms.size(), static_cast<size_t>(std::max(1, env_count / kShareMin))));
+  const auto worth = static_cast<size_t>(std::max(1, env_count / kShareMin));
   int64_t free = 0;
-  for (const Room& room : rooms) {
-    free += std::max<int64_t>(room.free, 0);
+  size_t room_count = 0;
+  while (room_count < rooms.size() && (room_count < worth || free < env_count)) {
+    free += std::max<int64_t>(rooms[room_count++].free, 0);
   }
+  rooms.resize(room_count);
   if (free < env_count) {
     return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
                                                      " and the fleet's nodes have room for ", free,
@@ -191,13 +207,14 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   options.keepalive_time = kKeepaliveTime;
   options.keepalive_timeout = kKeepaliveTimeout;
   options.call_timeout = kCallTimeout;
+  const bool has_tls = !options_.credentials.ca.empty();
   auto client = procgen_client::Client::Connect(node->address, options);
   if (!client.ok()) {
-    return client.status();
+    return NodeError(*node, has_tls, client.status());
   }
   absl::StatusOr<v1::Catalog> catalog = (*client)->GetCatalog();
   if (!catalog.ok()) {
-    return catalog.status();
+    return NodeError(*node, has_tls, catalog.status());
   }
   auto connected =
       std::make_shared<NodeClient>(NodeClient{node_id, *std::move(client), catalog->limits()});

@@ -70,8 +70,8 @@ class FleetNodes {
   // Takes a place on `preferred`, or if that is not to be had where there is most room. Errors:
   // UNAVAILABLE there is none for the moment.
   absl::StatusOr<Seat> Take(int32_t env_count, const std::string& preferred);
-  // A connection to the node of that id, made anew if there is none. Errors: UNAVAILABLE, those of
-  // the node.
+  // A connection to the node of that id, made anew if there is none. Errors: PERMISSION_DENIED it
+  // does not let this server in; UNAVAILABLE, others of the node.
   absl::StatusOr<std::shared_ptr<NodeClient>> Connect(const std::string& node_id);
   // It did not serve: another connection is made the next time, and others are preferred for a
   // while.

@@ -79,6 +79,11 @@ std::vector<FleetState::Left> FleetState::TakeLeft() {
       left.push_back({path, *std::move(pool)});
       continue;
     }
+    if (absl::IsFailedPrecondition(pool.status())) {
+      LogEvent(LogLevel::kError, "pool_not_resumed",
+               {{"file", path}, {"message", std::string(pool.status().message())}});
+      continue;  // where the server that wrote it finds it again
+    }
     LogEvent(LogLevel::kError, "pool_put_aside",
              {{"file", path}, {"message", std::string(pool.status().message())}});
     std::filesystem::rename(path, absl::StrCat(path, ".damaged"), error);

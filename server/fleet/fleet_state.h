@@ -36,7 +36,8 @@ class FleetState {
   FleetState& operator=(const FleetState&) = delete;
 
   const std::string& fleet_name() const { return fleet_name_; }
-  // What earlier processes left; those that cannot be read are put aside, which is logged.
+  // What earlier processes left. Those that are damaged are put aside, those of other versions of
+  // the server stay where they are; both is logged.
   std::vector<Left> TakeLeft();
   // Where to keep another pool.
   std::string NextPath();

@@ -11,7 +11,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "procgen/v1/states.pb.h"
 #include "server/session/event_log.h"
 
@@ -29,8 +31,14 @@ enum class Kind : uint8_t {
   kBase = 7,      // a Base
 };
 
-// Before the content of a record: its kind, its size and its checksum.
-constexpr size_t kHeadBytes = 1 + 4 + 4;
+// The first line of a file: what it is, and the version of all that follows.
+constexpr absl::string_view kTitle = "procgen-pool ";
+constexpr absl::string_view kVersion = "1";
+
+// Before the content of a record: its kind, its size, its checksum, and the checksum of these. So a
+// size that is damaged is not taken for that of a record that was cut off.
+constexpr size_t kHeadBytes = 1 + 4 + 4 + 4;
+constexpr size_t kHeadSumAt = kHeadBytes - 4;
 
 // A file is written anew when it is that much larger than it was the last time.
 constexpr int64_t kGrowthBytes = int64_t{16} << 20;
@@ -68,6 +76,7 @@ std::string Record(Kind kind, absl::string_view content = {}) {
   record.push_back(static_cast<char>(kind));
   AddNumber(static_cast<uint32_t>(content.size()), &record);
   AddNumber(ChecksumOf(content), &record);
+  AddNumber(ChecksumOf(record), &record);
   record.append(content.data(), content.size());
   return record;
 }
@@ -176,6 +185,21 @@ bool ReadRecord(Kind kind, absl::string_view content, JournaledPool* pool) {
   return false;
 }
 
+// Takes the first line from `bytes`.
+absl::Status TakeTitle(const std::string& path, absl::string_view* bytes) {
+  if (!absl::ConsumePrefix(bytes, kTitle)) {
+    return absl::DataLossError(absl::StrCat(path, " is no journal of a pool"));
+  }
+  const absl::string_view version = bytes->substr(0, bytes->find('\n'));
+  if (version != kVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(path, " is a journal of version '", absl::CHexEscape(version.substr(0, 16)),
+                     "', allowed: ", kVersion, "; the server that wrote it can read it"));
+  }
+  bytes->remove_prefix(version.size() + 1);
+  return absl::OkStatus();
+}
+
 std::string SystemError(absl::string_view what, const std::string& path) {
   return absl::StrCat(what, " ", path, ": ", std::strerror(errno));
 }
@@ -209,7 +233,17 @@ absl::StatusOr<JournaledPool> Journal::Read(const std::string& path) {
   const std::string bytes(std::istreambuf_iterator<char>(file), {});
   JournaledPool pool;
   absl::string_view rest = bytes;
+  if (absl::Status status = TakeTitle(path, &rest); !status.ok()) {
+    return status;
+  }
+  const auto damaged = [&] {
+    return absl::DataLossError(
+        absl::StrCat(path, " is damaged at byte ", bytes.size() - rest.size()));
+  };
   while (rest.size() >= kHeadBytes) {
+    if (NumberAt(rest.substr(kHeadSumAt)) != ChecksumOf(rest.substr(0, kHeadSumAt))) {
+      return damaged();
+    }
     const auto kind = static_cast<Kind>(rest[0]);
     const size_t size = NumberAt(rest.substr(1));
     if (size > rest.size() - kHeadBytes) {
@@ -217,8 +251,7 @@ absl::StatusOr<JournaledPool> Journal::Read(const std::string& path) {
     }
     const absl::string_view content = rest.substr(kHeadBytes, size);
     if (NumberAt(rest.substr(5)) != ChecksumOf(content) || !ReadRecord(kind, content, &pool)) {
-      return absl::DataLossError(
-          absl::StrCat(path, " is damaged at byte ", bytes.size() - rest.size()));
+      return damaged();
     }
     rest.remove_prefix(kHeadBytes + size);
   }
@@ -322,7 +355,8 @@ absl::Status Journal::Rewrite() {
   std::string begin;
   AddLongNumber(log_begin_, &begin);
   AddLongNumber(sequence_begin_, &begin);
-  std::string records = Record(Kind::kPool, pool_.SerializeAsString());
+  std::string records = absl::StrCat(kTitle, kVersion, "\n");
+  records += Record(Kind::kPool, pool_.SerializeAsString());
   records += Record(Kind::kLogBegin, begin);
   for (const auto& [first, base] : bases_) {
     records += RecordOf(base.first, *base.second);

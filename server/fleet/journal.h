@@ -47,7 +47,8 @@ class Journal {
   // Makes the file. Errors: what the system says.
   static absl::StatusOr<std::unique_ptr<Journal>> Create(const std::string& path,
                                                          JournaledPool pool);
-  // Reads what an earlier process left. Errors: NOT_FOUND; DATA_LOSS it is none.
+  // Reads what an earlier process left. Errors: NOT_FOUND; DATA_LOSS it is none, or damaged;
+  // FAILED_PRECONDITION another version of the server wrote it.
   static absl::StatusOr<JournaledPool> Read(const std::string& path);
 
   ~Journal();

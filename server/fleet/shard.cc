@@ -11,10 +11,6 @@
 namespace procgen {
 namespace {
 
-// How long a node keeps a shard that nobody holds.
-constexpr int64_t kLeaseSeconds = 60;
-// How many requests are sent ahead where they are repeated.
-constexpr int32_t kRepeatedAhead = 16;
 // How often something is tried that fails for another reason than that a node is lost.
 constexpr int kAttemptsMax = 3;
 // How long to wait between tries to find a node, if nothing changes.
@@ -172,6 +168,7 @@ void Shard::Loop() {
       SaveBase();
     }
   }
+  SetWaits(false);
   Leave();
 }
 
@@ -214,7 +211,9 @@ absl::Status Shard::Do(Task* task) {
     }
     Lose(status);
     paused = true;
-    attempts += IsOfNode(status) ? 0 : 1;
+    // A pool that is being made need not wait for nodes that let nobody in.
+    const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
+    attempts += IsOfNode(status) && !is_refused ? 0 : 1;
     if (Stops() || attempts == kAttemptsMax) {
       return status;
     }
@@ -267,78 +266,6 @@ absl::Status Shard::Reach(int64_t number) {
     }
   }
   return ReceiveAll();
-}
-
-absl::Status Shard::Place() {
-  absl::StatusOr<FleetNodes::Seat> seat = terms_->nodes->Take(range_.count, preferred_node_);
-  if (!seat.ok()) {
-    return seat.status();
-  }
-  Placement placement;
-  placement.seat = *std::move(seat);
-  const std::string& node_id = placement.seat.node_id();
-  absl::StatusOr<std::shared_ptr<NodeClient>> node = terms_->nodes->Connect(node_id);
-  if (!node.ok()) {
-    terms_->nodes->Suspect(node_id);
-    return node.status();
-  }
-  placement.node = *std::move(node);
-  placement.pool_id = absl::StrCat(terms_->id_prefix, number_, "-", ++epoch_);
-  terms_->leftovers->BeginUse(placement.pool_id);
-  if (absl::Status status = Fill(&placement); !status.ok()) {
-    terms_->nodes->Suspect(node_id);
-    terms_->leftovers->EndUse(placement.pool_id, node_id);
-    return status;
-  }
-  position_ = base_->number;
-  sampler_ = base_->sampler;
-  unanswered_ = 0;
-  preferred_node_ = node_id;
-  LogEvent(LogLevel::kInfo, "shard_placed",
-           {{"pool", terms_->label},
-            {"environments", Environments()},
-            {"node", node_id},
-            {"shard", placement.pool},
-            {"from", absl::StrCat(base_->number)}});
-  absl::MutexLock lock(&mutex_);
-  node_id_ = node_id;
-  stream_ = placement.stream;
-  placement_ = std::move(placement);
-  return absl::OkStatus();
-}
-
-absl::Status Shard::Fill(Placement* placement) {
-  procgen_client::Client* const client = placement->node->client.get();
-  const v1::Limits& limits = placement->node->limits;
-  v1::PoolSpec spec = terms_->spec;
-  spec.set_env_count(range_.count);
-  spec.set_first_environment(spec.first_environment() + range_.first);
-  spec.mutable_lease_duration()->set_seconds(
-      std::min(kLeaseSeconds, limits.lease_duration_max().seconds()));
-  if (base_->sampler != nullptr) {
-    *spec.mutable_level_sampler() = *base_->sampler;
-  }
-  const absl::StatusOr<v1::Pool> pool = client->CreatePool(spec, placement->pool_id);
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  placement->pool = pool->name();
-  procgen_client::StreamOptions options;
-  options.requests_in_flight_max = std::min(kRepeatedAhead, limits.requests_in_flight_max());
-  options.response_bytes_max = limits.response_bytes_max();
-  // Whatever breaks ends an epoch; the node need keep no answers.
-  options.reconnect_timeout = absl::ZeroDuration();
-  auto stream = client->Attach(placement->pool, options);
-  if (!stream.ok()) {
-    return stream.status();
-  }
-  placement->stream = *std::move(stream);
-  std::vector<v1::State> states(base_->states.size());
-  for (size_t i = 0; i < states.size(); ++i) {
-    states[i].set_environment(static_cast<int32_t>(i));
-    states[i].set_snapshot(base_->states[i]);
-  }
-  return states.empty() ? absl::OkStatus() : client->RestoreStates(placement->pool, states);
 }
 
 absl::Status Shard::Repeat(const LoggedRequest& logged) {
@@ -401,12 +328,23 @@ absl::Status Shard::ReceiveAll() {
   return absl::OkStatus();
 }
 
-void Shard::Lose(const absl::Status& why) {
-  if (!placement_.has_value()) {
-    LogEvent(LogLevel::kDebug, "shard_waits",
+void Shard::SetWaits(bool waits, const absl::Status& why) {
+  if (waits == waits_) {
+    return;
+  }
+  waits_ = waits;
+  terms_->metrics->AddFleetWaits(waits ? 1 : -1);
+  if (waits) {
+    LogEvent(LogLevel::kWarning, "shard_waits",
              {{"pool", terms_->label},
               {"environments", Environments()},
               {"message", std::string(why.message())}});
+  }
+}
+
+void Shard::Lose(const absl::Status& why) {
+  if (!placement_.has_value()) {
+    SetWaits(true, why);
     return;
   }
   const std::string& node_id = placement_->node->node_id;
@@ -434,6 +372,7 @@ void Shard::Leave() {
   const std::string pool_id = placement_->pool_id;
   const std::string node_id = placement_->node->node_id;
   placement_.reset();
+  TellPlacement();
   terms_->leftovers->EndUse(pool_id, node_id);
 }
 

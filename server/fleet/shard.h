@@ -34,6 +34,7 @@ namespace procgen {
 struct ShardTerms {
   std::string label;      // what log lines call the pool
   std::string id_prefix;  // what the ids of its pools on the nodes begin with
+  std::string placed_as;  // what the cluster is told that the pool is called
   v1::PoolSpec spec;      // of the whole pool, without a level sampler
   const FleetOptions* options = nullptr;
   FleetNodes* nodes = nullptr;
@@ -120,6 +121,8 @@ class Shard {
   // Brings the environments to where they are after `number`: once.
   absl::Status Reach(int64_t number);
   absl::Status Place();
+  // Tells the cluster where it is, or that it is nowhere.
+  void TellPlacement() const;
   // Makes the pool on the node, and puts it into the states of the base.
   absl::Status Fill(Placement* placement);
   // Carries out an entry of the log, without pictures; ahead of its answer, if that can be.
@@ -128,6 +131,8 @@ class Shard {
   absl::Status CarryOut(const LoggedRequest& logged);
   absl::Status PutStates(const LoggedRequest& logged);
   absl::Status ReceiveAll();
+  // Whether it has no node, and `why`; counts and logs when that changes.
+  void SetWaits(bool waits, const absl::Status& why = absl::OkStatus());
   // The node has failed to do something: lets go of it.
   void Lose(const absl::Status& why);
   void Leave();
@@ -149,6 +154,7 @@ class Shard {
   std::shared_ptr<const ShardBase> next_base_;  // saved, but not yet to be begun from
   PictureCount pictures_since_next_;
   std::optional<Placement> placement_;
+  bool waits_ = false;                               // for a node
   int32_t unanswered_ = 0;                           // requests sent ahead
   int64_t position_ = 0;                             // of the log, of what is on the node
   int64_t asked_position_ = 0;                       // where it was asked to be

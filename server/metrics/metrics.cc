@@ -89,6 +89,8 @@ class Metrics::Families final : public prometheus::Collectable {
                                  "Pools that were freed because their leases ran out.")),
         fleet_moves(AddCounter("procgen_fleet_moves_total",
                                "Times that a shard of a fleet's pool left its node.")),
+        fleet_waits(AddGauge("procgen_fleet_shards_waiting",
+                             "Shards of a fleet's pools that wait for a node.")),
         errors(CounterFamily("procgen_errors_total",
                              "Calls and streams that ended with an error, by method and code.")),
         steps_(CounterFamily("procgen_steps_total",
@@ -195,6 +197,7 @@ class Metrics::Families final : public prometheus::Collectable {
   Family<Counter>& streams;
   Counter& expired_pools;
   Counter& fleet_moves;
+  Gauge& fleet_waits;
   Family<Counter>& errors;
   AtomicHistogram queued{kSecondsBounds};
   AtomicHistogram ran{kSecondsBounds};
@@ -249,6 +252,8 @@ void Metrics::AddFleetMove() { families_->fleet_moves.Increment(); }
 void Metrics::AddFleetPause(absl::Duration pause) {
   families_->fleet_pauses.Add(absl::ToDoubleSeconds(pause));
 }
+
+void Metrics::AddFleetWaits(int32_t change) { families_->fleet_waits.Increment(change); }
 
 void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
   families_->errors.Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})

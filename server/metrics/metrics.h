@@ -75,6 +75,8 @@ class Metrics {
   void AddFleetMove();
   // A request waited for that, so long from its beginning to its end.
   void AddFleetPause(absl::Duration pause);
+  // So many shards more, or fewer, wait for a node.
+  void AddFleetWaits(int32_t change);
   // A call or stream of `method` ("PoolService/CreatePool") ended with an error.
   void AddError(absl::string_view method, absl::StatusCode code);
 

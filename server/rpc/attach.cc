@@ -44,7 +44,7 @@ absl::Status CheckCanShare(const PoolSession& pool, const std::string& peer) {
 void EndAttach(const Sessions* sessions, Attachment attachment, absl::Status status,
                AttachDone done) {
   if (status.ok() && sessions->draining()) {
-    status = Sessions::Draining();  // all streams may have been told before this one
+    status = sessions->Draining();  // all streams may have been told before this one
   }
   if (!status.ok()) {
     attachment.pool->Detach();

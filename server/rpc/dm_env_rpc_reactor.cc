@@ -174,7 +174,7 @@ void DmEnvRpcReactor::FinishStream() {
     absl::MutexLock lock(&mutex_);
     status = status_;
   }
-  AddDrainTrailer(status, context_);
+  AddDrainTrailer(status, *sessions_, context_);
   Finish(callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), status));
 }
 

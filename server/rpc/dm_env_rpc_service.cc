@@ -29,7 +29,7 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* DmEnvRpcServiceImpl
     streams_.push_back(stream);
   }
   if (draining) {
-    stream->End(Sessions::Draining());
+    stream->End(sessions_->Draining());
   }
   return stream.get();
 }
@@ -50,7 +50,7 @@ void DmEnvRpcServiceImpl::Drain() {
   }
   for (const std::weak_ptr<DmEnvRpcReactor>& ended : streams) {
     if (const std::shared_ptr<DmEnvRpcReactor> stream = ended.lock(); stream != nullptr) {
-      stream->End(Sessions::Draining());
+      stream->End(sessions_->Draining());
     }
   }
 }

@@ -170,12 +170,7 @@ absl::Status Listener::ListenOnPath(const std::string& path) {
 }
 
 Listener::~Listener() {
-  if (thread_.joinable()) {
-    const char byte = 0;
-    while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
-    }
-    thread_.join();
-  }
+  StopAccepting();
   for (const int open : {stop_[0], stop_[1]}) {
     if (open >= 0) {
       close(open);
@@ -186,6 +181,25 @@ Listener::~Listener() {
   }
   if (!path_.empty()) {
     unlink(path_.c_str());
+  }
+}
+
+void Listener::StopAccepting() {
+  if (!thread_.joinable()) {
+    return;
+  }
+  const char byte = 0;
+  while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
+  }
+  thread_.join();
+}
+
+void Listener::HangUp() {
+  StopAccepting();
+  for (const auto& [connection, inode] : connections_) {
+    if (InodeOf(connection) == inode) {
+      shutdown(connection, SHUT_RDWR);
+    }
   }
 }
 

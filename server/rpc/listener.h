@@ -42,12 +42,17 @@ class Listener {
   // Begins to accept, in a thread of its own, and hands over to `take` there.
   void Start(Take take);
 
+  // Accepts no more, and breaks the connections that were taken: at their other ends the network
+  // has failed, or the process was killed.
+  void HangUp();
+
  private:
   explicit Listener(int32_t connection_count_max)
       : connection_count_max_(static_cast<size_t>(connection_count_max)) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
   void AcceptUntilStopped();
+  void StopAccepting();
   // Accepts what waits at a socket. False: there are no file descriptors.
   bool AcceptFrom(int listening);
   // Whether one more connection may be had.

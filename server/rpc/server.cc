@@ -164,6 +164,11 @@ class GrpcServer final : public Server {
     while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && absl::Now() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
     }
+    if (listener_ != nullptr && sessions_.keeps_pools()) {
+      // A learner that attaches again at this moment, or is not done with its answers, would be
+      // told CANCELLED; where the connection breaks, it tries again.
+      listener_->HangUp();
+    }
     listener_.reset();
     services_.EndWatches();
     server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));

@@ -459,7 +459,7 @@ void StepPoolReactor::FinishStream() {
               {"code", absl::StatusCodeToString(status.code())},
               {"message", std::string(status.message())}});
   }
-  AddDrainTrailer(status, context_);
+  AddDrainTrailer(status, *sessions_, context_);
   Finish(callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), status));
 }
 

@@ -97,6 +97,9 @@ class PoolHost {
   virtual void Create(const PoolOrder& order, CreateDone done) = 0;
   // The pools that earlier processes left here; once.
   virtual std::vector<ResumedPool> TakeResumed() { return {}; }
+  // Whether its pools outlive the process: the next one has them, and learners need but wait for
+  // it.
+  virtual bool keeps_pools() const { return false; }
   // Threads that step environments.
   virtual int32_t worker_count() const = 0;
 };

@@ -349,8 +349,11 @@ absl::Time Sessions::FreeExpired(absl::Time now) {
   return next;
 }
 
-absl::Status Sessions::Draining() {
-  return absl::UnavailableError("the server drains and will stop; go on elsewhere");
+absl::Status Sessions::Draining() const {
+  return absl::UnavailableError(keeps_pools()
+                                    ? "the server stops and keeps its pools; attach again until "
+                                      "it is back"
+                                    : "the server drains and will stop; go on elsewhere");
 }
 
 bool Sessions::draining() const {
@@ -365,7 +368,8 @@ void Sessions::Drain() {
     draining_ = true;
     pools = All();
     for (auto& [key, entry] : entries_) {
-      entry.leaving = entry.leaving || (entry.pool != nullptr && entry.pool->attached());
+      entry.leaving =
+          entry.leaving || (entry.pool != nullptr && entry.pool->attached() && !keeps_pools());
     }
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {

@@ -73,6 +73,8 @@ class Sessions {
 
   // Whether pools can share memory with learners.
   bool shares_memory() const { return shared_folder_ != nullptr; }
+  // Whether learners find their pools here again when the server has been stopped and started.
+  bool keeps_pools() const { return host_->keeps_pools(); }
 
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
@@ -123,10 +125,10 @@ class Sessions {
   void Drain();
   bool draining() const;
   // Pools that are still there and whose streams were told so: their learners may want to save
-  // states, and delete them when they have.
+  // states, and delete them when they have. None where pools are kept.
   int32_t LeavingCount() const;
   // What is answered while draining: UNAVAILABLE.
-  static absl::Status Draining();
+  absl::Status Draining() const;
 
   Load load() const;
 

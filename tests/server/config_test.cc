@@ -2,6 +2,7 @@
 
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -196,6 +197,34 @@ TEST(ConfigTest, FlagsOfAClusterNeedOne) {
   config.cluster.name = "a*";
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--cluster is 'a*'")));
+}
+
+TEST(ConfigTest, AFleetThatNobodyNamedKeepsItsNodeIdInItsStateDir) {
+  const TemporaryFolder folder;
+  const auto id_of_next_process = [&](const std::string& drawn, bool draws) {
+    Config config;
+    config.is_fleet = true;
+    config.state_dir = folder.path();
+    config.cluster.node_id = drawn;
+    config.draws_node_id = draws;
+    EXPECT_THAT(OpenStateDir(&config), IsOk());
+    return config.cluster.node_id;
+  };
+  const std::string id = id_of_next_process("node-1", true);
+  EXPECT_THAT(CheckNodeId(id), IsOk());
+  EXPECT_EQ(id_of_next_process("node-2", true), id);
+  EXPECT_EQ(id_of_next_process("given", false), "given");
+}
+
+TEST(ConfigTest, AStateDirHasOneProcessAtATime) {
+  const TemporaryFolder folder;
+  Config config;
+  config.is_fleet = true;
+  config.state_dir = folder.path();
+  ASSERT_THAT(OpenStateDir(&config), IsOk());
+  Config other = config;
+  EXPECT_THAT(OpenStateDir(&other),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("another process has")));
 }
 
 }  // namespace

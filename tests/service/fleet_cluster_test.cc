@@ -7,10 +7,14 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "gtest/gtest.h"
+#include "tests/server/cluster/cluster_watch.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
 #include "tests/service/test_fleet.h"
@@ -89,9 +93,55 @@ TEST(FleetClusterTest, AnIdlePoolLeavesADrainingNode) {
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
 }
 
-class FleetRestartTest : public testing::TestWithParam<v1::Encoding> {};
+// The nodes that the shards of a pool are told to be on, in the order of their numbers.
+std::vector<std::string> NodesOf(const std::vector<PoolPlacement>& placements,
+                                 const std::string& pool) {
+  std::vector<std::string> nodes;
+  for (const PoolPlacement& placement : placements) {
+    if (placement.fleet_id == "fleet" && placement.pool == pool) {
+      nodes.push_back(placement.node_id);
+    }
+  }
+  return nodes;
+}
 
-TEST_P(FleetRestartTest, AKilledFleetServerGoesOnWhereItWas) {
+TEST(FleetClusterTest, TheClusterIsToldWhereShardsAre) {
+  TestFleet fleet;
+  fleet.StartNode("a");
+  fleet.StartNode("b");
+  fleet.StartFleet(2);
+  const auto cluster = fleet.JoinCluster("witness");
+  ClusterWatch watch(cluster.get());
+  const auto client = fleet.Connect();
+  const auto pool = client->CreatePool(Script().spec);
+  ASSERT_THAT(pool, IsOk());
+  const auto nodes = [&] { return NodesOf(cluster->Placements(), pool->name()); };
+  EXPECT_TRUE(watch.Await([&] {
+    return absl::c_is_permutation(nodes(), std::vector<std::string>{"a", "b"});
+  })) << absl::StrJoin(nodes(), " ");
+
+  fleet.KillNode("a");
+  EXPECT_TRUE(watch.Await([&] {
+    return nodes() == std::vector<std::string>{"b", "b"};
+  })) << absl::StrJoin(nodes(), " ");
+  int64_t epochs = 0;
+  for (const PoolPlacement& placement : cluster->Placements()) {
+    epochs += placement.epoch;
+  }
+  EXPECT_EQ(epochs, 1 + 2) << "one has moved";
+
+  EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
+  EXPECT_TRUE(watch.Await([&] { return nodes().empty(); })) << absl::StrJoin(nodes(), " ");
+}
+
+struct Restart {
+  v1::Encoding encoding;
+  bool is_killed = true;  // or else stopped
+};
+
+class FleetRestartTest : public testing::TestWithParam<Restart> {};
+
+TEST_P(FleetRestartTest, AFleetServerGoesOnWhereItWas) {
   const TemporaryFolder folder;
   TestFleet fleet({absl::StrCat("--state_dir=", folder.path())});
   fleet.StartNode("a");
@@ -99,7 +149,7 @@ TEST_P(FleetRestartTest, AKilledFleetServerGoesOnWhereItWas) {
   fleet.StartFleet(2);
   LearnerScript script = Script();
   script.with_states = false;  // those calls are not repeated by the client
-  script.spec.set_encoding(GetParam());
+  script.spec.set_encoding(GetParam().encoding);
   std::thread operator_thread;
   ExpectSameTrace(script, fleet, [&](int index) {
     if (index % 500 != 250) {
@@ -110,15 +160,23 @@ TEST_P(FleetRestartTest, AKilledFleetServerGoesOnWhereItWas) {
     }
     // While requests are under way.
     operator_thread = std::thread([&fleet] {
-      fleet.KillFleet();
+      if (GetParam().is_killed) {
+        fleet.KillFleet();
+      } else {
+        const absl::Time begin = absl::Now();
+        fleet.StopFleet();
+        EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "it waited for the learner";
+      }
       fleet.StartFleet(2);
     });
   });
   operator_thread.join();
 }
 
-INSTANTIATE_TEST_SUITE_P(Encodings, FleetRestartTest,
-                         testing::Values(v1::ENCODING_RAW, v1::ENCODING_LZ4_DIFFERENCE));
+INSTANTIATE_TEST_SUITE_P(KilledAndStopped, FleetRestartTest,
+                         testing::Values(Restart{v1::ENCODING_RAW, true},
+                                         Restart{v1::ENCODING_LZ4_DIFFERENCE, true},
+                                         Restart{v1::ENCODING_RAW, false}));
 
 TEST(FleetFlagsTest, WrongFlagsAreTold) {
   for (const auto& [flags, message] :

@@ -20,6 +20,7 @@
 #include "gtest/gtest.h"
 #include "server/rpc/server.h"
 #include "tests/service/batch_copy.h"
+#include "tests/service/certificates.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
 #include "tests/status_matchers.h"
@@ -72,9 +73,11 @@ class FleetTest : public testing::Test {
     return *Server::Start(options);
   }
 
-  void StartNode(const std::string& node_id) {
-    auto process = std::make_unique<ServerProcess>(std::vector<std::string>{
-        "--address=127.0.0.1:0", "--workers=1", "--log_level=error", "--drain_deadline=30s"});
+  void StartNode(const std::string& node_id, const std::vector<std::string>& node_flags = {}) {
+    std::vector<std::string> flags = {"--address=127.0.0.1:0", "--workers=1", "--log_level=error",
+                                      "--drain_deadline=30s"};
+    flags.insert(flags.end(), node_flags.begin(), node_flags.end());
+    auto process = std::make_unique<ServerProcess>(flags);
     NodeStatus status;
     status.node_id = node_id;
     status.address = process->Address();
@@ -91,7 +94,8 @@ class FleetTest : public testing::Test {
       options.nodes = [this] { return list_.Nodes(); };
       options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
       options.snapshot_requests = snapshot_requests;
-      options.wait_max = absl::Seconds(20);
+      options.wait_max = wait_max_;
+      options.credentials = credentials_;
       return std::make_unique<Fleet>(options, metrics);
     });
   }
@@ -126,6 +130,8 @@ class FleetTest : public testing::Test {
 
   std::string MetricsText() const { return server_->metrics().Text(); }
 
+  absl::Duration wait_max_ = absl::Seconds(20);
+  FleetCredentials credentials_;
   NodeList list_;
   std::map<std::string, std::unique_ptr<ServerProcess>> nodes_;
   std::unique_ptr<Server> single_;
@@ -334,6 +340,94 @@ TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
     }
   });
   helper.join();
+}
+
+v1::PoolSpec SmallSpec() {
+  v1::PoolSpec spec;
+  spec.add_games("coinrun");
+  spec.set_env_count(8);
+  spec.mutable_options()->set_rand_seed(3);
+  return spec;
+}
+
+TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {
+  const std::vector<int32_t> actions(8, 7);
+  procgen_client::Batch batch;
+  const auto single = Connect(*single_);
+  const auto single_pool = single->CreatePool(SmallSpec());
+  ASSERT_THAT(single_pool, IsOk());
+  const auto single_stream = single->Attach(single_pool->name());
+  ASSERT_THAT(single_stream, IsOk());
+  ASSERT_THAT((*single_stream)->Step(actions, &batch), IsOk());
+  ASSERT_THAT((*single_stream)->Step(actions, &batch), IsOk());
+  const BatchCopy expected(batch);
+
+  wait_max_ = absl::Seconds(1);
+  StartNode("a");
+  StartFleet();
+  const auto client = Connect(*server_);
+  const auto pool = client->CreatePool(SmallSpec());
+  ASSERT_THAT(pool, IsOk());
+  {
+    const auto stream = client->Attach(pool->name());
+    ASSERT_THAT(stream, IsOk());
+    ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
+    nodes_.erase("a");
+    list_.Remove("a");
+    EXPECT_THAT((*stream)->Step(actions, &batch),
+                StatusIs(absl::StatusCode::kDeadlineExceeded,
+                         testing::HasSubstr(pool->name() +
+                                            " have had no node for 1s, limit fleet_wait_max")));
+  }
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 1\n"));
+
+  StartNode("b");
+  const auto stream = client->Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
+  EXPECT_TRUE(BatchCopy(batch) == expected) << "the step that failed has left something";
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 0\n"));
+}
+
+TEST_F(FleetTest, WithoutNodesThereIsNoPool) {
+  StartFleet();
+  EXPECT_THAT(Connect(*server_)->CreatePool(SmallSpec()),
+              StatusIs(absl::StatusCode::kUnavailable, testing::HasSubstr("no node")));
+}
+
+TEST_F(FleetTest, NodesAreShownATokenInTls) {
+  const Certificates certificates;
+  certificates.MakeAuthority("authority");
+  certificates.MakeServer("authority", "node");
+  certificates.Write("tokens", "fleet the-token-of-the-fleet\n");
+  certificates.Write("token", "some-other-token-012345\n");
+  credentials_.ca = certificates.Path("authority.pem");
+  credentials_.token = certificates.Path("token");
+  StartNode("a", {"--tls_certificate=" + certificates.Path("node.pem"),
+                  "--tls_key=" + certificates.Path("node.key"),
+                  "--tokens=" + certificates.Path("tokens")});
+  StartFleet();
+  const auto client = Connect(*server_);
+  EXPECT_THAT(client->CreatePool(SmallSpec()),
+              StatusIs(absl::StatusCode::kPermissionDenied,
+                       testing::AllOf(testing::HasSubstr("node a at 127.0.0.1:"),
+                                      testing::HasSubstr("does not let the fleet server in"),
+                                      testing::HasSubstr("--fleet_token"))));
+  certificates.Replace("token", "the-token-of-the-fleet\n");
+  ExpectSameTrace(Script(40), [](int) {});
+}
+
+TEST_F(FleetTest, NodesThatSpeakTlsAreNotSpokenToInPlainText) {
+  const Certificates certificates;
+  certificates.MakeAuthority("authority");
+  certificates.MakeServer("authority", "node");
+  wait_max_ = absl::Seconds(1);
+  StartNode("a", {"--tls_certificate=" + certificates.Path("node.pem"),
+                  "--tls_key=" + certificates.Path("node.key")});
+  StartFleet();
+  EXPECT_THAT(Connect(*server_)->CreatePool(SmallSpec()),
+              StatusIs(absl::StatusCode::kDeadlineExceeded,
+                       testing::HasSubstr("spoken to in plain text, without --fleet_ca")));
 }
 
 }  // namespace

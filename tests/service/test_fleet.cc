@@ -22,8 +22,10 @@ constexpr int32_t kDomainCount = 100;
 TestFleet::TestFleet(std::vector<std::string> fleet_flags)
     : fleet_flags_(std::move(fleet_flags)), domain_(kDomainFirst + getpid() % kDomainCount) {}
 
+std::string TestFleet::ClusterName() const { return absl::StrCat("test-", getpid()); }
+
 std::vector<std::string> TestFleet::FlagsOf(const std::string& name) const {
-  return {absl::StrCat("--cluster=test-", getpid()), absl::StrCat("--cluster_domain=", domain_),
+  return {absl::StrCat("--cluster=", ClusterName()), absl::StrCat("--cluster_domain=", domain_),
           absl::StrCat("--node_id=", name), "--log_level=warning", "--drain_deadline=30s"};
 }
 
@@ -64,8 +66,23 @@ void TestFleet::StartFleet(size_t node_count) {
 
 void TestFleet::KillFleet() { fleet_ = nullptr; }
 
+void TestFleet::StopFleet() {
+  fleet_->Signal(SIGTERM);
+  EXPECT_EQ(fleet_->Wait(), 0);
+  fleet_ = nullptr;
+}
+
 std::unique_ptr<procgen_client::Client> TestFleet::Connect() const {
   return procgen_client::Client::Connect(address_).value();
+}
+
+std::unique_ptr<Cluster> TestFleet::JoinCluster(const std::string& node_id) const {
+  ClusterOptions options;
+  options.name = ClusterName();
+  options.domain_id = domain_;
+  options.node_id = node_id;
+  options.address = "127.0.0.1:0";  // of which it takes the interface alone
+  return Cluster::Join(options).value();
 }
 
 }  // namespace procgen

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "procgen_client/client.h"
+#include "server/cluster/cluster.h"
 #include "tests/service/server_process.h"
 #include "tests/temporary_folder.h"
 
@@ -27,17 +28,23 @@ class TestFleet {
   // Hands it over, so that its end can be waited for.
   std::unique_ptr<ServerProcess> TakeNode(const std::string& name);
 
-  // Starts the fleet server, and waits until it sees so many nodes. Again after KillFleet: at the
-  // same address.
+  // Starts the fleet server, and waits until it sees so many nodes. Again after KillFleet or
+  // StopFleet: at the same address.
   void StartFleet(size_t node_count);
   void KillFleet();
+  // SIGTERM, and waits for its end.
+  void StopFleet();
   const std::string& address() const { return address_; }
   std::unique_ptr<procgen_client::Client> Connect() const;
+
+  // Joins the cluster, to look on.
+  std::unique_ptr<Cluster> JoinCluster(const std::string& node_id) const;
 
   // A folder for who wants one.
   std::string folder() const { return folder_.path(); }
 
  private:
+  std::string ClusterName() const;
   std::vector<std::string> FlagsOf(const std::string& name) const;
 
   const TemporaryFolder folder_;

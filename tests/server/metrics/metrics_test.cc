@@ -70,6 +70,18 @@ TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
             HasSubstr("procgen_build_info{version=\"1.2.3\"} 1")));
 }
 
+TEST(MetricsTest, Fleets) {
+  Metrics metrics("1");
+  metrics.AddFleetMove();
+  metrics.AddFleetPause(absl::Milliseconds(250));
+  metrics.AddFleetWaits(1);
+  metrics.AddFleetWaits(1);
+  metrics.AddFleetWaits(-1);
+  EXPECT_THAT(metrics.Text(), AllOf(HasSubstr("procgen_fleet_moves_total 1"),
+                                    HasSubstr("procgen_fleet_pause_seconds_sum 0.25"),
+                                    HasSubstr("procgen_fleet_shards_waiting 1\n")));
+}
+
 TEST(MetricsTest, StreamTotalsTellWhatThePageTells) {
   Metrics metrics("1");
   metrics.AddRequest(absl::Microseconds(5), absl::Milliseconds(3));

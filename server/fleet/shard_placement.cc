@@ -1,0 +1,112 @@
+// Where a shard is: how it comes to a node.
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/fleet/shard.h"
+#include "server/session/event_log.h"
+
+namespace procgen {
+namespace {
+
+// How long a node keeps a shard that nobody holds.
+constexpr int64_t kLeaseSeconds = 60;
+// How many requests are sent ahead where they are repeated.
+constexpr int32_t kRepeatedAhead = 16;
+
+}  // namespace
+
+absl::Status Shard::Place() {
+  absl::StatusOr<FleetNodes::Seat> seat = terms_->nodes->Take(range_.count, preferred_node_);
+  if (!seat.ok()) {
+    return seat.status();
+  }
+  Placement placement;
+  placement.seat = *std::move(seat);
+  const std::string& node_id = placement.seat.node_id();
+  absl::StatusOr<std::shared_ptr<NodeClient>> node = terms_->nodes->Connect(node_id);
+  if (!node.ok()) {
+    terms_->nodes->Suspect(node_id);
+    return node.status();
+  }
+  placement.node = *std::move(node);
+  placement.pool_id = absl::StrCat(terms_->id_prefix, number_, "-", ++epoch_);
+  terms_->leftovers->BeginUse(placement.pool_id);
+  if (absl::Status status = Fill(&placement); !status.ok()) {
+    terms_->nodes->Suspect(node_id);
+    terms_->leftovers->EndUse(placement.pool_id, node_id);
+    return status;
+  }
+  position_ = base_->number;
+  sampler_ = base_->sampler;
+  unanswered_ = 0;
+  preferred_node_ = node_id;
+  LogEvent(LogLevel::kInfo, "shard_placed",
+           {{"pool", terms_->label},
+            {"environments", Environments()},
+            {"node", node_id},
+            {"shard", placement.pool},
+            {"from", absl::StrCat(base_->number)}});
+  {
+    absl::MutexLock lock(&mutex_);
+    node_id_ = node_id;
+    stream_ = placement.stream;
+    placement_ = std::move(placement);
+  }
+  SetWaits(false);
+  TellPlacement();
+  return absl::OkStatus();
+}
+
+void Shard::TellPlacement() const {
+  const FleetOptions& options = *terms_->options;
+  if (options.publish_placement == nullptr) {
+    return;
+  }
+  if (placement_.has_value()) {
+    PoolPlacement told;
+    told.pool = terms_->placed_as;
+    told.shard = number_;
+    told.node_id = placement_->node->node_id;
+    told.epoch = epoch_;
+    options.publish_placement(std::move(told));
+  } else {
+    options.withdraw_placement(terms_->placed_as, number_);
+  }
+}
+
+absl::Status Shard::Fill(Placement* placement) {
+  procgen_client::Client* const client = placement->node->client.get();
+  const v1::Limits& limits = placement->node->limits;
+  v1::PoolSpec spec = terms_->spec;
+  spec.set_env_count(range_.count);
+  spec.set_first_environment(spec.first_environment() + range_.first);
+  spec.mutable_lease_duration()->set_seconds(
+      std::min(kLeaseSeconds, limits.lease_duration_max().seconds()));
+  if (base_->sampler != nullptr) {
+    *spec.mutable_level_sampler() = *base_->sampler;
+  }
+  const absl::StatusOr<v1::Pool> pool = client->CreatePool(spec, placement->pool_id);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  placement->pool = pool->name();
+  procgen_client::StreamOptions options;
+  options.requests_in_flight_max = std::min(kRepeatedAhead, limits.requests_in_flight_max());
+  options.response_bytes_max = limits.response_bytes_max();
+  // Whatever breaks ends an epoch; the node need keep no answers.
+  options.reconnect_timeout = absl::ZeroDuration();
+  auto stream = client->Attach(placement->pool, options);
+  if (!stream.ok()) {
+    return stream.status();
+  }
+  placement->stream = *std::move(stream);
+  std::vector<v1::State> states(base_->states.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    states[i].set_environment(static_cast<int32_t>(i));
+    states[i].set_snapshot(base_->states[i]);
+  }
+  return states.empty() ? absl::OkStatus() : client->RestoreStates(placement->pool, states);
+}
+
+}  // namespace procgen

@@ -1,0 +1,85 @@
+#include "server/fleet/fleet_state.h"
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/server/fleet/journaled_pool.h"
+#include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
+
+namespace procgen {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::vector<std::string> NamesOf(const std::vector<FleetState::Left>& left) {
+  std::vector<std::string> names;
+  for (const FleetState::Left& each : left) {
+    names.push_back(each.pool.pool.name());
+  }
+  return names;
+}
+
+TEST(FleetStateTest, ADamagedPoolIsPutAsideAndTheOthersAreTaken) {
+  const TemporaryFolder folder;
+  {
+    const auto state = FleetState::Open(folder.path());
+    ASSERT_THAT(state, IsOk());
+    for (const char* name : {"pools/a", "pools/b", "pools/c"}) {
+      ASSERT_THAT(Journal::Create((*state)->NextPath(), SomePool(name)), IsOk());
+    }
+  }
+  std::ofstream(folder.At("pool-2"), std::ios::binary) << "not what it was";
+  const auto state = FleetState::Open(folder.path());
+  ASSERT_THAT(state, IsOk());
+  testing::internal::CaptureStderr();
+  EXPECT_THAT(NamesOf((*state)->TakeLeft()), ElementsAre("pools/a", "pools/c"));
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, HasSubstr("pool_put_aside"));
+  EXPECT_THAT(log, HasSubstr("pool-2 is no journal of a pool"));
+  EXPECT_TRUE(std::filesystem::exists(folder.At("pool-2.damaged")));
+  EXPECT_EQ((*state)->NextPath(), folder.At("pool-4"));
+}
+
+TEST(FleetStateTest, APoolOfAnotherVersionStaysForTheServerThatWroteIt) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.At("pool-7")) << "procgen-pool 2\n";
+  const auto state = FleetState::Open(folder.path());
+  ASSERT_THAT(state, IsOk());
+  testing::internal::CaptureStderr();
+  EXPECT_THAT((*state)->TakeLeft(), testing::IsEmpty());
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("is a journal of version"));
+  EXPECT_TRUE(std::filesystem::exists(folder.At("pool-7")));
+  EXPECT_EQ((*state)->NextPath(), folder.At("pool-8")) << "which overwrites nothing";
+}
+
+TEST(FleetStateTest, TheNameStays) {
+  const TemporaryFolder folder;
+  const std::string name = (*FleetState::Open(folder.path()))->fleet_name();
+  EXPECT_FALSE(name.empty());
+  EXPECT_EQ((*FleetState::Open(folder.path()))->fleet_name(), name);
+}
+
+TEST(FleetStateTest, OneProcessAtATimeHasTheFolder) {
+  const TemporaryFolder folder;
+  const auto state = FleetState::Open(folder.path());
+  ASSERT_THAT(state, IsOk());
+  EXPECT_THAT(FleetState::Open(folder.path()),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another process has")));
+}
+
+TEST(FleetStateTest, AFileIsNoFolder) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.At("file")) << "x";
+  EXPECT_THAT(FleetState::Open(folder.At("file")),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("no file can be made")));
+}
+
+}  // namespace
+}  // namespace procgen

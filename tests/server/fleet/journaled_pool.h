@@ -1,0 +1,58 @@
+#ifndef TESTS_SERVER_FLEET_JOURNALED_POOL_H_
+#define TESTS_SERVER_FLEET_JOURNALED_POOL_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/fleet/journal.h"
+
+namespace procgen {
+
+// The base of a shard of two environments, whose states say where they come from.
+inline std::shared_ptr<const ShardBase> SomeBase(int64_t number, const std::string& text) {
+  ShardBase base;
+  base.number = number;
+  base.states = {text + "-0", text + std::string("\0-1", 3)};
+  return std::make_shared<const ShardBase>(std::move(base));
+}
+
+// A step of all four environments.
+inline LoggedRequest SomeStep(int64_t sequence_number) {
+  LoggedRequest logged;
+  logged.request.set_sequence_number(sequence_number);
+  logged.request.mutable_step()->mutable_slice()->set_environment_count(4);
+  for (int32_t i = 0; i < 4; ++i) {
+    logged.request.mutable_step()->add_actions(static_cast<int32_t>(sequence_number) + i);
+  }
+  return logged;
+}
+
+// States that are put into an environment.
+inline LoggedRequest SomeStates(int32_t environment) {
+  LoggedRequest logged;
+  logged.states.emplace_back();
+  logged.states.back().set_environment(environment);
+  logged.states.back().set_snapshot("a snapshot");
+  return logged;
+}
+
+// A pool of two shards, after nine requests, of which two are in the log.
+inline JournaledPool SomePool(const std::string& name = "pools/7") {
+  JournaledPool pool;
+  pool.pool.set_owner("alice");
+  pool.pool.set_name(name);
+  pool.pool.mutable_spec()->add_games("maze");
+  pool.pool.mutable_spec()->set_env_count(4);
+  pool.bases[0] = {{0, 2}, SomeBase(7, "left")};
+  pool.bases[2] = {{2, 2}, SomeBase(7, "right")};
+  pool.log_begin = 7;
+  pool.sequence_begin = 5;
+  pool.log = {SomeStep(6), SomeStates(3)};
+  return pool;
+}
+
+}  // namespace procgen
+
+#endif  // TESTS_SERVER_FLEET_JOURNALED_POOL_H_
