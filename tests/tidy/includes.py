@@ -25,6 +25,7 @@ ARROWS = {
     "envcore/render": (*_BELOW_SCENE, "envcore/scene", "envcore/art"),
     "envcore/environment": _BELOW_ENVIRONMENT,
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
+    "envcore/trace": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
     "server/cluster": (),
     "server/encoding": (),
@@ -164,7 +165,7 @@ def check_engine_purity(tree):
 _LINK = re.compile(r"target_link_libraries\s*\(([^)]*)\)")
 _TARGET = re.compile(r"procgen::(\w+)")
 _ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art", "render",
-                   "environment", "pool")
+                   "environment", "pool", "trace")
 
 
 def check_link_arrows(tree):
