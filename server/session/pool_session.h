@@ -18,10 +18,10 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/alarm.h"
 #include "server/session/byte_budget.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/kept_answers.h"
-#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/observation_coding.h"
 #include "server/session/owners.h"
@@ -41,7 +41,7 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 struct PoolSurroundings {
   Owners* owners = nullptr;
   SideCrew* side_crew = nullptr;
-  LeaseAlarm* lease_alarm = nullptr;           // also tells the time
+  Alarm* lease_alarm = nullptr;           // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it

@@ -18,9 +18,9 @@
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/alarm.h"
 #include "server/session/byte_budget.h"
 #include "server/session/hosted_pool.h"
-#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
@@ -176,7 +176,7 @@ class Sessions {
   // Last, so that their threads end before what they use.
   SideCrew side_crew_;
   const std::unique_ptr<PoolHost> host_;
-  LeaseAlarm lease_alarm_;
+  Alarm lease_alarm_;
 };
 
 }  // namespace procgen
