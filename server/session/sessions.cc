@@ -374,6 +374,7 @@ void Sessions::Drain() {
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
     pool->End(StreamEnd::kDrain, Draining());
+    pool->EndTaps(Draining());
   }
 }
 
