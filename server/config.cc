@@ -225,6 +225,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
+        Range{"owner_watch_count_max", limits.owner_watch_count_max, 1, 1 << 20},
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
         Range{"web_viewers_max", config.web_viewers_max, 1, 1024},

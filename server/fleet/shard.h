@@ -79,7 +79,8 @@ class Shard {
   const procgen_client::Batch& answer() const { return answer_; }
   // Snapshots of environments, in the shard's numbers. Errors: as Run.
   void Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots, Done done);
-  // As PoolSession::Render, in the shard's numbers. Errors: as Run.
+  // Has environments drawn for people, in the shard's numbers; `frames`: uint8 [side_px, side_px, 3],
+  // one for each. Errors: as Run.
   void Render(std::vector<int32_t> environments, int32_t side_px,
               std::vector<absl::Span<uint8_t>> frames, Done done);
   // Goes back to `number`, as if nothing after it had been carried out.

@@ -8,6 +8,7 @@
 #include "absl/time/time.h"
 #include "envcore/pool/pool.h"
 #include "google/protobuf/duration.pb.h"
+#include "google/protobuf/timestamp.pb.h"
 #include "procgen/v1/pools.pb.h"
 #include "server/session/limits.h"
 #include "server/session/pool_session.h"
@@ -38,6 +39,7 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_
                                                                    const v1::LevelSampler& message);
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
+void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 
 // The pool as a resource, its spec with every default filled in, but without the level sampler,
 // whose lists may be long.

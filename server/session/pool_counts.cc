@@ -44,6 +44,7 @@ int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& 
     if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
       games_[GameIndexOf(part.first + row)]->AddEpisode(batch.episode_returns[at],
                                                         batch.episode_lengths[at]);
+      episodes_.Add(batch.episode_returns[at], batch.episode_lengths[at]);
     }
   }
   return steps;

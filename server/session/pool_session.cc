@@ -253,6 +253,7 @@ void PoolSession::TellClosed(const absl::Status& reason) {
     successor.swap(successor_);
   }
   End(StreamEnd::kClosed, reason);
+  EndTaps(reason);
   if (successor.has_value()) {
     successor->done(reason);
   }
@@ -385,19 +386,14 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
-  if (!input.steps) {
-    pool_->StepAsync(input, batch, OrTakeBack(request, std::move(done)));
-    return;
-  }
-  const Batch counted = counts_.WithMemory(batch, part.count);
+  const Batch counted = input.steps ? counts_.WithMemory(batch, part.count) : batch;
   pool_->StepAsync(input, counted,
-                   [this, part, counted, number = request.sequence_number, again = request.again,
-                    done = std::move(done)](absl::Status status) mutable {
-                     if (status.ok()) {
+                   [this, &request, part, counted,
+                    done = OrTakeBack(request, std::move(done))](absl::Status status) mutable {
+                     if (status.ok() && request.kind == Request::Kind::kStep) {
                        *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
-                     } else {
-                       TakeBack(number, again);
                      }
+                     TellTaps(request, part, counted, status.ok());
                      done(std::move(status));
                    });
 }
@@ -424,17 +420,19 @@ void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState t
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
+  TellTapsOfStates();
   pool_->RestoreStates(std::move(states), std::move(done));
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   ++change_number_;
+  TellTapsOfStates();
   pool_->CloneStates(std::move(pairs), std::move(done));
 }
 
-void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
-                         std::vector<absl::Span<uint8_t>> frames, Done done) {
-  pool_->Render(environments, side_px, std::move(frames), std::move(done));
+void PoolSession::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                       HostedPool::LookDone done) {
+  pool_->Look(environments, view, side_px, std::move(done));
 }
 
 }  // namespace procgen

@@ -385,6 +385,7 @@ void Sessions::Drain() {
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
     pool->End(StreamEnd::kDrain, Draining());
+    pool->EndTaps(Draining());
   }
 }
 

@@ -20,8 +20,8 @@
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/node_watch.h"
 #include "procgen_client/step_stream.h"
+#include "procgen_client/watch.h"
 
 namespace procgen_client {
 
@@ -105,9 +105,13 @@ class Client {
   absl::Status CloneStates(const std::string& pool, absl::Span<const procgen::v1::ClonePair> pairs,
                            const CloneSource& source = {});
 
-  // Draws environments for people: square frames, RGB, top row first.
+  // Draws environments for people: square frames, RGB with the top row first, or PNG files.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
-      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
+      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512,
+      procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB);
+  // Watches environments while somebody steps them: Next waits for the next frames. Who asks for
+  // more bytes in a response than 4 MiB needs as many in ConnectOptions::response_bytes_max.
+  std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
  private:
   Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,

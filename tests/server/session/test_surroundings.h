@@ -52,7 +52,7 @@ struct TestSurroundings {
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   SideCrew side_crew{1};
   // Rings for nobody: the test asks the pool itself.
-  LeaseAlarm lease_alarm{[this] { return clock.Now(); },
+  Alarm lease_alarm{[this] { return clock.Now(); },
                          [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
 };
 
