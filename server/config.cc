@@ -103,18 +103,19 @@ absl::Status CheckWebAccess(const Config& config, const Address& address) {
   const bool has_tls = !config.tls.certificate.empty();
   const bool has_tokens = !config.tokens.empty();
   if (!config.tls.client_ca.empty() && !has_tokens) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--web_address is ", config.web_address,
-        " with --tls_client_ca alone, by which the pages, which call from within the server, cannot "
-        "say whose they are: give --tokens as well"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("--web_address is ", config.web_address,
+                     " with --tls_client_ca alone, by which the pages, which call from within the "
+                     "server, cannot "
+                     "say whose they are: give --tokens as well"));
   }
   if (!IsLocal(address) && !config.allow_insecure && (!has_tls || !has_tokens)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--web_address is ", config.web_address, ", which other machines can reach, ",
-        has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
-        has_tls || has_tokens ? "" : "; and ",
-        has_tokens ? "" : "without asking who calls: give --tokens",
-        "; or listen on loopback; or --allow_insecure"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("--web_address is ", config.web_address, ", which other machines can reach, ",
+                     has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
+                     has_tls || has_tokens ? "" : "; and ",
+                     has_tokens ? "" : "without asking who calls: give --tokens",
+                     "; or listen on loopback; or --allow_insecure"));
   }
   return absl::OkStatus();
 }

@@ -6,9 +6,10 @@
 
 #include "absl/flags/flag.h"
 
-ABSL_FLAG(std::string, web_address, "",
-          "where to serve the live view, play, replays and the gallery to browsers: HOST:PORT (port "
-          "0: any that is free; it is logged). Empty: nowhere");
+ABSL_FLAG(
+    std::string, web_address, "",
+    "where to serve the live view, play, replays and the gallery to browsers: HOST:PORT (port "
+    "0: any that is free; it is logged). Empty: nowhere");
 ABSL_FLAG(std::vector<std::string>, web_hosts, {},
           "names, with commas, by which browsers may ask for the pages, besides localhost and the "
           "addresses that --web_address stands for");

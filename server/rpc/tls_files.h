@@ -50,7 +50,6 @@ class TlsFiles {
   std::pair<Contents, int64_t> Current();
 
  private:
-
   explicit TlsFiles(const TlsPaths& paths);
   // Reads again what has changed.
   void Refresh() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -65,7 +64,7 @@ class TlsFiles {
   WatchedFile key_ ABSL_GUARDED_BY(mutex_);
   WatchedFile client_ca_ ABSL_GUARDED_BY(mutex_);
   Contents contents_ ABSL_GUARDED_BY(mutex_);
-  int64_t version_ ABSL_GUARDED_BY(mutex_) = 1;  // of contents_
+  int64_t version_ ABSL_GUARDED_BY(mutex_) = 1;          // of contents_
   int64_t fetched_version_ ABSL_GUARDED_BY(mutex_) = 0;  // that gRPC has
 };
 

@@ -177,8 +177,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
 
 }  // namespace
 
-void StartConnection(asio::ip::tcp::socket socket,
-                     const std::shared_ptr<asio::ssl::context>& tls,
+void StartConnection(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls,
                      const ConnectionTerms& terms) {
   beast::tcp_stream stream(std::move(socket));
   // On the strand: the handlers of a connection do not run at the same time.

@@ -143,8 +143,7 @@ Json PoolJson(const v1::Pool& pool) {
           {"request_p50_ms", RequestP50MsJson(pool)},
           {"request_p99_ms", RequestP99MsJson(pool)},
           {"create_time_s", SecondsOf(pool.create_time())},
-          {"expire_time_s",
-           pool.has_expire_time() ? Json(SecondsOf(pool.expire_time())) : Json()}};
+          {"expire_time_s", pool.has_expire_time() ? Json(SecondsOf(pool.expire_time())) : Json()}};
 }
 
 Json NodesJson(const v1::ListNodesResponse& nodes) {

@@ -58,7 +58,9 @@ absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelCh
     }
     const int32_t level_seed = choice.level_seed + i;
     level_seeds.push_back(level_seed);
-    answer.parts.push_back({absl::StrCat("level-", level_seed), "png", *std::move(png),
+    answer.parts.push_back({absl::StrCat("level-", level_seed),
+                            "png",
+                            *std::move(png),
                             {{"width", side_px}, {"height", side_px}, {"level_seed", level_seed}}});
   }
   answer.result = {{"game", choice.game},

@@ -13,8 +13,8 @@
 
 namespace procgen::web {
 
-// Threads that come and go, at most so many at a time, and of which none outlives this. Threads: any
-// method from any thread that is none of them.
+// Threads that come and go, at most so many at a time, and of which none outlives this. Threads:
+// any method from any thread that is none of them.
 class JoinedThreads {
  public:
   explicit JoinedThreads(size_t count_max) : count_max_(count_max) {}

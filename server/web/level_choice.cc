@@ -55,8 +55,8 @@ void SetOptions(const v1::Catalog& catalog, const Json& given, v1::EnvironmentOp
         std::find_if(catalog.options().begin(), catalog.options().end(),
                      [&name = name](const v1::Option& known) { return known.name() == name; });
     if (option == catalog.options().end() || IsChosenOtherwise(name)) {
-      fields->Refuse(absl::StrCat(
-          "options has a member that is none of the catalog's options", ", or that is said otherwise"));
+      fields->Refuse(absl::StrCat("options has a member that is none of the catalog's options",
+                                  ", or that is said otherwise"));
       return;
     }
     SetOption(*option, value, options, fields);

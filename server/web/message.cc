@@ -24,17 +24,16 @@ std::string TextOf(const Json& json) {
 std::string Shown(const Json& value) {
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
-    return text.size() > kShownTextMax
-               ? absl::StrCat("a text of ", text.size(), " bytes")
-               : absl::StrCat("'", text, "'");
+    return text.size() > kShownTextMax ? absl::StrCat("a text of ", text.size(), " bytes")
+                                       : absl::StrCat("'", text, "'");
   }
   return value.is_structured() ? value.type_name() : TextOf(value);
 }
 
 absl::StatusOr<Json> ParseObject(absl::string_view text) {
   if (text.size() > kHeaderBytesMax) {
-    return absl::InvalidArgumentError(absl::StrCat("the JSON has ", text.size(),
-                                                   " bytes, allowed: at most ", kHeaderBytesMax));
+    return absl::InvalidArgumentError(
+        absl::StrCat("the JSON has ", text.size(), " bytes, allowed: at most ", kHeaderBytesMax));
   }
   Json json = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) {
@@ -206,7 +205,8 @@ int64_t Fields::Integer(const std::string& name, int64_t min, int64_t max) {
       !(value->is_number_unsigned() && value->get<uint64_t>() > static_cast<uint64_t>(INT64_MAX)) &&
       value->get<int64_t>() >= min && value->get<int64_t>() <= max;
   if (!is_in_range) {
-    Refuse(absl::StrCat(name, " is ", Shown(*value), ", allowed: integers from ", min, " to ", max));
+    Refuse(
+        absl::StrCat(name, " is ", Shown(*value), ", allowed: integers from ", min, " to ", max));
     return min;
   }
   return value->get<int64_t>();

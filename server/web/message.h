@@ -17,10 +17,10 @@ using Json = nlohmann::json;
 
 // The messages of pages and server; README.md, "Messages", tells their form.
 
-inline constexpr size_t kMessageBytesMax = 4 << 20;   // of one that a page sends
-inline constexpr size_t kHeaderBytesMax = 64 << 10;   // of its JSON
-inline constexpr size_t kPartCountMax = 4;            // of its parts
-inline constexpr int64_t kIdMax = int64_t{1} << 53;   // that a page counts exactly to
+inline constexpr size_t kMessageBytesMax = 4 << 20;  // of one that a page sends
+inline constexpr size_t kHeaderBytesMax = 64 << 10;  // of its JSON
+inline constexpr size_t kPartCountMax = 4;           // of its parts
+inline constexpr int64_t kIdMax = int64_t{1} << 53;  // that a page counts exactly to
 
 // Bytes that go with the JSON of a binary message.
 struct Part {

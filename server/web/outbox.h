@@ -28,7 +28,8 @@ class Outbox {
   virtual void TellLatest(const std::string& key, Wire wire) = 0;
   // Drops what waits of a key.
   virtual void Forget(const std::string& key) = 0;
-  // The page has said who it is: larger messages are read from it, and it has all the time it wants.
+  // The page has said who it is: larger messages are read from it, and it has all the time it
+  // wants.
   virtual void Welcome() = 0;
   // Closes the socket after what waits has been written, or after a while.
   virtual void Close(int code, std::string reason) = 0;

@@ -25,7 +25,8 @@ absl::StatusOr<Recording> RecordingOf(const SoloPool& pool) {
 }  // namespace
 
 int32_t ReadHumanSide(Fields* fields) {
-  const int32_t side = fields->Integer32Or("human_side_px", kHumanSidePxDefault, 0, kHumanSidePxMax);
+  const int32_t side =
+      fields->Integer32Or("human_side_px", kHumanSidePxDefault, 0, kHumanSidePxMax);
   if (side != 0 && side < kHumanSidePxMin) {
     fields->Refuse(absl::StrCat("human_side_px is ", side, ", allowed: 0, or integers from ",
                                 kHumanSidePxMin, " to ", kHumanSidePxMax));
@@ -58,8 +59,8 @@ absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client
   if (!recording.ok()) {
     return recording.status();
   }
-  std::unique_ptr<Play> play(new Play(std::move(client), choice, human_side_px, *std::move(pool),
-                                      *std::move(recording)));
+  std::unique_ptr<Play> play(
+      new Play(std::move(client), choice, human_side_px, *std::move(pool), *std::move(recording)));
   if (absl::Status status = play->Begin(); !status.ok()) {
     return status;
   }

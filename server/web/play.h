@@ -30,9 +30,9 @@ class Play {
   static constexpr int32_t kStepsMax = 100000;
 
   // Errors: those of the server.
-  static absl::StatusOr<std::unique_ptr<Play>> Start(
-      std::shared_ptr<procgen_client::Client> client, const LevelChoice& choice,
-      int32_t human_side_px);
+  static absl::StatusOr<std::unique_ptr<Play>> Start(std::shared_ptr<procgen_client::Client> client,
+                                                     const LevelChoice& choice,
+                                                     int32_t human_side_px);
 
   // Each answers a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
   // FAILED_PRECONDITION there is no next level.

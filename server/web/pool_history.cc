@@ -33,7 +33,8 @@ void PoolHistory::Add(double time_s, const std::vector<procgen::v1::Pool>& pools
 void PoolHistory::AddRow(double time_s, const procgen::v1::Pool& pool, Course* course) {
   const double seconds = time_s - course->time_s;
   if (!course->rows.empty() && seconds > 0) {
-    course->steps_per_second = static_cast<double>(pool.step_count() - course->step_count) / seconds;
+    course->steps_per_second =
+        static_cast<double>(pool.step_count() - course->step_count) / seconds;
   }
   course->create_time_s = SecondsOf(pool.create_time());
   course->time_s = time_s;

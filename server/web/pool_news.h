@@ -18,8 +18,8 @@
 
 namespace procgen::web {
 
-// Tells viewers once a second how the pools of their owners stand, and keeps how all went, also while
-// nobody looks. One thread of its own. Threads: any method from any thread.
+// Tells viewers once a second how the pools of their owners stand, and keeps how all went, also
+// while nobody looks. One thread of its own. Threads: any method from any thread.
 class PoolNews {
  public:
   // What a follower gets: the event, or why there will be no more. Must not block.

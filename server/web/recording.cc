@@ -65,8 +65,8 @@ std::optional<uint64_t> Recording::FingerprintAt(int32_t row) const {
 
 Json Recording::ViewOf(int32_t row) const {
   const auto i = static_cast<size_t>(row);
-  const auto ended = std::count_if(ends_.begin(), ends_.end(),
-                                   [row](const End& end) { return end.row <= row; });
+  const auto ended =
+      std::count_if(ends_.begin(), ends_.end(), [row](const End& end) { return end.row <= row; });
   return {{"step", row},
           {"reward", trace_.rewards[i]},
           {"total_reward", episode_returns_[i]},

@@ -67,18 +67,17 @@ v1::PoolSpec SpecOf(const ReplaySource& source) {
 absl::Status CheckSource(const ReplaySource& source) {
   const Trace& trace = source.trace;
   if (trace.step_count >= Replay::kRowsMax) {
-    return absl::InvalidArgumentError(absl::StrCat("the trace has ", trace.step_count,
-                                                   " steps, allowed: at most ",
-                                                   Replay::kRowsMax - 1));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the trace has ", trace.step_count, " steps, allowed: at most ", Replay::kRowsMax - 1));
   }
   if (source.environment < 0 || source.environment >= trace.env_count) {
-    return absl::InvalidArgumentError(absl::StrCat("environment is ", source.environment,
-                                                   ", the trace has ", trace.env_count));
+    return absl::InvalidArgumentError(
+        absl::StrCat("environment is ", source.environment, ", the trace has ", trace.env_count));
   }
   for (const int32_t action : trace.actions) {
     if (action < kEndEpisodeAction || action >= kActionCount) {
-      return absl::InvalidArgumentError(absl::StrCat("the trace has action ", action,
-                                                     ", allowed: -1 to ", kActionCount - 1));
+      return absl::InvalidArgumentError(
+          absl::StrCat("the trace has action ", action, ", allowed: -1 to ", kActionCount - 1));
     }
   }
   return absl::OkStatus();
@@ -104,8 +103,8 @@ class Comparison {
     const size_t row = FirstDifference(expected, got);
     if (row < expected.size() && row < got.size() && row < row_) {
       row_ = row;
-      difference_ = {{"row", row}, {"field", field}, {"expected", expected[row]},
-                     {"got", got[row]}};
+      difference_ = {
+          {"row", row}, {"field", field}, {"expected", expected[row]}, {"got", got[row]}};
     }
   }
 
@@ -175,9 +174,8 @@ absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_cli
   const Trace expected = EnvironmentOf(source.trace, source.environment);
   const int32_t snapshot_rows =
       std::max(kSnapshotRowsMin, expected.step_count / kSnapshotCountMax + 1);
-  std::unique_ptr<Replay> replay(
-      new Replay(*std::move(pool), Recording(expected.games, expected.options), human_side_px,
-                 snapshot_rows));
+  std::unique_ptr<Replay> replay(new Replay(
+      *std::move(pool), Recording(expected.games, expected.options), human_side_px, snapshot_rows));
   if (absl::Status status = replay->PlayAll(expected, is_stopping); !status.ok()) {
     return status;
   }
@@ -221,7 +219,8 @@ absl::Status Replay::PlayAll(const Trace& trace, const std::atomic<bool>& is_sto
     if (is_stopping) {
       return absl::CancelledError("the page has gone");
     }
-    const auto part = actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(snapshot_rows_));
+    const auto part =
+        actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(snapshot_rows_));
     size_t taken = 0;
     const absl::Status status = pool_->StepAll(
         part, [this, &part, &taken](const Row& row) { recording_.Add(part[taken++], row); });
@@ -245,7 +244,8 @@ absl::StatusOr<Row> Replay::GoTo(int32_t row) {
   }
   const absl::Span<const int32_t> actions = recording_.trace().actions;
   // All but the last, which is looked at.
-  const auto before = actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(row - row_ - 1));
+  const auto before =
+      actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(row - row_ - 1));
   if (absl::Status status = pool_->StepAll(before, [](const Row&) {}); !status.ok()) {
     return status;
   }

@@ -26,8 +26,8 @@ class Replay {
  public:
   static constexpr int32_t kRowsMax = 100001;
 
-  // Replays all of it. Errors: INVALID_ARGUMENT the trace has too many rows, no such environment, or
-  // actions that there are not; those of the server; CANCELLED `is_stopping`.
+  // Replays all of it. Errors: INVALID_ARGUMENT the trace has too many rows, no such environment,
+  // or actions that there are not; those of the server; CANCELLED `is_stopping`.
   static absl::StatusOr<std::unique_ptr<Replay>> Open(
       std::shared_ptr<procgen_client::Client> client, const ReplaySource& source,
       int32_t human_side_px, const std::atomic<bool>& is_stopping);

@@ -26,9 +26,12 @@ constexpr absl::string_view kSocketPath = "/socket";
 
 absl::string_view ContentTypeOf(absl::string_view name) {
   static constexpr std::pair<absl::string_view, absl::string_view> kTypes[] = {
-      {".css", "text/css; charset=utf-8"},   {".html", "text/html; charset=utf-8"},
-      {".js", "text/javascript; charset=utf-8"}, {".json", "application/json"},
-      {".png", "image/png"},                 {".svg", "image/svg+xml"},
+      {".css", "text/css; charset=utf-8"},
+      {".html", "text/html; charset=utf-8"},
+      {".js", "text/javascript; charset=utf-8"},
+      {".json", "application/json"},
+      {".png", "image/png"},
+      {".svg", "image/svg+xml"},
       {".woff2", "font/woff2"}};
   for (const auto& [suffix, type] : kTypes) {
     if (absl::EndsWith(name, suffix)) {
@@ -54,10 +57,10 @@ std::string EtagOf(absl::string_view contents) {
   constexpr size_t kShownBytes = 12;
   unsigned char digest[SHA256_DIGEST_LENGTH] = {};
   SHA256(reinterpret_cast<const unsigned char*>(contents.data()), contents.size(), digest);
-  return absl::StrCat("\"",
-                      absl::BytesToHexString(absl::string_view(
-                          reinterpret_cast<const char*>(digest), kShownBytes)),
-                      "\"");
+  return absl::StrCat(
+      "\"",
+      absl::BytesToHexString(absl::string_view(reinterpret_cast<const char*>(digest), kShownBytes)),
+      "\"");
 }
 
 // "name" of "name:80", "::1" of "[::1]:80"; empty: it is no host.
@@ -160,8 +163,7 @@ std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(const Visit
   return {{"Content-Security-Policy",
            absl::StrCat("default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
                         "img-src 'self' data: blob:; connect-src 'self'",
-                        socket,
-                        "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'")},
+                        socket, "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'")},
           {"X-Content-Type-Options", "nosniff"},
           {"X-Frame-Options", "DENY"},
           {"Referrer-Policy", "no-referrer"},

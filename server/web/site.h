@@ -54,8 +54,8 @@ class Site {
     std::string etag;
   };
 
-  // Whether it asks by a name that is this server's. A page of elsewhere whose name was made to lead
-  // here is kept out by that.
+  // Whether it asks by a name that is this server's. A page of elsewhere whose name was made to
+  // lead here is kept out by that.
   bool IsOurHost(const Visit& visit) const;
   Reply WrongHost(const Visit& visit) const;
 

@@ -38,8 +38,8 @@ constexpr size_t kReasonBytesMax = 123;
 
 }  // namespace
 
-// One WebSocket. All but the methods of Outbox, and BeginClose, is done on the strand of its stream;
-// those hand over to it.
+// One WebSocket. All but the methods of Outbox, and BeginClose, is done on the strand of its
+// stream; those hand over to it.
 template <typename Stream>
 class Socket final : public Outbox,
                      public OpenSockets::Closable,
@@ -67,12 +67,8 @@ class Socket final : public Outbox,
     });
   }
 
-  void Answer(Wire wire) override {
-    Enqueue({std::move(wire), "", true});
-  }
-  void Tell(Wire wire) override {
-    Enqueue({std::move(wire), "", false});
-  }
+  void Answer(Wire wire) override { Enqueue({std::move(wire), "", true}); }
+  void Tell(Wire wire) override { Enqueue({std::move(wire), "", false}); }
 
   void TellLatest(const std::string& key, Wire wire) override {
     OnStrand([key, wire = std::move(wire)](Socket& self) mutable {
@@ -154,7 +150,8 @@ class Socket final : public Outbox,
     viewer_ = std::make_shared<Viewer>(sockets_->terms_, this->shared_from_this());
     if (!sockets_->threads_->Start([viewer = viewer_] { viewer->Run(); })) {
       viewer_.reset();
-      CloseNow(websocket::close_code::try_again_later, "the server has as many viewers as it takes");
+      CloseNow(websocket::close_code::try_again_later,
+               "the server has as many viewers as it takes");
       return;
     }
     timer_.expires_after(kHelloTimeout);
@@ -250,8 +247,7 @@ class Socket final : public Outbox,
       return;
     }
     is_close_sent_ = true;
-    socket_.async_close(reason_,
-                        [self = this->shared_from_this()](error_code) { self->Finish(); });
+    socket_.async_close(reason_, [self = this->shared_from_this()](error_code) { self->Finish(); });
   }
 
   // The connection is over.

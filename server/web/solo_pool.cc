@@ -5,7 +5,6 @@
 #include "absl/random/random.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "server/web/png.h"
 
 namespace procgen::web {
 namespace {
@@ -30,9 +29,8 @@ v1::StepPoolRequest StepRequestOf(int32_t action, v1::Observation observation) {
 absl::StatusOr<v1::Pool> MakePagePool(procgen_client::Client* client, absl::string_view kind,
                                       v1::PoolSpec spec) {
   absl::BitGen random;
-  const std::string id =
-      absl::StrCat(kPrefix, kind, "-",
-                   absl::Hex(absl::Uniform<uint64_t>(random), absl::kZeroPad16));
+  const std::string id = absl::StrCat(kPrefix, kind, "-",
+                                      absl::Hex(absl::Uniform<uint64_t>(random), absl::kZeroPad16));
   spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
   return client->CreatePool(spec, id);
 }
@@ -147,11 +145,11 @@ absl::StatusOr<std::string> SoloPool::Draw(int32_t side_px) {
 
 absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
                                     int32_t environment, int32_t side_px) {
-  const auto response = client->RenderEnvironments(pool, {environment}, side_px);
+  auto response = client->RenderEnvironments(pool, {environment}, side_px, v1::FRAME_FORMAT_PNG);
   if (!response.ok()) {
     return response.status();
   }
-  return PngOf(response->frames(0).image(), side_px, side_px);
+  return std::move(*response->mutable_frames(0)->mutable_image());
 }
 
 }  // namespace procgen::web

@@ -9,8 +9,8 @@
 
 namespace procgen::web {
 
-// What TLS is spoken with on new connections: the files of gRPC's, as they are at the time. Threads:
-// compatible (one at a time).
+// What TLS is spoken with on new connections: the files of gRPC's, as they are at the time.
+// Threads: compatible (one at a time).
 class TlsContexts {
  public:
   // `files`: null, plain text.

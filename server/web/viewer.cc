@@ -69,6 +69,7 @@ void Viewer::Run() {
     Handle(*message);
   }
   terms_.news->Unfollow(this);
+  watches_.clear();
   plays_.clear();
   replays_.clear();
 }
@@ -87,6 +88,9 @@ void Viewer::Handle(const Wire& message) {
     LogEvent(LogLevel::kError, "web_request_failed",
              {{"method", request->method}, {"message", error.what()}});
     outbox_->Answer(AnswerWire(request->id, absl::InternalError("the server made a mistake")));
+  }
+  if (after_answer_ != nullptr) {
+    std::exchange(after_answer_, nullptr)();
   }
 }
 
@@ -111,6 +115,8 @@ const std::map<std::string, Viewer::Method>& Viewer::Methods() {
       {"pools.follow", &Viewer::FollowPools},
       {"pools.unfollow", &Viewer::UnfollowPools},
       {"pool.history", &Viewer::ReadHistory},
+      {"watch.start", &Viewer::StartWatch},
+      {"watch.stop", &Viewer::StopWatch},
       {"play.start", &Viewer::StartPlay},
       {"play.step", &Viewer::StepPlay},
       {"play.restart", &Viewer::RestartPlay},
@@ -153,10 +159,9 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
   catalog_ = *std::move(catalog);
   outbox_->Welcome();
   const Json node_list = NodesJson(*nodes);
-  const bool is_fleet =
-      std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
-        return node["name"] == nodes->answering_node() && node["role"] == "fleet";
-      });
+  const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
+    return node["name"] == nodes->answering_node() && node["role"] == "fleet";
+  });
   return Answer{{{"version", terms_.version},
                  {"asks_token", terms_.asks_token},
                  {"is_fleet", is_fleet},
@@ -168,6 +173,9 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
                   {{"viewers", terms_.viewers_max},
                    {"plays", kPlaysMax},
                    {"replays", kReplaysMax},
+                   {"watches", kWatchesMax},
+                   {"watch_environments", kWatchEnvironmentsMax},
+                   {"frames_per_second", kFramesPerSecondMax},
                    {"gallery_count", kGalleryCountMax},
                    {"message_bytes", kMessageBytesMax},
                    {"play_steps", Play::kStepsMax},
@@ -180,14 +188,14 @@ absl::StatusOr<Answer> Viewer::FollowPools(const Request& request) {
   if (absl::Status status = Fields(request.members).CheckAll(); !status.ok()) {
     return status;
   }
-  terms_.news->Follow(this, token_, client_,
-                      [outbox = outbox_](const absl::StatusOr<Json>& event) {
-                        if (event.ok()) {
-                          outbox->TellLatest("pools", EventWire(*event));
-                        } else {
-                          outbox->Tell(EventWire(EndedEvent("pools_ended", event.status())));
-                        }
-                      });
+  const auto tell = [outbox = outbox_](const absl::StatusOr<Json>& event) {
+    if (event.ok()) {
+      outbox->TellLatest("pools", EventWire(*event));
+    } else {
+      outbox->Tell(EventWire(EndedEvent("pools_ended", event.status())));
+    }
+  };
+  after_answer_ = [this, tell] { terms_.news->Follow(this, token_, client_, tell); };
   return Answer();
 }
 
@@ -211,6 +219,40 @@ absl::StatusOr<Answer> Viewer::ReadHistory(const Request& request) {
     return pool.status();
   }
   return Answer{terms_.news->HistoryOf(*pool), {}};
+}
+
+absl::StatusOr<Answer> Viewer::StartWatch(const Request& request) {
+  Fields fields(request.members);
+  const procgen::v1::WatchPoolRequest watch = ReadWatch(&fields);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  std::erase_if(watches_, [](const auto& entry) { return entry.second->has_ended(); });
+  if (watches_.size() >= kWatchesMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the page has ", kWatchesMax, " watches, which is the limit; stop one"));
+  }
+  const int64_t number = next_number_++;
+  absl::StatusOr<std::unique_ptr<PoolFrames>> frames =
+      PoolFrames::Start(client_, watch, number, outbox_, terms_.watch_threads);
+  if (!frames.ok()) {
+    return frames.status();
+  }
+  after_answer_ = [frames = frames->get()] { frames->Begin(); };
+  watches_[number] = *std::move(frames);
+  return Answer{{{"watch", number}}, {}};
+}
+
+absl::StatusOr<Answer> Viewer::StopWatch(const Request& request) {
+  Fields fields(request.members);
+  const int64_t number = fields.Integer("watch", 1, kIdMax);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  if (watches_.erase(number) == 0 && number >= next_number_) {
+    return absl::NotFoundError(absl::StrCat("the page has no watch ", number));
+  }
+  return Answer();  // one that has ended by itself is stopped, too
 }
 
 absl::StatusOr<Answer> Viewer::ShowGallery(const Request& request) {

@@ -16,9 +16,11 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "procgen_client/client.h"
+#include "server/web/joined_threads.h"
 #include "server/web/message.h"
 #include "server/web/outbox.h"
 #include "server/web/play.h"
+#include "server/web/pool_frames.h"
 #include "server/web/pool_news.h"
 #include "server/web/replay.h"
 
@@ -27,6 +29,7 @@ namespace procgen::web {
 // What each viewer may have of these at a time.
 inline constexpr size_t kPlaysMax = 4;
 inline constexpr size_t kReplaysMax = 4;
+inline constexpr size_t kWatchesMax = 4;
 // Requests of a viewer that are carried out in a second; those beyond wait.
 inline constexpr int32_t kRequestsPerSecondMax = 100;
 // Tokens that may be tried on one socket.
@@ -40,6 +43,7 @@ struct ViewerTerms {
   // A client of this server that shows `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;
   PoolNews* news = nullptr;
+  JoinedThreads* watch_threads = nullptr;  // those of what viewers watch
 };
 
 // The conversation with one page: its requests are carried out one after the other, on a thread of
@@ -78,6 +82,8 @@ class Viewer {
   absl::StatusOr<Answer> FollowPools(const Request& request);
   absl::StatusOr<Answer> UnfollowPools(const Request& request);
   absl::StatusOr<Answer> ReadHistory(const Request& request);
+  absl::StatusOr<Answer> StartWatch(const Request& request);
+  absl::StatusOr<Answer> StopWatch(const Request& request);
   absl::StatusOr<Answer> StartPlay(const Request& request);
   absl::StatusOr<Answer> StepPlay(const Request& request);
   absl::StatusOr<Answer> RestartPlay(const Request& request);
@@ -109,9 +115,11 @@ class Viewer {
   procgen::v1::Catalog catalog_;
   int32_t hello_attempts_ = 0;
   absl::Time rate_time_ = absl::InfinitePast();  // when the next request's turn is
-  int64_t next_number_ = 1;                      // of a play, replay or watch
+  std::function<void()> after_answer_;  // begins what comes after an answer; null: nothing does
+  int64_t next_number_ = 1;             // of a play, replay or watch
   std::map<int64_t, std::unique_ptr<Play>> plays_;
   std::map<int64_t, OpenReplay> replays_;
+  std::map<int64_t, std::unique_ptr<PoolFrames>> watches_;
 };
 
 }  // namespace procgen::web

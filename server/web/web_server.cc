@@ -42,7 +42,7 @@ std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
                       is_ipv6 ? "]" : "", ":", port, "/");
 }
 
-ViewerTerms TermsOf(const WebOptions& options, PoolNews* news) {
+ViewerTerms TermsOf(const WebOptions& options, PoolNews* news, JoinedThreads* watch_threads) {
   ViewerTerms terms;
   terms.version = options.version;
   terms.asks_token = options.asks_token;
@@ -51,6 +51,7 @@ ViewerTerms TermsOf(const WebOptions& options, PoolNews* news) {
     return procgen_client::Client::OfChannel(channel, token, kCallTimeout);
   };
   terms.news = news;
+  terms.watch_threads = watch_threads;
   return terms;
 }
 
@@ -62,14 +63,15 @@ std::vector<std::string> HostsOf(const WebOptions& options, const Address& addre
 
 class BeastServer final : public WebServer {
  public:
-  BeastServer(const WebOptions& options, const Address& address,
-              std::unique_ptr<Listener> listener)
+  BeastServer(const WebOptions& options, const Address& address, std::unique_ptr<Listener> listener)
       : url_(UrlOf(address, listener->port(), options.tls != nullptr)),
         site_(HostsOf(options, address), EmbeddedPages()),
         tls_(options.tls),
         news_(std::make_unique<PoolNews>(options.list_pools)),
-        viewer_terms_(TermsOf(options, news_.get())),
-        viewer_threads_(std::make_unique<JoinedThreads>(options.viewers_max)),
+        watch_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max) *
+                                                       kWatchesMax)),
+        viewer_terms_(TermsOf(options, news_.get(), watch_threads_.get())),
+        viewer_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max))),
         sockets_(viewer_terms_, viewer_threads_.get()),
         connection_terms_{&site_, &sockets_, viewer_threads_.get()},
         work_(asio::make_work_guard(io_)),
@@ -89,6 +91,7 @@ class BeastServer final : public WebServer {
       thread.join();
     }
     viewer_threads_.reset();  // all were told to stop; what they still send goes nowhere
+    watch_threads_.reset();
     news_.reset();
   }
 
@@ -117,6 +120,7 @@ class BeastServer final : public WebServer {
   const Site site_;
   TlsContexts tls_;  // of the listener's thread
   std::unique_ptr<PoolNews> news_;
+  std::unique_ptr<JoinedThreads> watch_threads_;
   const ViewerTerms viewer_terms_;
   std::unique_ptr<JoinedThreads> viewer_threads_;
   OpenSockets sockets_;
@@ -137,8 +141,8 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   absl::StatusOr<std::unique_ptr<Listener>> listener =
       Listener::Listen(*address, options.viewers_max + kOtherConnectionsMax);
   if (!listener.ok()) {
-    return absl::UnavailableError(absl::StrCat("cannot serve pages at ", options.address, ": ",
-                                               listener.status().message()));
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve pages at ", options.address, ": ", listener.status().message()));
   }
   return std::make_unique<BeastServer>(options, *address, *std::move(listener));
 }
