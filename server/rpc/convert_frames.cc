@@ -14,6 +14,9 @@
 namespace procgen {
 namespace {
 
+// The side of frames that no size was asked for, in pixels.
+constexpr int32_t kRenderSidePxDefault = 512;
+constexpr int32_t kWatchSidePxDefault = 256;
 // All that a frame, and the response around the frames, has besides the image, in bytes.
 constexpr int64_t kFrameOverheadBytes = 64;
 // What is watched is drawn again and again, and each watch has a few responses in memory.
@@ -84,6 +87,13 @@ absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
 
 }  // namespace
 
+FrameLook LookOf(const v1::RenderEnvironmentsRequest& request) {
+  const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
+  const int32_t side_px_default = as_agent ? kObservationSidePx : kRenderSidePxDefault;
+  return {as_agent ? View::kAgent : View::kHuman,
+          request.side_px() == 0 ? side_px_default : request.side_px()};
+}
+
 absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
                          const Limits& limits) {
   const absl::StatusOr<int64_t> bytes_max =
@@ -91,10 +101,17 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
   if (!bytes_max.ok()) {
     return bytes_max.status();
   }
-  return CheckFrames({SpanOf(request.environments()),
-                      request.side_px() == 0 ? kRenderSidePxDefault : request.side_px(),
-                      request.format(), *bytes_max},
-                     pool);
+  if (!v1::FrameView_IsValid(request.view())) {
+    return NoSuchValue("view", request.view());
+  }
+  const FrameLook look = LookOf(request);
+  if (look.view == View::kAgent && look.side_px != kObservationSidePx) {
+    return absl::InvalidArgumentError(absl::StrCat("side_px is ", look.side_px,
+                                                   ", allowed with FRAME_VIEW_AGENT: ",
+                                                   kObservationSidePx));
+  }
+  return CheckFrames(
+      {SpanOf(request.environments()), look.side_px, request.format(), *bytes_max}, pool);
 }
 
 absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
