@@ -62,8 +62,7 @@ void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t enviro
   message->set_level_seed(episode.level_seed);
   message->set_actions(episode.actions);
   message->mutable_rewards()->Add(episode.rewards.begin(), episode.rewards.end());
-  message->mutable_action_counts()->Add(episode.action_counts.begin(),
-                                        episode.action_counts.end());
+  message->mutable_action_counts()->Add(episode.action_counts.begin(), episode.action_counts.end());
   message->set_total_reward(episode.total_reward);
   for (const LaterLevel& later : episode.later_levels) {
     v1::LaterLevel* level = message->add_later_levels();

@@ -42,10 +42,10 @@ absl::Status CheckSize(const FramesWanted& wanted) {
   const int64_t frames_max =
       (wanted.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(wanted.environments.size()) > frames_max) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "environments has ", wanted.environments.size(), " entries, limit response_bytes_max = ",
-        wanted.response_bytes_max, " has room for ", frames_max, " frames of ", side, " x ", side,
-        " pixels"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("environments has ", wanted.environments.size(),
+                     " entries, limit response_bytes_max = ", wanted.response_bytes_max,
+                     " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
   }
   return absl::OkStatus();
 }
@@ -55,14 +55,13 @@ absl::Status CheckFrames(const FramesWanted& wanted, const PoolSession& pool) {
     return NoSuchValue("format", wanted.format);
   }
   if (wanted.side_px < kHumanViewSidePxMin || wanted.side_px > kHumanViewSidePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px, ", allowed: ",
-                                                   kHumanViewSidePxMin, " to ",
+    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px,
+                                                   ", allowed: ", kHumanViewSidePxMin, " to ",
                                                    kHumanViewSidePxMax));
   }
-  if (absl::Status status = CheckEnvironmentList({.list = "environments",
-                                                  .environments = wanted.environments,
-                                                  .repeats_allowed = true},
-                                                 pool.name(), pool.env_count());
+  if (absl::Status status = CheckEnvironmentList(
+          {.list = "environments", .environments = wanted.environments, .repeats_allowed = true},
+          pool.name(), pool.env_count());
       !status.ok()) {
     return status;
   }
@@ -106,12 +105,11 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
   }
   const FrameLook look = LookOf(request);
   if (look.view == View::kAgent && look.side_px != kObservationSidePx) {
-    return absl::InvalidArgumentError(absl::StrCat("side_px is ", look.side_px,
-                                                   ", allowed with FRAME_VIEW_AGENT: ",
-                                                   kObservationSidePx));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "side_px is ", look.side_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSidePx));
   }
-  return CheckFrames(
-      {SpanOf(request.environments()), look.side_px, request.format(), *bytes_max}, pool);
+  return CheckFrames({SpanOf(request.environments()), look.side_px, request.format(), *bytes_max},
+                     pool);
 }
 
 absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
@@ -151,9 +149,9 @@ void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::
   }
   for (v1::Frame& frame : *frames) {
     const std::string& image = frame.image();
-    frame.set_image(PngOf(
-        absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
-        frame.width_px()));
+    frame.set_image(
+        PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
+              frame.width_px()));
   }
 }
 

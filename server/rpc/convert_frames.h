@@ -30,8 +30,7 @@ absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
                                         const PoolSession& pool, const Limits& limits);
 
 // Puts the pixels that are in the frames, uint8 [side, side, 3], into the format.
-void WriteFrames(v1::FrameFormat format,
-                 google::protobuf::RepeatedPtrField<v1::Frame>* frames);
+void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames);
 
 // A moment as a WatchPoolResponse, serialised.
 absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment);

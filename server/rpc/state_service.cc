@@ -264,18 +264,18 @@ void FinishEpisode(const EpisodeLog::Pieces& pieces, const PoolSession& pool, in
 void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, SideCrew* side_crew,
                     EpisodeCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->ReadEpisode(
-      call->request().environment(), call->request().which() == v1::WHICH_EPISODE_CURRENT,
-      [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeLog::Pieces> pieces) {
-        pool->EndTurn();
-        if (!pieces.ok()) {
-          call->Finish(pieces.status());
-          return;
-        }
-        side_crew->Run([pool, bytes_max, call, pieces = *std::move(pieces)] {
-          FinishEpisode(pieces, *pool, bytes_max, call);
-        });
-      });
+  pool->ReadEpisode(call->request().environment(),
+                    call->request().which() == v1::WHICH_EPISODE_CURRENT,
+                    [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeLog::Pieces> pieces) {
+                      pool->EndTurn();
+                      if (!pieces.ok()) {
+                        call->Finish(pieces.status());
+                        return;
+                      }
+                      side_crew->Run([pool, bytes_max, call, pieces = *std::move(pieces)] {
+                        FinishEpisode(pieces, *pool, bytes_max, call);
+                      });
+                    });
 }
 
 }  // namespace

@@ -153,8 +153,7 @@ StepRun* EpisodeLog::AddRow(const StepInput& input, const Batch& batch) {
   }
   for (size_t row = 0; row < batch.rewards.size(); ++row) {
     if (batch.rewards[row] != 0) {
-      run->rewards.push_back(
-          {step, input.first + static_cast<int32_t>(row), batch.rewards[row]});
+      run->rewards.push_back({step, input.first + static_cast<int32_t>(row), batch.rewards[row]});
     }
   }
   const int64_t bytes = BytesOf(*run);
@@ -174,8 +173,8 @@ void EpisodeLog::AddCounts(const StepInput& input, const Batch& batch, StepRun* 
     const bool is_stepped = ended || batch.first[row] == 0;
     const int32_t before = lengths_[PlaceOf(input.first) + row];
     const int32_t count = before < 0 ? input.repeat : batch.episode_lengths[row] - before;
-    run->counts.push_back(
-        is_stepped ? static_cast<uint16_t>(std::clamp(count, 0, input.repeat)) : 0);
+    run->counts.push_back(is_stepped ? static_cast<uint16_t>(std::clamp(count, 0, input.repeat))
+                                     : 0);
   }
 }
 
@@ -237,8 +236,8 @@ void EpisodeLog::AddTurn(int32_t environment, size_t row, const StepInput& input
   if (begins) {
     Begin(environment, number_, batch.level_seeds[row]);
   } else if (!ended && run != nullptr) {
-    run->later_levels.push_back({static_cast<int32_t>(run->numbers.size()) - 1, environment,
-                                 batch.level_seeds[row]});
+    run->later_levels.push_back(
+        {static_cast<int32_t>(run->numbers.size()) - 1, environment, batch.level_seeds[row]});
   }
 }
 
@@ -263,8 +262,7 @@ void EpisodeLog::Add(absl::Span<const PutIn> states) {
     OfEnvironment& of = Of(state.environment);
     Begin(state.environment, number_, state.level_seed);
     of.current.options = state.options;
-    of.current.lack =
-        state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
+    of.current.lack = state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
     of.is_under_way = !state.awaits_episode;
     lengths_[PlaceOf(state.environment)] = state.episode_length;
     returns_[PlaceOf(state.environment)] = 0;

@@ -100,9 +100,7 @@ class EpisodeLog {
     std::optional<Ended> last;
   };
 
-  OfEnvironment& Of(int32_t environment) {
-    return environments_[static_cast<size_t>(environment)];
-  }
+  OfEnvironment& Of(int32_t environment) { return environments_[static_cast<size_t>(environment)]; }
   const OfEnvironment& Of(int32_t environment) const {
     return environments_[static_cast<size_t>(environment)];
   }
@@ -127,10 +125,10 @@ class EpisodeLog {
   int64_t reserved_bytes_ = 0;
   int64_t number_ = 0;  // of the last part that was carried out
   std::vector<OfEnvironment> environments_;
-  std::vector<int32_t> lengths_;  // of the episodes under way, in steps; -1: not known
-  std::vector<float> returns_;    // likewise, the sums of their rewards
-  int32_t unknown_levels_;        // environments whose level is not known
-  std::deque<std::shared_ptr<StepRun>> runs_;          // oldest first
+  std::vector<int32_t> lengths_;               // of the episodes under way, in steps; -1: not known
+  std::vector<float> returns_;                 // likewise, the sums of their rewards
+  int32_t unknown_levels_;                     // environments whose level is not known
+  std::deque<std::shared_ptr<StepRun>> runs_;  // oldest first
   std::vector<std::shared_ptr<StepRun>> open_runs_;  // that rows are added to
 };
 

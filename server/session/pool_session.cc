@@ -40,10 +40,10 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Ho
                        : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
                                                       observation_bytes())),
       lease_duration_(lease_duration),
-      episodes_(surroundings.episode_bytes->bytes_max() == 0
-                    ? nullptr
-                    : std::make_unique<EpisodeLog>(pool_->env_count(),
-                                                   surroundings.episode_bytes)) {
+      episodes_(
+          surroundings.episode_bytes->bytes_max() == 0
+              ? nullptr
+              : std::make_unique<EpisodeLog>(pool_->env_count(), surroundings.episode_bytes)) {
   absl::MutexLock lock(&mutex_);
   BeginLease();
 }
@@ -390,9 +390,8 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
-  const Batch lent = request.kind == Request::Kind::kObserve
-                         ? batch
-                         : row_memory_.LendTo(batch, part.count);
+  const Batch lent =
+      request.kind == Request::Kind::kObserve ? batch : row_memory_.LendTo(batch, part.count);
   pool_->StepAsync(input, lent,
                    [this, &request, input, lent,
                     done = OrTakeBack(request, std::move(done))](absl::Status status) mutable {

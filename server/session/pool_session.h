@@ -46,7 +46,7 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 struct PoolSurroundings {
   Owners* owners = nullptr;
   SideCrew* side_crew = nullptr;
-  Alarm* lease_alarm = nullptr;           // also tells the time
+  Alarm* lease_alarm = nullptr;                // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
   ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember

@@ -33,28 +33,26 @@ void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   ++change_number_;
   TellTapsOfStates();
   std::vector<StateToRestore> restored = states;
-  pool_->RestoreStates(std::move(states),
-                       [this, restored = std::move(restored),
-                        done = std::move(done)](absl::Status status) mutable {
-                         if (status.ok() && episodes_ != nullptr) {
-                           episodes_->Add(PutInOf(restored));
-                         }
-                         done(std::move(status));
-                       });
+  pool_->RestoreStates(std::move(states), [this, restored = std::move(restored),
+                                           done = std::move(done)](absl::Status status) mutable {
+    if (status.ok() && episodes_ != nullptr) {
+      episodes_->Add(PutInOf(restored));
+    }
+    done(std::move(status));
+  });
 }
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   ++change_number_;
   TellTapsOfStates();
   std::vector<StateToClone> cloned = pairs;
-  pool_->CloneStates(
-      std::move(pairs),
-      [this, cloned = std::move(cloned), done = std::move(done)](absl::Status status) mutable {
-        if (status.ok() && episodes_ != nullptr) {
-          episodes_->Add(cloned);
-        }
-        done(std::move(status));
-      });
+  pool_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
+                                        done = std::move(done)](absl::Status status) mutable {
+    if (status.ok() && episodes_ != nullptr) {
+      episodes_->Add(cloned);
+    }
+    done(std::move(status));
+  });
 }
 
 void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone done) {
@@ -78,16 +76,16 @@ void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone d
   observed->request.count = 1;
   observed->batch.level_seeds = absl::MakeSpan(observed->level_seeds);
   pool_->BeginRequest(observed->request, observed->batch);
-  pool_->StepAsync({.first = environment, .count = 1, .steps = false}, observed->batch,
-                   [this, environment, observed,
-                    done = std::move(done)](const absl::Status& status) mutable {
-                     if (!status.ok()) {
-                       done(status);
-                       return;
-                     }
-                     episodes_->SetLevel(environment, observed->level_seeds.front());
-                     done(episodes_->Read(environment, /*under_way=*/true));
-                   });
+  pool_->StepAsync(
+      {.first = environment, .count = 1, .steps = false}, observed->batch,
+      [this, environment, observed, done = std::move(done)](const absl::Status& status) mutable {
+        if (!status.ok()) {
+          done(status);
+          return;
+        }
+        episodes_->SetLevel(environment, observed->level_seeds.front());
+        done(episodes_->Read(environment, /*under_way=*/true));
+      });
 }
 
 }  // namespace procgen

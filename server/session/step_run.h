@@ -26,7 +26,7 @@ struct StepRun {
   std::vector<uint8_t> actions;  // 255: kEndEpisodeAction                    [steps, slice.count]
   // How often an action was taken; empty: once each.                         [steps, slice.count]
   std::vector<uint16_t> counts;
-  std::vector<Reward> rewards;       // that are not 0
+  std::vector<Reward> rewards;      // that are not 0
   std::vector<Level> later_levels;  // that began in the midst of an episode
   int64_t reserved_bytes = 0;
 

@@ -156,7 +156,8 @@ class WatchContest {
 
 void RunWatch(int32_t env_count, int32_t side_px, benchmark::State& state) {
   const auto contest = WatchContest::Start(env_count, side_px);
-  if (RunRounds(contest.status(), [&] { return (*contest)->RunRound(); }, state)) {
+  if (RunRounds(
+          contest.status(), [&] { return (*contest)->RunRound(); }, state)) {
     (*contest)->Report(env_count, state);
   }
 }

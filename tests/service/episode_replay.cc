@@ -58,19 +58,18 @@ void ExpectPlaysTheSame(const v1::Episode& episode) {
   int later = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
     const int32_t count = episode.action_counts().empty() ? 1 : episode.action_counts(i);
-    const auto action = static_cast<int32_t>(
-        static_cast<int8_t>(episode.actions()[static_cast<size_t>(played)]));
+    const auto action =
+        static_cast<int32_t>(static_cast<int8_t>(episode.actions()[static_cast<size_t>(played)]));
     std::vector<NextLevel> next_levels;
     if (later < episode.later_levels_size() &&
         episode.later_levels(later).action() < played + count) {
       next_levels.push_back({0, episode.later_levels(later++).level_seed()});
     }
-    ASSERT_THAT(pool->Step({.count = 1,
-                            .actions = {&action, 1},
-                            .repeat = count,
-                            .next_levels = next_levels},
-                           values.Spans()),
-                IsOk());
+    ASSERT_THAT(
+        pool->Step(
+            {.count = 1, .actions = {&action, 1}, .repeat = count, .next_levels = next_levels},
+            values.Spans()),
+        IsOk());
     ASSERT_EQ(std::bit_cast<uint32_t>(values.rewards[0]),
               std::bit_cast<uint32_t>(episode.rewards(i)))
         << episode.game() << " level " << episode.level_seed() << " step " << i;

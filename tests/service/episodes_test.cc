@@ -100,9 +100,8 @@ TEST_F(EpisodesTest, ItIsToldWhatTheLearnerDidAndGot) {
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   const int32_t level_seed = batch.level_seeds()[1];
   EXPECT_EQ(Current(pool, 1).level_seed(), level_seed);
-  EXPECT_THAT(client_->ReadEpisode(pool, 1),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       "environment 1 has ended no episode yet"));
+  EXPECT_THAT(client_->ReadEpisode(pool, 1), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                                      "environment 1 has ended no episode yet"));
   ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
   ASSERT_THAT(stream->Step({7, 14}, &batch), IsOk());
   ASSERT_THAT(stream->Step({7, -1}, &batch), IsOk());

@@ -202,10 +202,9 @@ TEST(FleetClusterTest, FleetsAreWatched) {
     const auto watch = client->Watch(request);
     ASSERT_THAT(watch->Next(), IsOk());
     procgen_client::Batch batch;
-    ASSERT_THAT(
-        (*stream)->Step(std::vector<int32_t>(static_cast<size_t>((*stream)->env_count()), 7),
-                        &batch),
-        IsOk());
+    ASSERT_THAT((*stream)->Step(
+                    std::vector<int32_t>(static_cast<size_t>((*stream)->env_count()), 7), &batch),
+                IsOk());
     const auto moment = watch->Next();
     ASSERT_THAT(moment, IsOk());
     EXPECT_EQ(moment->sequence_number(), batch.sequence_number());

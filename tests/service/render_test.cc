@@ -64,8 +64,8 @@ TEST_F(RenderTest, AgentsViewsAreObservationsWhateverThePoolsFormat) {
   procgen_client::Batch grey_batch;
   ASSERT_THAT(grey->Step({5}, &grey_batch), IsOk());
   for (const procgen_client::StepStream* stream : {plain.get(), grey.get()}) {
-    const auto frames = client_->RenderEnvironments(
-        stream->pool().name(), {0}, 0, v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
+    const auto frames = client_->RenderEnvironments(stream->pool().name(), {0}, 0,
+                                                    v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
     ASSERT_THAT(frames, IsOk());
     EXPECT_EQ(frames->frames(0).image(), std::string(observed.begin(), observed.end()));
     EXPECT_EQ(frames->frames(0).width_px(), 64);

@@ -54,7 +54,7 @@ struct TestSurroundings {
   SideCrew side_crew{1};
   // Rings for nobody: the test asks the pool itself.
   Alarm lease_alarm{[this] { return clock.Now(); },
-                         [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
+                    [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
 };
 
 }  // namespace procgen
