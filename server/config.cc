@@ -216,6 +216,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
         Range{"kept_answer_bytes_max", limits.kept_answer_bytes_max, 0, int64_t{1} << 40},
         Range{"shared_memory_bytes_max", limits.shared_memory_bytes_max, 0, int64_t{1} << 40},
+        Range{"episode_bytes_max", limits.episode_bytes_max, 0, int64_t{1} << 40},
         Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
               kLeaseSecondsMax},
         Range{"keepalive_time in milliseconds",

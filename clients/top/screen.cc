@@ -155,10 +155,10 @@ void AddPools(const Sample& before, const Sample& now, double seconds,
                        const std::string& rate, const std::string& steps,
                        const std::string& episodes, const std::string& mean_return,
                        const std::string& lease) {
-    lines->push_back(absl::StrFormat(
-        kRowFormat, static_cast<int>(name_width), name, static_cast<int>(owner_width), owner,
-        static_cast<int>(games_width), games, environments, stream, rate, steps,
-        episodes, mean_return, lease));
+    lines->push_back(absl::StrFormat(kRowFormat, static_cast<int>(name_width), name,
+                                     static_cast<int>(owner_width), owner,
+                                     static_cast<int>(games_width), games, environments, stream,
+                                     rate, steps, episodes, mean_return, lease));
   };
   add("POOL", "OWNER", "GAMES", "ENVS", "STREAM", "STEPS/S", "STEPS", "EPISODES", "RETURN",
       "LEASE");

@@ -187,7 +187,7 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void FleetPool::Look(const std::vector<int32_t>& environments, View /*view*/, int32_t side_px,
+void FleetPool::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
                      LookDone done) {
   const size_t frame_bytes = static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3;
   auto drawn = std::make_shared<std::vector<uint8_t>>(environments.size() * frame_bytes);
@@ -216,7 +216,7 @@ void FleetPool::Look(const std::vector<int32_t>& environments, View /*view*/, in
     for (const size_t place : chosen[i].places) {
       own.push_back(absl::MakeSpan(*drawn).subspan(place * frame_bytes, frame_bytes));
     }
-    shards_[i]->Render(chosen[i].environments, side_px, std::move(own),
+    shards_[i]->Render(chosen[i].environments, view, side_px, std::move(own),
                        [countdown](const absl::Status& status) { countdown->Count(status); });
   }
 }

@@ -14,6 +14,9 @@
 namespace procgen {
 namespace {
 
+// The side of frames that no size was asked for, in pixels.
+constexpr int32_t kRenderSidePxDefault = 512;
+constexpr int32_t kWatchSidePxDefault = 256;
 // All that a frame, and the response around the frames, has besides the image, in bytes.
 constexpr int64_t kFrameOverheadBytes = 64;
 // What is watched is drawn again and again, and each watch has a few responses in memory.
@@ -39,10 +42,10 @@ absl::Status CheckSize(const FramesWanted& wanted) {
   const int64_t frames_max =
       (wanted.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(wanted.environments.size()) > frames_max) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "environments has ", wanted.environments.size(), " entries, limit response_bytes_max = ",
-        wanted.response_bytes_max, " has room for ", frames_max, " frames of ", side, " x ", side,
-        " pixels"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("environments has ", wanted.environments.size(),
+                     " entries, limit response_bytes_max = ", wanted.response_bytes_max,
+                     " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
   }
   return absl::OkStatus();
 }
@@ -52,14 +55,13 @@ absl::Status CheckFrames(const FramesWanted& wanted, const PoolSession& pool) {
     return NoSuchValue("format", wanted.format);
   }
   if (wanted.side_px < kHumanViewSidePxMin || wanted.side_px > kHumanViewSidePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px, ", allowed: ",
-                                                   kHumanViewSidePxMin, " to ",
+    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px,
+                                                   ", allowed: ", kHumanViewSidePxMin, " to ",
                                                    kHumanViewSidePxMax));
   }
-  if (absl::Status status = CheckEnvironmentList({.list = "environments",
-                                                  .environments = wanted.environments,
-                                                  .repeats_allowed = true},
-                                                 pool.name(), pool.env_count());
+  if (absl::Status status = CheckEnvironmentList(
+          {.list = "environments", .environments = wanted.environments, .repeats_allowed = true},
+          pool.name(), pool.env_count());
       !status.ok()) {
     return status;
   }
@@ -84,6 +86,13 @@ absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
 
 }  // namespace
 
+FrameLook LookOf(const v1::RenderEnvironmentsRequest& request) {
+  const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
+  const int32_t side_px_default = as_agent ? kObservationSidePx : kRenderSidePxDefault;
+  return {as_agent ? View::kAgent : View::kHuman,
+          request.side_px() == 0 ? side_px_default : request.side_px()};
+}
+
 absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
                          const Limits& limits) {
   const absl::StatusOr<int64_t> bytes_max =
@@ -91,9 +100,15 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
   if (!bytes_max.ok()) {
     return bytes_max.status();
   }
-  return CheckFrames({SpanOf(request.environments()),
-                      request.side_px() == 0 ? kRenderSidePxDefault : request.side_px(),
-                      request.format(), *bytes_max},
+  if (!v1::FrameView_IsValid(request.view())) {
+    return NoSuchValue("view", request.view());
+  }
+  const FrameLook look = LookOf(request);
+  if (look.view == View::kAgent && look.side_px != kObservationSidePx) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "side_px is ", look.side_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSidePx));
+  }
+  return CheckFrames({SpanOf(request.environments()), look.side_px, request.format(), *bytes_max},
                      pool);
 }
 
@@ -134,9 +149,9 @@ void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::
   }
   for (v1::Frame& frame : *frames) {
     const std::string& image = frame.image();
-    frame.set_image(PngOf(
-        absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
-        frame.width_px()));
+    frame.set_image(
+        PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
+              frame.width_px()));
   }
 }
 

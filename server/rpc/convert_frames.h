@@ -13,9 +13,12 @@
 
 namespace procgen {
 
-// The side of frames that no size was asked for, in pixels.
-inline constexpr int32_t kRenderSidePxDefault = 512;
-inline constexpr int32_t kWatchSidePxDefault = 256;
+// How environments are to be drawn.
+struct FrameLook {
+  View view = View::kHuman;
+  int32_t side_px = 0;
+};
+FrameLook LookOf(const v1::RenderEnvironmentsRequest& request);
 
 // Checks what is to be drawn of a pool. Errors: INVALID_ARGUMENT an environment, size or format out
 // of range; RESOURCE_EXHAUSTED the frames do not fit.
@@ -27,8 +30,7 @@ absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
                                         const PoolSession& pool, const Limits& limits);
 
 // Puts the pixels that are in the frames, uint8 [side, side, 3], into the format.
-void WriteFrames(v1::FrameFormat format,
-                 google::protobuf::RepeatedPtrField<v1::Frame>* frames);
+void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames);
 
 // A moment as a WatchPoolResponse, serialised.
 absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment);

@@ -125,23 +125,6 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
   return absl::OkStatus();
 }
 
-v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options) {
-  v1::EnvironmentOptions message;
-  message.set_distribution_mode(DistributionModeMessageOf(options.distribution_mode));
-  message.set_num_levels(options.num_levels);
-  message.set_start_level(options.start_level);
-  message.set_rand_seed(options.rand_seed);
-  message.set_use_sequential_levels(options.use_sequential_levels);
-  message.set_center_agent(options.center_agent);
-  message.set_use_backgrounds(options.use_backgrounds);
-  message.set_use_generated_assets(options.use_generated_assets);
-  message.set_use_monochrome_assets(options.use_monochrome_assets);
-  message.set_restrict_themes(options.restrict_themes);
-  message.set_paint_vel_info(options.paint_vel_info);
-  message.set_debug_mode(options.debug_mode);
-  return message;
-}
-
 void FillStatistics(const PoolSession& session, v1::Pool* message) {
   message->set_step_count(session.step_count());
   const RecentEpisodes::Summary episodes = session.episodes();
@@ -158,6 +141,23 @@ void FillStatistics(const PoolSession& session, v1::Pool* message) {
 }
 
 }  // namespace
+
+v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options) {
+  v1::EnvironmentOptions message;
+  message.set_distribution_mode(DistributionModeMessageOf(options.distribution_mode));
+  message.set_num_levels(options.num_levels);
+  message.set_start_level(options.start_level);
+  message.set_rand_seed(options.rand_seed);
+  message.set_use_sequential_levels(options.use_sequential_levels);
+  message.set_center_agent(options.center_agent);
+  message.set_use_backgrounds(options.use_backgrounds);
+  message.set_use_generated_assets(options.use_generated_assets);
+  message.set_use_monochrome_assets(options.use_monochrome_assets);
+  message.set_restrict_themes(options.restrict_themes);
+  message.set_paint_vel_info(options.paint_vel_info);
+  message.set_debug_mode(options.debug_mode);
+  return message;
+}
 
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
   const timespec spec = absl::ToTimespec(time);

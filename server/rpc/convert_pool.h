@@ -23,6 +23,9 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 // may be long.
 v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options);
 
+// The same as a message, every field filled in.
+v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options);
+
 // Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
 // Errors: INVALID_ARGUMENT no such transport; UNIMPLEMENTED it is not offered. Whether it goes with
 // the encoding, CompressionOf checks.

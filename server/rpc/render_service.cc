@@ -35,10 +35,11 @@ void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
 // Looks at the pool in a turn, which ends before what was seen is drawn.
 void Render(const std::shared_ptr<PoolSession>& pool, SideCrew* side_crew, RenderCall* call) {
   const v1::RenderEnvironmentsRequest& request = call->request();
-  const int32_t side = request.side_px() == 0 ? kRenderSidePxDefault : request.side_px();
+  const FrameLook look = LookOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->Look({request.environments().begin(), request.environments().end()}, View::kHuman, side,
-             [pool, side, side_crew, call](absl::StatusOr<HostedPool::Draw> draw) {
+  pool->Look({request.environments().begin(), request.environments().end()}, look.view,
+             look.side_px,
+             [pool, side = look.side_px, side_crew, call](absl::StatusOr<HostedPool::Draw> draw) {
                pool->EndTurn();
                if (!draw.ok()) {
                  call->Finish(draw.status());
@@ -105,8 +106,7 @@ absl::StatusOr<WatchPoolReactor*> RenderServiceImpl::StartWatch(
   if (!order.ok()) {
     return order.status();
   }
-  absl::StatusOr<Owners::Share> share =
-      sessions_->owners().Take(caller->owner, {.watch_count = 1});
+  absl::StatusOr<Owners::Share> share = sessions_->owners().Take(caller->owner, {.watch_count = 1});
   if (!share.ok()) {
     return share.status();
   }

@@ -12,8 +12,7 @@ WatchPoolReactor* WatchPoolReactor::Start(PoolViews* views, const Callers* calle
                                           std::shared_ptr<PoolSession> pool,
                                           const WatchOrder& order, const EncodeMoment& encode,
                                           Owners::Share share) {
-  std::shared_ptr<WatchPoolReactor> reactor(
-      new WatchPoolReactor(views, callers, std::move(share)));
+  std::shared_ptr<WatchPoolReactor> reactor(new WatchPoolReactor(views, callers, std::move(share)));
   reactor->self_ = reactor;
   if (absl::Status status = views->Watch(std::move(pool), order, encode, reactor); !status.ok()) {
     reactor->End(status);

@@ -21,8 +21,7 @@ namespace procgen {
 // How an environment is drawn.
 enum class View : uint8_t {
   kHuman,  // smooth, as Pool::Render does
-  // As an observation in the default format, at its side. Where that cannot be, smooth.
-  kAgent,
+  kAgent,  // as an observation in the default format, and so at kObservationSidePx
 };
 
 // The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of

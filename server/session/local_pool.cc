@@ -103,12 +103,11 @@ void LocalPool::LookHere(const std::vector<int32_t>& environments, View view, in
     }
     sights.push_back(*std::move(sight));
   }
-  const bool as_agent = view == View::kAgent && side_px == kObservationSidePx;
-  done(Draw([sights = std::move(sights), shown = std::move(shown), as_agent, side_px,
+  done(Draw([sights = std::move(sights), shown = std::move(shown), view, side_px,
              painters = painters_](const std::vector<absl::Span<uint8_t>>& frames) {
     std::unique_ptr<SightPainter> painter = painters->Take();
     for (size_t i = 0; i < frames.size(); ++i) {
-      if (as_agent) {
+      if (view == View::kAgent) {
         painter->DrawAgentView(sights[shown[i]], frames[i]);
       } else {
         painter->DrawHumanView(sights[shown[i]], side_px, frames[i]);

@@ -21,11 +21,8 @@ class PoolCounts {
   // `metrics` must outlive this.
   PoolCounts(const PoolOptions& options, Metrics* metrics);
 
-  // `batch`, of `count` environments, with memory of this for what Add reads and nobody asked for.
-  // Valid until the next call.
-  Batch WithMemory(Batch batch, int32_t count);
   // Counts what was stepped into `batch`, but for those of `resets`, which began an episode
-  // instead; returns the number of steps.
+  // instead; returns the number of steps. `batch`: as RowMemory lends it.
   int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch);
 
   // Environment steps since the pool was made.
@@ -43,11 +40,6 @@ class PoolCounts {
   std::vector<int64_t> game_steps_;  // of the part that is counted, by game
   std::atomic<int64_t> step_count_ = 0;
   RecentEpisodes episodes_;
-  // For WithMemory.
-  std::vector<uint8_t> terminated_;
-  std::vector<uint8_t> truncated_;
-  std::vector<float> returns_;
-  std::vector<int32_t> lengths_;
 };
 
 }  // namespace procgen

@@ -20,6 +20,7 @@
 #include "server/metrics/metrics.h"
 #include "server/session/alarm.h"
 #include "server/session/byte_budget.h"
+#include "server/session/episode_log.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/kept_answers.h"
 #include "server/session/limits.h"
@@ -30,6 +31,7 @@
 #include "server/session/recent_episodes.h"
 #include "server/session/request.h"
 #include "server/session/request_times.h"
+#include "server/session/row_memory.h"
 #include "server/session/side_crew.h"
 #include "server/shared_memory/batch_ledger.h"
 #include "server/shared_memory/shared_folder.h"
@@ -44,9 +46,10 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 struct PoolSurroundings {
   Owners* owners = nullptr;
   SideCrew* side_crew = nullptr;
-  Alarm* lease_alarm = nullptr;           // also tells the time
+  Alarm* lease_alarm = nullptr;                // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
+  ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
   Metrics* metrics = nullptr;                  // and all else that is counted to these
 };
@@ -124,7 +127,7 @@ class PoolSession {
   int64_t oldest_kept_sequence_number() const;
 
   // Has it go on where another process had it, before it is used: with this number.
-  void ResumeAt(int64_t next_sequence_number) { next_sequence_number_ = next_sequence_number; }
+  void ResumeAt(int64_t next_sequence_number);
 
   // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
   // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
@@ -191,6 +194,11 @@ class PoolSession {
   // As those of Pool, on another thread. What the spans in `states` refer to must stay valid.
   void RestoreStates(std::vector<StateToRestore> states, Done done);
   void CloneStates(std::vector<StateToClone> pairs, Done done);
+  // What happened in an episode of `environment`, the one under way or the last that ended. Calls
+  // `done` once, on any thread. Errors: UNIMPLEMENTED none are remembered; FAILED_PRECONDITION
+  // there is none.
+  using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeLog::Pieces>)>;
+  void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
   // As HostedPool::Look. `done` is where the turn ends, most often.
   void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
             HostedPool::LookDone done);
@@ -214,6 +222,8 @@ class PoolSession {
       ABSL_LOCKS_EXCLUDED(taps_mutex_);
   // States were put in, which nobody has drawn.
   void TellTapsOfStates() ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  // Counts and remembers what was done in a part that was carried out, or that failed.
+  void Remember(const Request& request, const StepInput& input, const Batch& batch, bool ok);
   // `done`, where an error gives the number of `request` back.
   Done OrTakeBack(const Request& request, Done done);
   void TakeBack(int64_t sequence_number, bool again);
@@ -274,6 +284,8 @@ class PoolSession {
   // Of who has the turn; memory is kept from turn to turn.
   std::vector<NextLevel> part_next_levels_;  // those of the part
   std::vector<Reset> part_resets_;           // those of the part
+  RowMemory row_memory_;
+  std::unique_ptr<EpisodeLog> episodes_;  // null: none are remembered
 };
 
 }  // namespace procgen

@@ -15,8 +15,7 @@ constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
 void PoolSession::NoteLook(absl::Time begin_time) {
   const absl::Time now = SteadyNow();
-  looks_from_ns_ =
-      absl::ToUnixNanos(now + std::min((now - begin_time) * kPausePerLook, kPauseMax));
+  looks_from_ns_ = absl::ToUnixNanos(now + std::min((now - begin_time) * kPausePerLook, kPauseMax));
 }
 
 absl::Status PoolSession::AddTap(std::shared_ptr<PoolTap> tap) {

@@ -130,11 +130,11 @@ void PoolView::OnTurn(const absl::Status& turn) {
     return;
   }
   const View view = order_.side_px == kObservationSidePx ? View::kAgent : View::kHuman;
-  pool_->Look(order_.environments, view, order_.side_px,
-              [self = shared_from_this(),
-               begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
-                self->OnLooked(std::move(draw), begin_time);
-              });
+  pool_->Look(
+      order_.environments, view, order_.side_px,
+      [self = shared_from_this(), begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
+        self->OnLooked(std::move(draw), begin_time);
+      });
 }
 
 Moment PoolView::BeginMoment() const {
@@ -156,18 +156,18 @@ void PoolView::OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_
     shown_ = {};
     return;
   }
-  drawing_->Run([self = shared_from_this(), moment = std::move(moment),
-                 draw = *std::move(draw)]() mutable {
-    const auto side = static_cast<size_t>(self->order_.side_px);
-    std::vector<absl::Span<uint8_t>> frames;
-    moment.images.resize(moment.environments.size());
-    for (std::string& image : moment.images) {
-      image.resize(side * side * 3);
-      frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
-    }
-    draw(frames);
-    self->Deliver(std::move(moment));
-  });
+  drawing_->Run(
+      [self = shared_from_this(), moment = std::move(moment), draw = *std::move(draw)]() mutable {
+        const auto side = static_cast<size_t>(self->order_.side_px);
+        std::vector<absl::Span<uint8_t>> frames;
+        moment.images.resize(moment.environments.size());
+        for (std::string& image : moment.images) {
+          image.resize(side * side * 3);
+          frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
+        }
+        draw(frames);
+        self->Deliver(std::move(moment));
+      });
 }
 
 void PoolView::Deliver(Moment moment) {

@@ -36,8 +36,8 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
            SideCrew* drawing);
 
-  // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get one.
-  // None: the view has ended.
+  // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get
+  // one. None: the view has ended.
   std::optional<absl::Cord> Join(std::shared_ptr<Watcher> watcher) ABSL_LOCKS_EXCLUDED(mutex_);
   // Returns whether it was the last.
   bool Leave(const Watcher* watcher) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -83,12 +83,12 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   std::vector<std::shared_ptr<Watcher>> watchers_ ABSL_GUARDED_BY(mutex_);
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time due_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
-  bool at_once_ ABSL_GUARDED_BY(mutex_) = true;  // a watcher has had nothing yet
+  bool at_once_ ABSL_GUARDED_BY(mutex_) = true;    // a watcher has had nothing yet
   bool copy_came_ ABSL_GUARDED_BY(mutex_) = true;  // the last moment was copied
   bool waits_for_turn_ ABSL_GUARDED_BY(mutex_) = false;
-  bool busy_ ABSL_GUARDED_BY(mutex_) = false;    // a moment is drawn or encoded
-  Numbers shown_ ABSL_GUARDED_BY(mutex_);        // of the last moment, also if busy_
-  absl::Cord latest_ ABSL_GUARDED_BY(mutex_);    // moment, encoded
+  bool busy_ ABSL_GUARDED_BY(mutex_) = false;  // a moment is drawn or encoded
+  Numbers shown_ ABSL_GUARDED_BY(mutex_);      // of the last moment, also if busy_
+  absl::Cord latest_ ABSL_GUARDED_BY(mutex_);  // moment, encoded
   // Of what is copied from the learner's observations.
   bool armed_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::string> copied_ ABSL_GUARDED_BY(mutex_);  // by place in the order

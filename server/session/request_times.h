@@ -18,10 +18,10 @@ class RequestTimes {
   static constexpr size_t kRecentCount = 512;
 
   struct Summary {
-    int64_t count = 0;    // of all requests
-    absl::Duration sum;   // likewise
-    absl::Duration p50;   // of the last kRecentCount; 0 without any
-    absl::Duration p99;   // likewise
+    int64_t count = 0;   // of all requests
+    absl::Duration sum;  // likewise
+    absl::Duration p50;  // of the last kRecentCount; 0 without any
+    absl::Duration p99;  // likewise
   };
 
   void Add(absl::Duration duration);

@@ -170,6 +170,7 @@ class Sessions {
   Owners owners_;  // before entries_, which hold shares of it
   ByteBudget kept_answer_bytes_;
   ByteBudget shared_memory_bytes_;
+  ByteBudget episode_bytes_;
   const std::shared_ptr<const SharedFolder> shared_folder_;
 
   mutable absl::Mutex mutex_;

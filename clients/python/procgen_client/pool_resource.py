@@ -10,6 +10,7 @@ import numpy as np
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
+from procgen_client.errors import InvalidArgumentError
 from procgen_client.options import duration
 
 if TYPE_CHECKING:
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
 # Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
 _RENDER_BYTES = 4 * 1024 * 1024
 _RENDER_OVERHEAD_BYTES = 4096
+# Which episode, by its name here.
+_WHICH_EPISODE = {
+    "last": states_pb2.WHICH_EPISODE_LAST,
+    "current": states_pb2.WHICH_EPISODE_CURRENT,
+}
 # What a server sends to who watches, at most. In bytes.
 _WATCH_BYTES = 16 * 1024 * 1024
 # What a state has in a request besides its own bytes, at most: a tag and a length.
@@ -148,6 +154,32 @@ class PoolResource(abc.ABC):
                 pairs=messages,
             )
         )
+
+    def read_episode(self, environment: int, which: str = "last") -> states_pb2.Episode:
+        """Tells what happened in an episode of an environment, so that it can be played again.
+
+        Args:
+            environment: Index in the pool.
+            which: "last", the last episode that ended, or "current", the one under way.
+
+        Returns:
+            The message of proto/procgen/v1/states.proto, whose comments describe its fields (game,
+            options, level_seed, actions, rewards, how it ended) and how it is played again.
+
+        Raises:
+            InvalidArgumentError: The environment is out of range, or there is no such `which`.
+            FailedPreconditionError: No episode has ended yet, or the next has not begun.
+            UnimplementedError: The server remembers no episodes.
+        """
+        if which not in _WHICH_EPISODE:
+            raise InvalidArgumentError(f'which is {which!r}; it is "last" or "current"')
+        request = message_of(
+            states_pb2.ReadEpisodeRequest,
+            pool=self.name,
+            environment=environment,
+            which=_WHICH_EPISODE[which],
+        )
+        return self._client._read_episode(request)
 
     # The lease.
 

@@ -12,11 +12,11 @@ TEST(AlarmTest, RingsWhenItsTimeHasCome) {
   absl::Notification rung;
   absl::Time time;
   Alarm alarm([&] { return clock.Now(); },
-                   [&](absl::Time now) {
-                     time = now;
-                     rung.Notify();
-                     return absl::InfiniteFuture();
-                   });
+              [&](absl::Time now) {
+                time = now;
+                rung.Notify();
+                return absl::InfiniteFuture();
+              });
   alarm.RingBy(clock.Now());
   rung.WaitForNotification();
   EXPECT_EQ(time, clock.Now());
@@ -39,10 +39,10 @@ TEST(AlarmTest, AnEarlierTimeGoesBeforeALaterOne) {
   TestClock clock;
   absl::Notification rung;
   Alarm alarm([&] { return clock.Now(); },
-                   [&](absl::Time) {
-                     rung.Notify();
-                     return absl::InfiniteFuture();
-                   });
+              [&](absl::Time) {
+                rung.Notify();
+                return absl::InfiniteFuture();
+              });
   alarm.RingBy(clock.Now() + absl::Hours(1));
   alarm.RingBy(clock.Now());
   alarm.RingBy(clock.Now() + absl::Hours(2));
