@@ -2,9 +2,11 @@
 
 import { decode, encode } from "./wire.js";
 
+export const LOST = "LOST";
+
 const WAITS_MS = [250, 500, 1000, 2000, 4000];
 
-// An error that the server answered, or "UNAVAILABLE" where the connection is gone.
+// An error that the server answered; or LOST, where the connection is gone.
 export class ServerError extends Error {
   constructor({ code, message }) {
     super(message);
@@ -32,15 +34,22 @@ export class Connection extends EventTarget {
       this.dispatchEvent(new Event("open"));
     });
     socket.addEventListener("message", ({ data }) => this.#receive(data));
-    socket.addEventListener("close", ({ reason }) => this.#lose(reason));
+    socket.addEventListener("close", ({ reason }) => this.#lose(socket, reason));
     this.#socket = socket;
+  }
+
+  // Ends the connection until it is opened again.
+  close() {
+    const socket = this.#socket;
+    this.#socket = null;
+    socket.close();
   }
 
   // Asks the server. With `part`, the bytes of a trace, the request is binary. Gives what was answered, with the `parts` of a
   // binary answer; rejects with a ServerError.
   call(method, fields = {}, part = null) {
     if (this.#socket?.readyState !== WebSocket.OPEN) {
-      return Promise.reject(new ServerError({ code: "UNAVAILABLE", message: "The server is not there." }));
+      return Promise.reject(new ServerError({ code: LOST, message: "The server is not there." }));
     }
     const id = ++this.#lastId;
     const request = { id, method, ...fields };
@@ -69,8 +78,11 @@ export class Connection extends EventTarget {
     }
   }
 
-  #lose(reason) {
-    const lost = new ServerError({ code: "UNAVAILABLE", message: reason || "The connection to the server is gone." });
+  #lose(socket, reason) {
+    if (socket !== this.#socket) {
+      return;
+    }
+    const lost = new ServerError({ code: LOST, message: "The connection to the server is gone." });
     this.#waiting.forEach(({ reject }) => reject(lost));
     this.#waiting.clear();
     const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];

@@ -24,8 +24,9 @@ export class Mosaic {
     for (const control of [byId("shown"), byId("rate"), ...document.querySelectorAll("[name=side]")]) {
       control.addEventListener("change", () => this.#begin());
     }
-    byId("earlier").addEventListener("click", () => this.#turn(-1));
-    byId("later").addEventListener("click", () => this.#turn(1));
+    byId("earlier").addEventListener("click", () => this.#turnTo(this.#first - this.#shown));
+    byId("later").addEventListener("click", () => this.#turnTo(this.#first + this.#shown));
+    byId("first").addEventListener("change", ({ target }) => this.#turnTo(target.valueAsNumber || 0));
     byId("hold").addEventListener("click", ({ target }) => {
       target.setAttribute("aria-pressed", String(target.getAttribute("aria-pressed") !== "true"));
       this.#begin();
@@ -52,8 +53,8 @@ export class Mosaic {
     return Number(byId("shown").value);
   }
 
-  #turn(by) {
-    this.#first += by * this.#shown;
+  #turnTo(environment) {
+    this.#first = Math.max(0, Math.min(environment, this.#pool.env_count - 1));
     this.#begin();
   }
 
@@ -65,7 +66,6 @@ export class Mosaic {
       return;
     }
     const { name, env_count: all } = this.#pool;
-    this.#first -= this.#first % this.#shown;
     const environments = Array.from({ length: Math.min(this.#shown, all - this.#first) }, (_, i) => this.#first + i);
     const side = Number(document.querySelector("[name=side]:checked").value);
     this.#layOut(environments, side, all);
@@ -81,7 +81,9 @@ export class Mosaic {
 
   #layOut(environments, side, all) {
     const last = environments.at(-1);
-    setText(byId("range"), `${environments[0]}–${last} of ${all}`);
+    byId("first").value = environments[0];
+    byId("first").max = all - 1;
+    setText(byId("range"), `to ${last} of ${all}`);
     byId("earlier").disabled = environments[0] === 0;
     byId("later").disabled = last === all - 1;
     const list = byId("mosaic");

@@ -1,6 +1,6 @@
 // What every page does: the bar on top, the connection with its state, the theme, notices, and the token where one is asked.
 
-import { Connection } from "./connection.js";
+import { Connection, LOST } from "./connection.js";
 import { byId, element, setText } from "./elements.js";
 import { askToken, forgetToken, savedToken } from "./token.js";
 
@@ -40,22 +40,23 @@ export function openPage(onReady, onLost = () => {}) {
   return connection;
 }
 
-// Says hello until the server lets the page in. Gives its answer, or null if the connection went meanwhile.
+// Says hello. Gives the server's answer, or null if it does not let the page in: then it is tried again, if need be with
+// another token.
 async function greet(connection) {
-  let token = savedToken();
-  for (;;) {
-    try {
-      return await connection.call("hello", token ? { token } : {});
-    } catch (error) {
-      if (error.code !== "UNAUTHENTICATED") {
-        if (error.code !== "UNAVAILABLE") {
-          notify(error.message, "bad");
-        }
-        return null;
-      }
+  const token = savedToken();
+  try {
+    return await connection.call("hello", token ? { token } : {});
+  } catch (error) {
+    if (error.code === "UNAUTHENTICATED") {
+      // A server does not wait for somebody who looks for a token.
+      connection.close();
       forgetToken();
-      token = await askToken(token ? error.message : "");
+      await askToken(token ? error.message : "");
+      connection.open();
+    } else {
+      tell(error);
     }
+    return null;
   }
 }
 
@@ -117,7 +118,14 @@ export async function attempt(work) {
     if (error.name !== "ServerError") {
       throw error;
     }
-    notify(error.message, error.code === "UNAVAILABLE" ? "warn" : "bad");
+    tell(error);
     return null;
+  }
+}
+
+// That the connection is gone is said once, by the page.
+function tell(error) {
+  if (error.code !== LOST) {
+    notify(error.message, "bad");
   }
 }

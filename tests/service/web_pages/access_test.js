@@ -45,7 +45,7 @@ const PAGES = {
   },
   gallery: async (page) => {
     await page.goto(server.page("/gallery"));
-    await page.locator(".strip canvas").first().waitFor();
+    await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
   },
   "levels of a game": async (page) => {
     await page.goto(server.page("/gallery?game=maze&mode=easy&level=24"));

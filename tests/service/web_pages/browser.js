@@ -1,15 +1,17 @@
 // A headless Chromium for the tests of a file, and what they look at in it.
 
 import assert from "node:assert/strict";
-import { after, before } from "node:test";
+import { createHash } from "node:crypto";
+import { after, afterEach, before } from "node:test";
 import { chromium } from "playwright-core";
 
-// `it.open(address)` opens a page that is closed after the last test; a page that reports an error fails it.
+// `it.open(address)` opens a page that is closed after the test; a page that reports an error fails the file.
 export function withBrowser() {
   const it = { errors: [] };
   before(async () => {
     it.browser = await chromium.launch({ executablePath: process.env.PROCGEN_CHROMIUM });
   });
+  afterEach(() => Promise.all(it.browser.contexts().map((context) => context.close())));
   after(async () => {
     await it.browser.close();
     assert.deepEqual(it.errors, []);
@@ -20,7 +22,7 @@ export function withBrowser() {
   };
   it.openIn = async (context, address) => {
     const page = await context.newPage();
-    page.setDefaultTimeout(60_000);
+    page.setDefaultTimeout(30_000);
     page.on("pageerror", (error) => it.errors.push(`${address}: ${error.stack}`));
     await page.goto(address);
     return page;
@@ -30,7 +32,7 @@ export function withBrowser() {
 
 // The text of the figure of this name among those in `list`.
 export function figure(page, list, name) {
-  const term = page.locator(`${list} dt`, { hasText: new RegExp(`^${name}$`) });
+  const term = page.locator("dt", { hasText: new RegExp(`^${name}$`) });
   return page.locator(`${list} div`, { has: term }).locator("dd");
 }
 
@@ -39,12 +41,21 @@ export async function waitForText(locator, text) {
   await locator.filter({ hasText: text }).waitFor();
 }
 
-// What a canvas shows, as text that can be compared.
-export function picture(page, selector) {
-  return page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
+// What a canvas shows, as a short text that can be compared.
+export async function picture(page, selector) {
+  const content = await page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
+  return createHash("sha256").update(content).digest("hex");
 }
 
-// Waits until a canvas shows something else than `before`.
-export function waitForChange(page, selector, before) {
-  return page.waitForFunction(([name, old]) => document.querySelector(name).toDataURL() !== old, [selector, before]);
+// Waits until what a canvas shows is as wanted.
+export async function waitForPicture(page, selector, isWanted) {
+  while (!isWanted(await picture(page, selector))) {
+    await page.evaluate(() => new Promise(requestAnimationFrame));
+  }
+}
+
+// Waits until a canvas shows something else than now.
+export async function waitForChange(page, selector) {
+  const before = await page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());
+  await page.waitForFunction(([name, old]) => document.querySelector(name).toDataURL() !== old, [selector, before]);
 }

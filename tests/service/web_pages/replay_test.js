@@ -5,7 +5,7 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { figure, picture, waitForText, withBrowser } from "./browser.js";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { Server } from "./server.js";
 
@@ -38,6 +38,7 @@ test("a play goes to the replay page, which shows what was played, forward and b
   const page = await it.open(server.page(COINRUN_1000_PATH));
   pictures = [await picture(page, "#human")];
   await playKeys(page, COINRUN_1000.slice(0, 2));
+  await waitForPicture(page, "#human", (shown) => shown !== pictures[0]);
   pictures[3] = await picture(page, "#human");
   await page.reload();
   await playKeys(page, COINRUN_1000);
@@ -49,23 +50,23 @@ test("a play goes to the replay page, which shows what was played, forward and b
   await page.waitForURL("**/replay");
   await row(page, 0);
   assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
-  assert.equal(await picture(page, "#human"), pictures[0]);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
   await seek(page, 3);
-  assert.equal(await picture(page, "#human"), pictures[3]);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
   await seek(page, COINRUN_1000_STEPS);
   assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
   assert.equal(await figure(page, "#figures", "Reward").textContent(), "10");
   assert.match(await figure(page, "#figures", "Fingerprint").textContent(), /^[0-9a-f]{16}$/);
   await seek(page, 3);
-  assert.equal(await picture(page, "#human"), pictures[3]);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
   await page.keyboard.press(",");
   await row(page, 2);
   await page.keyboard.press(".");
   await row(page, 3);
-  assert.equal(await picture(page, "#human"), pictures[3]);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
   await page.click("#first");
   await row(page, 0);
-  assert.equal(await picture(page, "#human"), pictures[0]);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
 });
 
 test("a saved file is loaded, is kept when the page is, plays to its end, and is saved as it was", async () => {
