@@ -7,12 +7,13 @@ import { count, milliseconds, rate, reward } from "./figures.js";
 const SPAN_S = 600;
 const HEIGHT_PX = 152;
 
-// What is drawn: a title, the members of a pool that are its lines, and how its numbers are written.
+// What is drawn: a title, the members of a pool that are its lines, what these are called where there are several, and how
+// its numbers are written.
 const PLOTS = [
-  { title: "Steps per second", lines: ["steps_per_second"], write: rate },
-  { title: "Request time, p50 and p99", lines: ["request_p50_ms", "request_p99_ms"], write: milliseconds },
-  { title: "Mean return", lines: ["mean_return"], write: reward },
-  { title: "Mean episode length", lines: ["mean_length"], write: count },
+  { title: "Steps per second", lines: ["steps_per_second"], names: [""], write: rate },
+  { title: "Request time", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds },
+  { title: "Mean return", lines: ["mean_return"], names: [""], write: reward },
+  { title: "Mean episode length", lines: ["mean_length"], names: [""], write: count },
 ];
 const MEMBERS = PLOTS.flatMap(({ lines }) => lines);
 
@@ -77,21 +78,23 @@ export class Plots {
 // One plot with its title and its newest value.
 class Drawing {
   #plot;
-  #newest = element("span", { class: "number" });
+  #newest;
   #place;
   #chart = null;
 
   constructor(place, plot) {
     this.#plot = plot;
+    this.#newest = plot.lines.map((_, index) => element("span", { class: `line-${index}` }));
     this.#place = element("div", { class: "drawing", role: "img", "aria-label": plot.title });
-    place.append(element("figure", { class: "plot panel" }, element("h3", {}, plot.title, this.#newest), this.#place));
+    place.append(element("figure", { class: "plot panel" },
+      element("h3", {}, plot.title, element("span", { class: "number" }, ...this.#newest)), this.#place));
   }
 
   draw(times, values) {
-    const { lines, title, write } = this.#plot;
-    const newest = lines.map((name) => write(values[name].at(-1))).join(", ");
-    setText(this.#newest, newest);
-    this.#place.setAttribute("aria-label", `${title} over the last ten minutes, now ${newest}`);
+    const { lines, names, title, write } = this.#plot;
+    const newest = lines.map((name, index) => names[index] + write(values[name].at(-1)));
+    newest.forEach((text, index) => setText(this.#newest[index], text));
+    this.#place.setAttribute("aria-label", `${title} over the last ten minutes, now ${newest.join(", ")}`);
     const drawn = [times, ...lines.map((name) => values[name])];
     if (this.#place.clientWidth === 0) {
       return;
@@ -120,7 +123,7 @@ class Drawing {
       height: HEIGHT_PX,
       legend: { show: false },
       cursor: { show: false },
-      padding: [10, 4, 0, 0],
+      padding: [10, 18, 0, 0],
       scales: { y: { range: (chart, min, max) => rangeOf(min, max) } },
       axes: [
         { ...axis, grid: { show: false }, size: 26, space: 70, values: (chart, ticks) => ticks.map(clock) },
