@@ -65,6 +65,7 @@ function waitForKey() {
     pause(true);
     keys.take();
     isWaiting = true;
+    byId("pause").firstChild.data = "Begin ";
     say("Press a key to begin.");
   }
 }
