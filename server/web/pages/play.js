@@ -134,7 +134,7 @@ function act(name) {
       ask("play.restart").then(waitForKey);
       break;
     case "next":
-      ask("play.next_level").then(follow);
+      ask("play.next_level").then((isThere) => isThere && follow());
       break;
   }
 }

@@ -96,12 +96,19 @@ async function show(view) {
   setTiles(byId("figures"), [
     ["Row", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE], ["Reward", reward(view.reward)],
     ["Score", reward(view.total_reward)], ["Level seed", String(view.level_seed)],
-    ["Episode", view.first && shownRow > 0 ? (view.prev_level_complete ? "level complete" : "over") : "under way"],
+    ["Episode", episodeOf(view)],
     ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
   ]);
   slider.setAttribute("aria-valuetext", `row ${shownRow}, score ${reward(view.total_reward)}`);
   drawTimeline(byId("rewards"), replay, shownRow);
   await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
+}
+
+function episodeOf(view) {
+  if (!view.first || shownRow === 0) {
+    return "under way";
+  }
+  return view.prev_level_complete ? "level complete" : "over";
 }
 
 function run(value) {

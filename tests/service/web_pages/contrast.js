@@ -43,7 +43,8 @@ export function lowContrasts() {
       low.push(`"${text}": ${ratio.toFixed(2)}`);
     }
   }
-  for (const control of document.querySelectorAll("button, select, input:not([type=radio], [type=checkbox], [type=range], [type=file])")) {
+  const bounded = "button, select, input:not([type=radio], [type=checkbox], [type=range], [type=file])";
+  for (const control of document.querySelectorAll(bounded)) {
     if (!isSeen(control) || control.querySelector("canvas")) {
       continue;
     }

@@ -75,7 +75,7 @@ test("the pool's figures and plots are drawn, and grow", async () => {
 
 test("an environment is enlarged, and its last episode kept and replayed as it went", async () => {
   const page = await openLive();
-  await page.waitForFunction(() => Number(document.querySelectorAll("#pool-figures dd")[3].textContent) > 0, null, { timeout: 120_000 });
+  await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
   await page.click("#mosaic button[title='Environment 2']");
   await waitForText(page.locator("#large-title"), "pools/watched, environment 2");
   await waitForChange(page, "#large-picture");
