@@ -86,7 +86,8 @@ function drawPools(pools) {
   pools.forEach((pool, index) => {
     const link = list.children[index].firstChild;
     const [, about, figures] = link.children;
-    setText(about, [gamesOf(pool), pool.mode, plural(pool.env_count, "environment")].join(" · "));
+    const owner = pool.owner ? [pool.owner] : [];
+    setText(about, [gamesOf(pool), pool.mode, plural(pool.env_count, "environment"), ...owner].join(" · "));
     const mean = pool.mean_return === null ? "" : ` · return ${reward(pool.mean_return)}`;
     setText(figures, pool.attached ? `${rate(pool.steps_per_second)} steps/s${mean}` : `idle${mean}`);
     if (pool.name === open) {

@@ -94,9 +94,9 @@ async function seek(wanted) {
 async function show(view) {
   const action = replay.actions[shownRow - 1];
   setTiles(byId("figures"), [
-    ["Row", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE], ["Reward", reward(view.reward)],
-    ["Score", reward(view.total_reward)], ["Level seed", String(view.level_seed)],
-    ["Episode", episodeOf(view)],
+    ["Row", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE],
+    ["Reward", reward(view.reward)], ["Score", reward(view.total_reward)],
+    ["Level seed", String(view.level_seed)], ["Episode", episodeOf(view)],
     ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
   ]);
   slider.setAttribute("aria-valuetext", `row ${shownRow}, score ${reward(view.total_reward)}`);
