@@ -46,6 +46,7 @@ packages=(
   mypy                    # checks its types
   ffmpeg                  # its videos
   nodejs                  # the Node.js client and its tests; what else it needs npm fetches
+  chromium                # the browser that the tests open the server's pages in
   golang-go               # the Go client and its tests
   protoc-gen-go           # its messages
   protoc-gen-go-grpc      # its service stubs
