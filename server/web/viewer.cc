@@ -115,6 +115,7 @@ const std::map<std::string, Viewer::Method>& Viewer::Methods() {
       {"pools.follow", &Viewer::FollowPools},
       {"pools.unfollow", &Viewer::UnfollowPools},
       {"pool.history", &Viewer::ReadHistory},
+      {"pool.episode", &Viewer::ReadEpisode},
       {"watch.start", &Viewer::StartWatch},
       {"watch.stop", &Viewer::StopWatch},
       {"play.start", &Viewer::StartPlay},

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "envcore/trace/trace.h"
+#include "server/web/episode_trace.h"
 #include "server/web/viewer.h"
 
 namespace procgen::web {
@@ -129,6 +130,19 @@ absl::StatusOr<Answer> Viewer::ClosePlay(const Request& request) {
   return Answer();
 }
 
+absl::StatusOr<Answer> Viewer::ReadEpisode(const Request& request) {
+  Fields fields(request.members);
+  const EpisodeChoice choice = ReadEpisodeChoice(&fields);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
+  if (!episode.ok()) {
+    return episode.status();
+  }
+  return TraceAnswer(std::move(episode->facts), TraceFileOf(episode->recording.trace()));
+}
+
 absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fields) {
   if (!request.parts.empty()) {
     const int32_t environment = fields->Integer32Or("environment", 0, 0, INT32_MAX);
@@ -145,6 +159,17 @@ absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fi
           absl::StrCat("the file is no trace: ", trace.status().message()));
     }
     return ReplaySource{*std::move(trace), environment};
+  }
+  if (fields->Has("pool")) {
+    const EpisodeChoice choice = ReadEpisodeChoice(fields);
+    if (absl::Status status = fields->CheckAll(); !status.ok()) {
+      return status;
+    }
+    const absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
+    if (!episode.ok()) {
+      return episode.status();
+    }
+    return ReplaySource{episode->recording.trace(), 0};
   }
   const absl::StatusOr<Play*> play = FindPlay(fields);
   if (!play.ok()) {

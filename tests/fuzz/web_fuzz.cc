@@ -1,5 +1,5 @@
-// Fuzz target: what a page sends. An input is pieces (fuzzed_server.h): each is a message, of text or,
-// after a mark, binary. A viewer carries them out, against the real services. Aborts where
+// Fuzz target: what a page sends. An input is pieces (fuzzed_server.h): each is a message, of text
+// or, after a mark, binary. A viewer carries them out, against the real services. Aborts where
 //   a message is not answered, neither by an answer nor by the end of the socket;
 //   an answer is no JSON, has no id, or has an error that is not promised;
 //   pools of the page are left when it has gone.
@@ -86,16 +86,16 @@ class CheckedOutbox final : public web::Outbox {
 struct Surroundings {
   web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
   web::JoinedThreads watch_threads{kThreadsMax};
-  web::ViewerTerms terms{
-      .version = "fuzzed",
-      .asks_token = false,
-      .viewers_max = 1,
-      .connect =
-          [](const std::string& token) {
-            return procgen_client::Client::OfChannel(TheFuzzedServer().channel(), token);
-          },
-      .news = &news,
-      .watch_threads = &watch_threads};
+  web::ViewerTerms terms{.version = "fuzzed",
+                         .asks_token = false,
+                         .viewers_max = 1,
+                         .connect =
+                             [](const std::string& token) {
+                               return procgen_client::Client::OfChannel(TheFuzzedServer().channel(),
+                                                                        token);
+                             },
+                         .news = &news,
+                         .watch_threads = &watch_threads};
 };
 
 void Play(const std::vector<Piece>& pieces) {
