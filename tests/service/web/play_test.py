@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import built
-from page import Answer, Page, PageError, WebServer, open_page
+from page import Answer, Page, PageError, WebServer, conformance, open_page
 
 from procgen_client import Client
 
@@ -27,16 +25,6 @@ async def play(page: Page, actions: list[int], **members: Any) -> tuple[int, lis
     start = await page.call("play.start", **members)
     number = start.result["play"]
     return number, [start, *[await page.call("play.step", play=number, action=it) for it in actions]]
-
-
-def conformance(trace: bytes, folder: Path) -> str:
-    """What procgen-conformance, which knows nothing of the server, says of a trace."""
-    file = folder / "played.trace"
-    file.write_bytes(trace)
-    outcome = subprocess.run(
-        [built("procgen-conformance"), file], stdout=subprocess.PIPE, text=True, check=False
-    )
-    return outcome.stdout
 
 
 def without_pictures(answer: Answer) -> dict[str, Any]:
