@@ -1,4 +1,4 @@
-"""The live view: pools of the server as they are stepped, their history, and what they look like."""
+"""The live view: pools of the server as they are stepped, how they went, what they show."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
                 )
                 assert current.result["ended"] is False and current.result["fingerprint"] is None
                 pool.restore_states(pool.save_states())
-                with pytest.raises(PageError, match="the beginning of this episode lacks") as raised:
+                with pytest.raises(PageError, match="the beginning of this episode") as raised:
                     await page.call("pool.episode", pool=pool.name, environment=0, which="current")
                 assert raised.value.code == "FAILED_PRECONDITION"
 
