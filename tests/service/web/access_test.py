@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import http.client
+import os
 import signal
 import ssl
 import subprocess
@@ -209,7 +210,7 @@ def test_stopping_tells_open_pages_and_leaves_nothing(tmp_path: Path) -> None:
             silent.socket.transport.abort()
 
     with serve(tmp_path) as server:
-        run(test(server.url, lambda: server.process._process.send_signal(signal.SIGTERM)))
+        run(test(server.url, lambda: os.kill(server.process.process_id, signal.SIGTERM)))
         # Its end is looked at on leaving. A play's pool is no reason to wait for the drain's end.
         assert server.process.stop(timeout=9) == 0
         with pytest.raises(errors.UnavailableError):
