@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import queue
 import random
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
 import grpc
+from google.protobuf.message import DecodeError
 
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
@@ -47,6 +47,22 @@ class _Request(NamedTuple):
     body: bytes  # A serialised StepPoolRequest without numbers.
 
 
+class Call(Protocol):
+    """A call of StepPool; ChannelCall, Http2Call."""
+
+    def send(self, message: bytes) -> None:
+        """Sends a message; that the call is over, only receive tells."""
+
+    def end_requests(self) -> None:
+        """Tells the server that no more messages come."""
+
+    def receive(self) -> bytes | memoryview | None:
+        """Waits for a message; None: the call has ended. Errors are grpc.RpcError."""
+
+    def cancel(self) -> None:
+        """Ends the call at once; from any thread."""
+
+
 class _BrokenConnectionError(Exception):
     """The call ended because its connection broke, not by an answer of the server."""
 
@@ -76,7 +92,7 @@ class Stream:
 
     def __init__(
         self,
-        step_pool: Callable[..., Any],
+        step_pool: Callable[[float | None], Call],
         attach: step_pb2.Attach,
         reconnect_timeout: float,
         mapping: SharedMapping | None = None,
@@ -84,7 +100,8 @@ class Stream:
         """Attaches.
 
         Args:
-            step_pool: Begins a call of StepPool, whose responses are read by _wire.
+            step_pool: Begins a call of StepPool, with how long the server may be waited for, in
+                seconds; None: not at all.
             attach: What to attach with; resumable is set here.
             reconnect_timeout: How long to try to go on after a broken connection, in seconds. 0:
                 not at all.
@@ -102,8 +119,7 @@ class Stream:
         self._attach.CopyFrom(attach)
         self._attach.resumable = reconnect_timeout > 0
         self._unanswered: deque[_Request] = deque()
-        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
-        self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._call: Call | None = None
         self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
@@ -119,11 +135,6 @@ class Stream:
         self._next_sequence_number = self.attached.next_sequence_number
         # Whoever has it when the connection breaks was this stream, as far as the server knows.
         self._attach.take_over = True
-
-    def __del__(self) -> None:
-        """Ends the thread that sends requests, where the stream was never closed."""
-        if hasattr(self, "_requests"):
-            self._requests.put(None)
 
     @property
     def in_flight(self) -> int:
@@ -164,9 +175,10 @@ class Stream:
 
     def close(self) -> None:
         """Ends the stream; requests in flight are carried out, and their answers lost."""
+        assert self._call is not None
         self._end_requests()
         try:
-            for _ in self._call:  # Until the server says that the stream has ended.
+            while self._call.receive() is not None:  # Until the server has ended the stream.
                 pass
         except grpc.RpcError:
             pass  # It has ended, too.
@@ -176,7 +188,8 @@ class Stream:
 
     def drop(self) -> None:
         """Ends the stream at once."""
-        self._end_requests()
+        if self._line is not None:
+            self._line.hang_up()
         if self._call is not None:
             self._call.cancel()
 
@@ -187,13 +200,13 @@ class Stream:
             head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
             released = b"".join(map(varint, self.mapping.take_released()))
             head += bytes_field(_RELEASED, released) if released else b""
-        if self._line is None:
-            self._requests.put(head + request.body)
-        else:
-            self._line.send(head + request.body)
+        bearer = self._call if self._line is None else self._line
+        assert bearer is not None
+        bearer.send(head + request.body)
 
     def _end_requests(self) -> None:
-        self._requests.put(None)
+        assert self._call is not None
+        self._call.end_requests()
         if self._line is not None:
             self._line.hang_up()
 
@@ -235,34 +248,38 @@ class Stream:
             raise
 
     def _next_response(self) -> Part | step_pb2.StepPoolResponse:
+        assert self._call is not None
         try:
             message = None if self._line is None else self._line.receive()
-            return next(self._call) if message is None else read_response(message)
-        except StopIteration:
-            # The server took the connection's end for that of the stream.
+            message = self._call.receive() if message is None else message
+            if message is not None:
+                return read_response(message)
+        except DecodeError as error:
             self.drop()
-            error = UnavailableError(f"the server ended the stream of {self._attach.pool}")
-            if self._reconnect_timeout > 0:
-                raise _BrokenConnectionError(error) from None
-            raise error from None
+            raise InternalError(f"{self._attach.pool} answered what is no message: {error}") from None
         except grpc.RpcError as error:
             is_broken = _is_broken_connection(error)
             self.drop()
             if is_broken and self._reconnect_timeout > 0:
                 raise _BrokenConnectionError(from_rpc_error(error)) from None
             raise from_rpc_error(error) from None
-        except BaseException:  # Ctrl-C, say: grpc cannot wait for another answer after that.
+        except BaseException:  # Ctrl-C, say: nobody can wait for another answer after that.
             self.drop()
             raise
+        # The server took the connection's end for that of the stream.
+        self.drop()
+        ended = UnavailableError(f"the server ended the stream of {self._attach.pool}")
+        if self._reconnect_timeout > 0:
+            raise _BrokenConnectionError(ended)
+        raise ended
 
-    def _open(self, **arguments: Any) -> step_pb2.Attached:  # noqa: ANN401
-        self._requests = queue.SimpleQueue()
+    def _open(self, timeout: float | None = None) -> step_pb2.Attached:
         self._line = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
         attach = step_pb2.StepPoolRequest(attach=self._attach)
-        self._requests.put(attach.SerializeToString())
-        self._call = self._step_pool(iter(self._requests.get, None), **arguments)
+        self._call = self._step_pool(timeout)
+        self._call.send(attach.SerializeToString())
         response = self._next_response()
         if isinstance(response, Part) or response.WhichOneof("response") != "attached":
             self.drop()
@@ -314,11 +331,12 @@ class Stream:
 
     def _open_by(self, deadline: float) -> step_pb2.Attached:
         # Not the call's own timeout, which would be that of the whole stream.
-        timer = threading.Timer(max(0.0, deadline - time.monotonic()), self.drop)
+        timeout = max(0.0, deadline - time.monotonic())
+        timer = threading.Timer(timeout, self.drop)
         timer.daemon = True
         timer.start()
         try:
-            return self._open(wait_for_ready=True)
+            return self._open(timeout)
         except ProcgenError as error:
             if time.monotonic() >= deadline:
                 raise _BrokenConnectionError(error) from None

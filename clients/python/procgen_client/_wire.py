@@ -75,7 +75,7 @@ class Part:
     shared_final_observations: bool = False
 
 
-def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
+def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolResponse:
     """Reads a serialised StepPoolResponse: a Part if it bears a batch, else the message itself.
 
     Raises:
@@ -84,7 +84,7 @@ def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
     try:
         return _read_batch_response(message)
     except (_OtherwiseWrittenError, IndexError, ValueError):
-        response = step_pb2.StepPoolResponse.FromString(message)
+        response = step_pb2.StepPoolResponse.FromString(bytes(message))
         return part_of(response) if response.WhichOneof("response") == "batch" else response
 
 
@@ -111,7 +111,7 @@ def part_of(response: step_pb2.StepPoolResponse) -> Part:
     )
 
 
-def _read_batch_response(message: bytes) -> Part:
+def _read_batch_response(message: bytes | memoryview) -> Part:
     sequence_number = 0
     batch_range: tuple[int, int] | None = None
     for number, kind, value in _fields(message, 0, len(message)):
@@ -148,7 +148,7 @@ def _read_batch_response(message: bytes) -> Part:
     )
 
 
-def _arrays(message: bytes, ranges: dict[str, tuple[int, int]]) -> dict[str, np.ndarray]:
+def _arrays(message: bytes | memoryview, ranges: dict[str, tuple[int, int]]) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {}
     for name, dtype in ARRAY_TYPES.items():
         begin, end = ranges.get(name, (0, 0))
@@ -163,7 +163,7 @@ def _arrays(message: bytes, ranges: dict[str, tuple[int, int]]) -> dict[str, np.
     return arrays
 
 
-def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any]]:
+def _fields(message: bytes | memoryview, position: int, end: int) -> list[tuple[int, int, Any]]:
     """Lists the fields in message[position:end] as (number, wire type, value).
 
     The value is an int for a varint and the range (begin, end) for bytes.
@@ -193,7 +193,7 @@ def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any
     return fields
 
 
-def _varint(message: bytes, position: int) -> tuple[int, int]:
+def _varint(message: bytes | memoryview, position: int) -> tuple[int, int]:
     """Reads a varint; gives it and the position after it."""
     value = 0
     for shift in range(0, 70, 7):
