@@ -342,7 +342,7 @@ class Http2Call:
                 is_compressed, size = struct.unpack("!BI", self._message_header)
                 if is_compressed:
                     raise ValueError("a compressed message, which nobody has asked for")
-                self._message = memoryview(np.empty(size, np.uint8))
+                self._message = np.empty(size, np.uint8).data
                 self._filled = 0
             # Of the message, or of the frame.
             rest = self._message[self._filled : self._filled + length]

@@ -12,6 +12,7 @@ the same from step to step is serialised once.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +53,10 @@ _SEQUENCE_NUMBER = _RESPONSE_FIELDS["sequence_number"].number
 _BATCH = _RESPONSE_FIELDS["batch"].number
 
 
+# What tells of a batch of shared memory has fewer bytes, and but for its number comes again.
+_SHARED_BYTES_MAX = 64
+
+
 class _OtherwiseWrittenError(Exception):
     """The message may be right, but is not written the way that is read here."""
 
@@ -82,6 +87,9 @@ def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolRespon
         google.protobuf.message.DecodeError: The bytes are no such message.
     """
     try:
+        if len(message) <= _SHARED_BYTES_MAX and message[0] == _SEQUENCE_NUMBER << 3 | _VARINT:
+            sequence_number, position = _varint(message, 1)
+            return Part(sequence_number, *_read_shared(bytes(message[position:])))
         return _read_batch_response(message)
     except (_OtherwiseWrittenError, IndexError, ValueError):
         response = step_pb2.StepPoolResponse.FromString(bytes(message))
@@ -145,6 +153,23 @@ def _read_batch_response(message: bytes | memoryview) -> Part:
         shared_batch,
         bool(scalars.get("shared_observations")),
         bool(scalars.get("shared_final_observations")),
+    )
+
+
+@functools.lru_cache(maxsize=256)
+def _read_shared(message: bytes) -> tuple[int, int, bool, dict, int, bool, bool]:
+    """Gives the fields of a Part but for the first, of a message without a number."""
+    part = _read_batch_response(message)
+    if part.shared_batch is None:
+        raise _OtherwiseWrittenError
+    return (
+        part.first_environment,
+        part.environment_count,
+        part.last,
+        part.arrays,
+        part.shared_batch,
+        part.shared_observations,
+        part.shared_final_observations,
     )
 
 
