@@ -8,8 +8,6 @@ that is no stream of pictures, are grpcio's.
 
 from __future__ import annotations
 
-import os
-import re
 import select
 import socket
 import struct
@@ -18,13 +16,12 @@ import urllib.parse
 import weakref
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import grpc
 import numpy as np
 
 from procgen_client._hpack import HeaderError, read_headers, write_headers
-from procgen_client.credentials import is_this_machine
+from procgen_client._target import Target
 
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 _FRAME_HEADER_BYTES = 9
@@ -54,8 +51,6 @@ _SILENCE_SECONDS = 20
 # How often is looked, while nobody waits for a message, whether the server asks for one.
 _KEEPER_SECONDS = 5
 
-_PROXY_VARIABLES = ("grpc_proxy", "https_proxy", "http_proxy")
-_HOST_AND_PORT = re.compile(r"(?:dns:///)?(?:\[(?P<v6>[0-9A-Fa-f:.]+)\]|(?P<name>[\w.-]+)):(?P<port>\d+)")
 
 _STATUS_CODES = {code.value[0]: code for code in grpc.StatusCode}
 _RESET_CODES = {
@@ -73,55 +68,6 @@ _HTTP_CODES = {
     "503": grpc.StatusCode.UNAVAILABLE,
     "504": grpc.StatusCode.UNAVAILABLE,
 }
-
-
-class Target(NamedTuple):
-    """A server's address, as sockets know it."""
-
-    path: str | None  # Of a unix socket.
-    host: str
-    port: int
-
-    @classmethod
-    def of(cls, address: str) -> Target | None:
-        """Reads an address of gRPC; None: one that grpcio has to find."""
-        if address.startswith("unix:"):
-            path = address.removeprefix("unix:")
-            return cls("/" + path.lstrip("/") if path.startswith("//") else path, "localhost", 0)
-        is_behind_proxy = any(os.environ.get(name) for name in _PROXY_VARIABLES)
-        match = _HOST_AND_PORT.fullmatch(address)
-        if match is None or (is_behind_proxy and not is_this_machine(address)):
-            return None
-        return cls(None, match["v6"] or match["name"], int(match["port"]))
-
-    @property
-    def authority(self) -> str:
-        """What requests say of whom they are to."""
-        if self.path is not None:
-            return self.host
-        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
-
-    def connect(self, timeout: float) -> socket.socket:
-        """Opens a connection, for which it waits so many seconds at most.
-
-        Raises:
-            OSError: It cannot be had.
-        """
-        if self.path is not None:
-            connection = socket.socket(socket.AF_UNIX)
-            try:
-                connection.connect(self.path)
-            except OSError:
-                connection.close()
-                raise
-        else:
-            connection = socket.create_connection((self.host, self.port), timeout)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        connection.settimeout(None)
-        # Python's own timeout would cost a system call more each time.
-        silence = struct.pack("ll", _SILENCE_SECONDS, 0)
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, silence)
-        return connection
 
 
 class CallError(grpc.RpcError):
@@ -209,7 +155,11 @@ class Http2Call:
             *(_INITIAL_WINDOW_SIZE, _WINDOW_MAX, _MAX_FRAME_SIZE, _FRAME_BYTES_MAX),
         )
         try:
-            self._socket = target.connect(min(connect_timeout or _CONNECT_SECONDS, _CONNECT_SECONDS))
+            timeout = _CONNECT_SECONDS if connect_timeout is None else connect_timeout
+            self._socket = target.connect(min(timeout, _CONNECT_SECONDS))
+            # Python's own timeout would cost a system call more each time.
+            silence = struct.pack("ll", _SILENCE_SECONDS, 0)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, silence)
         except OSError as error:
             self._end_broken(str(error))
             return
@@ -233,7 +183,7 @@ class Http2Call:
         """Sends a message; that the call is over, only receive tells."""
         with self._lock:
             try:
-                self._send_data(struct.pack("!BI", 0, len(message)) + message, 0)
+                self._send_content(struct.pack("!BI", 0, len(message)) + message, 0)
             except BaseException:  # Ctrl-C, say: how much of it was sent nobody knows.
                 self._end_broken("a request was interrupted")
                 raise
@@ -241,7 +191,7 @@ class Http2Call:
     def end_requests(self) -> None:
         """Tells the server that no more messages come."""
         with self._lock:
-            self._send_data(b"", _END_STREAM)
+            self._send_content(b"", _END_STREAM)
 
     def receive(self) -> memoryview | None:
         """Waits for the next message, which is read-only. None: the call has ended with OK.
@@ -277,7 +227,10 @@ class Http2Call:
         """Reads what has come, unless somebody does."""
         if self._lock.acquire(blocking=False):
             try:
-                while self._socket is not None and select.select([self._socket], [], [], 0)[0]:
+                while self._socket is not None and (
+                    self._unread_begin < self._unread_end
+                    or select.select([self._socket], [], [], 0)[0]
+                ):
                     self._read_frame()
             finally:
                 self._lock.release()
@@ -292,7 +245,7 @@ class Http2Call:
         except OSError as error:
             self._end_broken(str(error))
 
-    def _send_data(self, content: bytes, flags: int) -> None:
+    def _send_content(self, content: bytes, flags: int) -> None:
         position = 0
         while not self._over.is_set():
             room = min(_SENT_FRAME_BYTES_MAX, self._connection_window, self._stream_window)
@@ -317,7 +270,7 @@ class Http2Call:
             head = self._take(_FRAME_HEADER_BYTES)
             length = int.from_bytes(head[:3], "big")
             if head[3] == _DATA:
-                self._read_data(length, head[4])
+                self._read_content(length, head[4])
             else:
                 stream = int.from_bytes(head[5:], "big") & _WINDOW_MAX
                 self._read_other(head[3], head[4], stream, self._take(length))
@@ -326,7 +279,7 @@ class Http2Call:
         except (HeaderError, struct.error, ValueError, IndexError) as error:
             self._end(CallError(grpc.StatusCode.INTERNAL, f"{self._address} answered: {error}"))
 
-    def _read_data(self, length: int, flags: int) -> None:
+    def _read_content(self, length: int, flags: int) -> None:
         self._confirm(length)
         padding = 0
         if flags & _PADDED:

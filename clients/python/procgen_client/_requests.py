@@ -17,8 +17,8 @@ from procgen_client.errors import InvalidArgumentError
 ACTION_MIN = -1
 ACTION_COUNT = 15
 
-# By action, and the last one is that of -1: what signed numbers are on the wire (sint32). In between
-# is what numpy finds for numbers that are no actions.
+# By action, and the last one is that of -1: what signed numbers are on the wire (sint32). In
+# between is what numpy finds for numbers that are no actions.
 _NO_ACTION = b"\xff"
 _ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION[0]] * 100, 1], np.uint8)
 _ACTIONS_NUMBER = step_pb2.Step.DESCRIPTOR.fields_by_name["actions"].number
@@ -69,7 +69,7 @@ def _step_fields(
     final_observations: bool,
     response_count_min: int,
 ) -> bytes:
-    """Gives what is the same from step to step: a serialised request but for its end, the actions."""
+    """Gives what is the same from step to step: a request but for its end, the actions."""
     fields = step_pb2.Step(
         slice=step_pb2.Slice(
             first_environment=first_environment, environment_count=environment_count

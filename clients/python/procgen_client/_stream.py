@@ -256,7 +256,7 @@ class Stream:
                 return read_response(message)
         except DecodeError as error:
             self.drop()
-            raise InternalError(f"{self._attach.pool} answered what is no message: {error}") from None
+            raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
         except grpc.RpcError as error:
             is_broken = _is_broken_connection(error)
             self.drop()

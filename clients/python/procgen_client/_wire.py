@@ -173,7 +173,9 @@ def _read_shared(message: bytes) -> tuple[int, int, bool, dict, int, bool, bool]
     )
 
 
-def _arrays(message: bytes | memoryview, ranges: dict[str, tuple[int, int]]) -> dict[str, np.ndarray]:
+def _arrays(
+    message: bytes | memoryview, ranges: dict[str, tuple[int, int]]
+) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {}
     for name, dtype in ARRAY_TYPES.items():
         begin, end = ranges.get(name, (0, 0))

@@ -11,7 +11,7 @@ from google.protobuf import message as protobuf_message
 
 from procgen_client import options as _options
 from procgen_client._channel_call import ChannelCall
-from procgen_client._http2 import Http2Call, Target
+from procgen_client._http2 import Http2Call
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -25,6 +25,7 @@ from procgen_client._proto import (
     states_pb2_grpc,
 )
 from procgen_client._requests import in_range
+from procgen_client._target import Target
 from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
