@@ -41,6 +41,7 @@ type Client struct {
 	pools            pb.PoolServiceClient
 	states           pb.StateServiceClient
 	renders          pb.RenderServiceClient
+	clusters         pb.ClusterServiceClient
 }
 
 // Connect connects to a server: "localhost:50051", "unix:/run/procgen.sock". One that is just starting is waited for, for 10
@@ -71,6 +72,7 @@ func Connect(ctx context.Context, address string, options Options) (*Client, err
 		pools:            pb.NewPoolServiceClient(connection),
 		states:           pb.NewStateServiceClient(connection),
 		renders:          pb.NewRenderServiceClient(connection),
+		clusters:         pb.NewClusterServiceClient(connection),
 	}
 	if client.reconnectTimeout == 0 {
 		client.reconnectTimeout = reconnectTimeoutDefault
