@@ -1,19 +1,22 @@
-// A random agent: go run procgenclient/examples/random_agent localhost:50051 coinrun
+// A random agent: go run procgenclient/examples/random_agent -server localhost:50051 -game coinrun
 package main
 
 import (
 	"context"
+	"flag"
 	"fmt"
-	"os"
 
 	"procgenclient"
 )
 
 func main() {
-	playing := procgenclient.Play(context.Background(), os.Args[1], os.Args[2], 64)
+	server := flag.String("server", "localhost:50051", "where the server listens")
+	game := flag.String("game", "coinrun", "what is played")
+	flag.Parse()
+	playing := procgenclient.Play(context.Background(), *server, *game, 64)
 	episodes := 0
 	for step := 0; step < 1000 && playing.Step(playing.SampleActions()); step++ {
 		episodes += len(playing.Batch.Fingerprints) // One for each episode that ended.
 	}
-	fmt.Println(episodes, "episodes of", os.Args[2], playing.Close())
+	fmt.Println(episodes, "episodes of", *game, playing.Close())
 }
