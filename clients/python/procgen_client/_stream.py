@@ -6,7 +6,7 @@ import random
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import grpc
@@ -40,7 +40,7 @@ _ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
 _RELEASED = _FIELDS["released_batches"].number
 
 
-class _Request(NamedTuple):
+class Request(NamedTuple):
     """A request that may have to be sent again."""
 
     sequence_number: int
@@ -63,7 +63,7 @@ class Call(Protocol):
         """Ends the call at once; from any thread."""
 
 
-class _BrokenConnectionError(Exception):
+class BrokenConnectionError(Exception):
     """The call ended because its connection broke, not by an answer of the server."""
 
     def __init__(self, error: ProcgenError) -> None:
@@ -118,12 +118,12 @@ class Stream:
         self._attach = step_pb2.Attach()
         self._attach.CopyFrom(attach)
         self._attach.resumable = reconnect_timeout > 0
-        self._unanswered: deque[_Request] = deque()
+        self._unanswered: deque[Request] = deque()
         self._call: Call | None = None
         self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
-        except _BrokenConnectionError as broken:
+        except BrokenConnectionError as broken:
             raise broken.error from None
         # Of the whole stream: answers that are given again follow those that were decoded before
         # the connection broke.
@@ -147,7 +147,7 @@ class Stream:
         Args:
             body: A serialised StepPoolRequest that has only what is asked for.
         """
-        request = _Request(self._next_sequence_number, body)
+        request = Request(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
@@ -164,8 +164,8 @@ class Stream:
         """
         while True:
             try:
-                parts = self._read_answer(self._unanswered[0].sequence_number)
-            except _BrokenConnectionError as broken:
+                parts = self._read_answer(self._unanswered[0])
+            except BrokenConnectionError as broken:
                 self._resume(broken.error)
             else:
                 self._decode(parts)
@@ -193,7 +193,7 @@ class Stream:
         if self._call is not None:
             self._call.cancel()
 
-    def _put(self, request: _Request) -> None:
+    def _put(self, request: Request) -> None:
         head = number_field(SEQUENCE_NUMBER, request.sequence_number)
         if self.mapping is not None:
             # So that the batches of answers that have arrived are not kept for repetition.
@@ -210,19 +210,18 @@ class Stream:
         if self._line is not None:
             self._line.hang_up()
 
-    def _read_answer(self, sequence_number: int) -> list[Part]:
+    def _read_answer(self, request: Request) -> list[Part]:
         parts: list[Part] = []
         while not parts or not parts[-1].last:
             response = self._next_response()
             is_done = not isinstance(response, Part) and response.HasField("done")
             if not isinstance(response, Part) and not is_done:
                 continue  # Of a kind that this client does not know: clients ignore those.
-            if response.sequence_number != sequence_number:
+            try:
+                check_answers(response, request, self._attach.pool)
+            except InternalError:
                 self.drop()
-                raise InternalError(
-                    f"{self._attach.pool} answered request {response.sequence_number}, where "
-                    f"{sequence_number} is next"
-                )
+                raise
             if not isinstance(response, Part):
                 break
             parts.append(response)
@@ -258,10 +257,10 @@ class Stream:
             self.drop()
             raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
         except grpc.RpcError as error:
-            is_broken = _is_broken_connection(error)
+            is_broken = is_broken_connection(error)
             self.drop()
             if is_broken and self._reconnect_timeout > 0:
-                raise _BrokenConnectionError(from_rpc_error(error)) from None
+                raise BrokenConnectionError(from_rpc_error(error)) from None
             raise from_rpc_error(error) from None
         except BaseException:  # Ctrl-C, say: nobody can wait for another answer after that.
             self.drop()
@@ -270,7 +269,7 @@ class Stream:
         self.drop()
         ended = UnavailableError(f"the server ended the stream of {self._attach.pool}")
         if self._reconnect_timeout > 0:
-            raise _BrokenConnectionError(ended)
+            raise BrokenConnectionError(ended)
         raise ended
 
     def _open(self, timeout: float | None = None) -> step_pb2.Attached:
@@ -309,22 +308,20 @@ class Stream:
     def _resume(self, error: ProcgenError) -> None:
         """Goes on with a new connection, or raises why that cannot be."""
         deadline = time.monotonic() + self._reconnect_timeout
-        backoff = _BACKOFF_MIN
-        while True:
-            delay = backoff * random.uniform(0.5, 1.5)  # noqa: S311
-            backoff = min(2 * backoff, _BACKOFF_MAX)
+        for delay in backoffs():
             if time.monotonic() + delay >= deadline:
-                raise UnavailableError(
-                    "the connection broke and could not be made again within "
-                    f"{self._reconnect_timeout:g} s: {error.message}"
-                )
+                raise not_made_again(self._reconnect_timeout, error)
             time.sleep(delay)
             try:
                 attached = self._open_by(deadline)
-            except _BrokenConnectionError as broken:
+            except BrokenConnectionError as broken:
                 error = broken.error
                 continue
-            self._check_stands_where_left(attached)
+            try:
+                check_stands_where_left(attached, self._unanswered, self._next_sequence_number)
+            except AbortedError:
+                self.drop()
+                raise
             for request in self._unanswered:
                 self._put(request)
             return
@@ -339,24 +336,54 @@ class Stream:
             return self._open(timeout)
         except ProcgenError as error:
             if time.monotonic() >= deadline:
-                raise _BrokenConnectionError(error) from None
+                raise BrokenConnectionError(error) from None
             raise
         finally:
             timer.cancel()
 
-    def _check_stands_where_left(self, attached: step_pb2.Attached) -> None:
-        stands_at = attached.next_sequence_number
-        least = self._unanswered[0].sequence_number
-        if not least <= stands_at <= self._next_sequence_number:
-            self.drop()
-            raise AbortedError(
-                f"{self._attach.pool} is at request {stands_at}, and this stream left it between "
-                f"{least} and {self._next_sequence_number}: somebody else has stepped it, or it is "
-                "another pool of the same name"
-            )
+
+def backoffs() -> Iterator[float]:
+    """Gives how long to wait before each try to go on, in seconds."""
+    backoff = _BACKOFF_MIN
+    while True:
+        yield backoff * random.uniform(0.5, 1.5)  # noqa: S311
+        backoff = min(2 * backoff, _BACKOFF_MAX)
 
 
-def _is_broken_connection(error: grpc.RpcError) -> bool:
+def not_made_again(timeout: float, error: ProcgenError) -> UnavailableError:
+    """Gives what is told of a connection that cannot be made again in time."""
+    return UnavailableError(
+        f"the connection broke and could not be made again within {timeout:g} s: {error.message}"
+    )
+
+
+def check_answers(
+    response: Part | step_pb2.StepPoolResponse, request: Request, pool: str
+) -> None:
+    """Checks that it answers this request; otherwise InternalError."""
+    if response.sequence_number != request.sequence_number:
+        raise InternalError(
+            f"{pool} answered request {response.sequence_number}, where "
+            f"{request.sequence_number} is next"
+        )
+
+
+def check_stands_where_left(
+    attached: step_pb2.Attached, unanswered: Sequence[Request], next_sequence_number: int
+) -> None:
+    """Checks that nobody else has stepped the pool meanwhile; otherwise AbortedError."""
+    stands_at = attached.next_sequence_number
+    least = unanswered[0].sequence_number
+    if not least <= stands_at <= next_sequence_number:
+        raise AbortedError(
+            f"{attached.pool.name} is at request {stands_at}, and this stream left it between "
+            f"{least} and {next_sequence_number}: somebody else has stepped it, or it is another "
+            "pool of the same name"
+        )
+
+
+def is_broken_connection(error: grpc.RpcError) -> bool:
+    """Whether a call ended because its connection broke, not by an answer of the server."""
     if error.code() == grpc.StatusCode.UNAVAILABLE:
         return all(key != _DRAINS_KEY for key, _ in error.trailing_metadata() or ())
     # "Stream removed": gRPC's word where a socket was reset.
