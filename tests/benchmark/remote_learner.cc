@@ -53,7 +53,7 @@ RemoteLearner::~RemoteLearner() {
 
 absl::Status RemoteLearner::MakePool() {
   v1::PoolSpec spec;
-  spec.add_games(kStreamGame);
+  spec.add_games(course_.game);
   spec.set_env_count(course_.env_count);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
   if (course_.shares_memory) {

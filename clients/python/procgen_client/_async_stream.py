@@ -13,7 +13,7 @@ import grpc.aio
 
 from procgen_client._proto import step_pb2
 from procgen_client._stream import (
-    SEQUENCE_NUMBER,
+    SEQUENCE_NUMBER_TAG,
     BrokenConnectionError,
     Request,
     backoffs,
@@ -22,7 +22,7 @@ from procgen_client._stream import (
     is_broken_connection,
     not_made_again,
 )
-from procgen_client._wire import Part, number_field
+from procgen_client._wire import Part, varint
 from procgen_client.encoding import ObservationDecoder, decode_parts, decoder_for
 from procgen_client.errors import InternalError, ProcgenError, UnavailableError, from_rpc_error
 
@@ -112,7 +112,7 @@ class AsyncStream:
 
     def _put(self, request: Request) -> None:
         self._requests.put_nowait(
-            number_field(SEQUENCE_NUMBER, request.sequence_number) + request.body
+            SEQUENCE_NUMBER_TAG + varint(request.sequence_number) + request.body
         )
 
     async def _read_answer(self) -> list[Part]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import struct
 
@@ -33,6 +34,8 @@ class DirectLine:
     def __init__(self, line: socket.socket) -> None:
         """Takes over a socket that has shown its key."""
         self._line = line
+        self._arrives = select.poll()
+        self._arrives.register(line, select.POLLIN)
         self._received = b""
 
     def send(self, message: bytes) -> None:
@@ -52,6 +55,7 @@ class DirectLine:
                     self._received = received[end:]
                     return received[_LENGTH.size : end]
             try:
+                self._arrives.poll()
                 more = self._line.recv(_RECEIVE_BYTES)
             except OSError:
                 return None

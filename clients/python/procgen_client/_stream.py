@@ -15,7 +15,7 @@ from google.protobuf.message import DecodeError
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part, bytes_field, number_field, read_response, varint
+from procgen_client._wire import Part, bytes_field, number_tag, read_response, varint
 from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
@@ -33,10 +33,10 @@ _BACKOFF_MAX = 2.0
 _DRAINS_KEY = "procgen-drains"
 
 
-# Numbers of the fields that are written beside what is asked for.
+# The fields that are written beside what is asked for.
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
-SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
-_ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
+SEQUENCE_NUMBER_TAG = number_tag(_FIELDS["sequence_number"].number)
+_ACKNOWLEDGED_TAG = number_tag(_FIELDS["acknowledged_sequence_number"].number)
 _RELEASED = _FIELDS["released_batches"].number
 
 
@@ -194,12 +194,13 @@ class Stream:
             self._call.cancel()
 
     def _put(self, request: Request) -> None:
-        head = number_field(SEQUENCE_NUMBER, request.sequence_number)
+        head = SEQUENCE_NUMBER_TAG + varint(request.sequence_number)
         if self.mapping is not None:
             # So that the batches of answers that have arrived are not kept for repetition.
-            head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
-            released = b"".join(map(varint, self.mapping.take_released()))
-            head += bytes_field(_RELEASED, released) if released else b""
+            head += _ACKNOWLEDGED_TAG + varint(self._unanswered[0].sequence_number - 1)
+            released = self.mapping.take_released()
+            if released:
+                head += bytes_field(_RELEASED, b"".join(map(varint, released)))
         bearer = self._call if self._line is None else self._line
         assert bearer is not None
         bearer.send(head + request.body)

@@ -236,6 +236,10 @@ def varint(value: int) -> bytes:
     """Writes a number that is not negative."""
     if value < 0x80:
         return bytes((value,))
+    if value < 0x4000:
+        return bytes((value & 0x7F | 0x80, value >> 7))
+    if value < 0x200000:
+        return bytes((value & 0x7F | 0x80, value >> 7 & 0x7F | 0x80, value >> 14))
     written = bytearray()
     while value >= 0x80:
         written.append(value & 0x7F | 0x80)
@@ -244,9 +248,9 @@ def varint(value: int) -> bytes:
     return bytes(written)
 
 
-def number_field(number: int, value: int) -> bytes:
-    """Writes a field with a number that is not negative."""
-    return varint(number << 3 | _VARINT) + varint(value)
+def number_tag(number: int) -> bytes:
+    """Writes what comes before a number (varint) in a field."""
+    return varint(number << 3 | _VARINT)
 
 
 def bytes_field(number: int, value: bytes) -> bytes:

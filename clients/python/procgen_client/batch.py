@@ -12,7 +12,7 @@ from procgen_client._wire import Part
 from procgen_client.errors import InternalError
 
 
-@dataclass(slots=True, frozen=True)
+@dataclass(slots=True)
 class Batch:
     """How n environments stand after a request.
 
