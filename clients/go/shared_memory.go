@@ -57,10 +57,11 @@ type heldBatch struct {
 	number int32
 }
 
-// Maps what the server tells of; `before` is what was mapped by earlier streams of the pool, or nil.
+// Maps what the server tells of; `before` is what was mapped by earlier streams of the pool, or nil, and stays so after an
+// error.
 func mapShared(told *pb.SharedMemory, before *sharedMemory) (*sharedMemory, error) {
 	if before != nil && before.told.Path != told.Path {
-		return nil, newError(codes.Aborted, "the server shares %s, and what was attached to before shares %s: it is another "+
+		return before, newError(codes.Aborted, "the server shares %s, and what was attached to before shares %s: it is another "+
 			"pool of the same name", told.Path, before.told.Path)
 	}
 	if before != nil && before.told.BatchCount == told.BatchCount {
@@ -70,42 +71,45 @@ func mapShared(told *pb.SharedMemory, before *sharedMemory) (*sharedMemory, erro
 	if memory == nil {
 		memory = &sharedMemory{held: map[int32]bool{}}
 	}
-	if err := memory.read(told); err != nil {
-		return nil, err
+	arrays, envCount, err := readArrays(told)
+	if err != nil {
+		return before, err
 	}
+	var bytes []byte
 	file, err := os.Open(told.Path)
 	if err == nil {
 		defer file.Close()
-		memory.bytes, err = syscall.Mmap(int(file.Fd()), 0, int(told.SizeBytes), syscall.PROT_READ, syscall.MAP_SHARED)
+		bytes, err = syscall.Mmap(int(file.Fd()), 0, int(told.SizeBytes), syscall.PROT_READ, syscall.MAP_SHARED)
 	}
 	if err != nil {
-		return nil, newError(codes.FailedPrecondition, "cannot map the pool's shared memory %s: %v; it can be mapped on the "+
+		return before, newError(codes.FailedPrecondition, "cannot map the pool's shared memory %s: %v; it can be mapped on the "+
 			"server's machine (and in its container), by its user; elsewhere make the pool with TRANSPORT_STREAM", told.Path, err)
 	}
-	memory.mapped = append(memory.mapped, memory.bytes)
+	memory.told, memory.arrays, memory.envCount, memory.bytes = told, arrays, envCount, bytes
+	memory.mapped = append(memory.mapped, bytes)
 	return memory, nil
 }
 
-// Takes over what is told of the memory.
-func (m *sharedMemory) read(told *pb.SharedMemory) error {
-	wrong := func(what string) error {
-		return newError(codes.Internal, "the server's shared memory %s %s", told.Path, what)
+// Where each array is, and how many rows all have.
+func readArrays(told *pb.SharedMemory) (map[string]sharedArray, int64, error) {
+	wrong := func(what string) (map[string]sharedArray, int64, error) {
+		return nil, 0, newError(codes.Internal, "the server's shared memory %s %s", told.Path, what)
 	}
 	if told.BatchCount < 1 || told.BatchBytes < 1 || told.SizeBytes/int64(told.BatchCount) != told.BatchBytes ||
 		told.SizeBytes%told.BatchBytes != 0 {
 		return wrong("is not told as a whole")
 	}
-	m.told, m.arrays, m.envCount = told, map[string]sharedArray{}, 0
+	arrays, envCount := map[string]sharedArray{}, int64(0)
 	for _, array := range told.Arrays {
 		kind, known := sharedElements[array.Field]
 		if !known {
 			continue // Of a later server.
 		}
 		if kind != array.ElementType || len(array.Shape) == 0 || array.Shape[0] < 1 ||
-			m.envCount != 0 && int64(array.Shape[0]) != m.envCount {
+			envCount != 0 && int64(array.Shape[0]) != envCount {
 			return wrong("has no array " + array.Field + " of its type and rows")
 		}
-		m.envCount = int64(array.Shape[0])
+		envCount = int64(array.Shape[0])
 		row := elementBytes[kind]
 		for _, side := range array.Shape[1:] {
 			if side < 1 || row > told.BatchBytes/int64(side) {
@@ -114,15 +118,15 @@ func (m *sharedMemory) read(told *pb.SharedMemory) error {
 			row *= int64(side)
 		}
 		offset := array.OffsetBytes
-		if offset < 0 || offset%64 != 0 || offset > told.BatchBytes || row > (told.BatchBytes-offset)/m.envCount {
+		if offset < 0 || offset%64 != 0 || offset > told.BatchBytes || row > (told.BatchBytes-offset)/envCount {
 			return wrong("has an array " + array.Field + " that does not fit")
 		}
-		m.arrays[array.Field] = sharedArray{offset, row}
+		arrays[array.Field] = sharedArray{offset, row}
 	}
-	if len(m.arrays) != len(sharedElements) {
+	if len(arrays) != len(sharedElements) {
 		return wrong("lacks an array")
 	}
-	return nil
+	return arrays, envCount, nil
 }
 
 // Gives a part its arrays: pictures are the memory itself, numbers are copies.

@@ -232,11 +232,8 @@ func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, err
 	if err == nil && got.message.GetAttached() == nil {
 		err = newError(codes.Internal, "%s answered something else than that it is attached", s.attach.Pool)
 	}
-	if told := got.message.GetAttached().GetSharedMemory(); err == nil && told != nil {
-		var memory *sharedMemory
-		if memory, err = mapShared(told, s.memory); err == nil {
-			s.memory = memory
-		}
+	if err == nil && got.message.GetAttached().SharedMemory != nil {
+		s.memory, err = mapShared(got.message.GetAttached().SharedMemory, s.memory)
 	}
 	if err != nil {
 		cancel()

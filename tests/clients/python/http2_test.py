@@ -364,15 +364,15 @@ def test_pictures_come_past_grpcio_where_they_can(server: ServerProcess, client:
             assert not isinstance(pool._stream._call, Http2Call)
 
 
-def test_closing_the_client_ends_streams(server: ServerProcess) -> None:
-    client = Client(server.address)
-    pool = client.create_pool("maze", 2)
+def test_closing_the_client_ends_streams(server: ServerProcess, client: Client) -> None:
+    closed = Client(server.address)
+    pool = closed.create_pool("maze", 2)
     pool.step([4, 4])
-    client.close()
-    with pytest.raises(errors.CancelledError):
-        pool.step([4, 4])
-    with pytest.raises(errors.CancelledError):
-        pool.step([4, 4])
+    closed.close()
+    for _ in range(2):
+        with pytest.raises(errors.CancelledError):
+            pool.step([4, 4])
+    client.delete_pool(pool.name)
 
 
 def test_large_requests_are_sent_whole(client: Client) -> None:
