@@ -368,8 +368,9 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   if (part.first == request.first) {
     pool_->BeginRequest(request, batch);
   }
+  done = OrTakeBack(request, std::move(done));
   if (request.kind == Request::Kind::kSample) {
-    pool_->SetLevelSampler(request.level_sampler, OrTakeBack(request, std::move(done)));
+    pool_->SetLevelSampler(request.level_sampler, std::move(done));
     return;
   }
   SelectPart(request.next_levels, part, &part_next_levels_);
@@ -386,36 +387,30 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
   if (!input.steps) {
-    pool_->StepAsync(input, batch, OrTakeBack(request, std::move(done)));
+    pool_->StepAsync(input, batch, std::move(done));
     return;
   }
   const Batch counted = counts_.WithMemory(batch, part.count);
-  pool_->StepAsync(input, counted,
-                   [this, part, counted, number = request.sequence_number, again = request.again,
-                    done = std::move(done)](absl::Status status) mutable {
-                     if (status.ok()) {
-                       *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
-                     } else {
-                       TakeBack(number, again);
-                     }
-                     done(std::move(status));
-                   });
+  pool_->StepAsync(
+      input, counted, [this, part, counted, done = std::move(done)](absl::Status status) mutable {
+        if (status.ok()) {
+          *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
+        }
+        done(std::move(status));
+      });
 }
 
 PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
-  return [this, number = request.sequence_number, again = request.again,
+  if (request.again || request.sequence_number <= 0) {
+    return done;
+  }
+  return [this, number = request.sequence_number,
           done = std::move(done)](absl::Status status) mutable {
     if (!status.ok()) {
-      TakeBack(number, again);
+      next_sequence_number_ = number;
     }
     done(std::move(status));
   };
-}
-
-void PoolSession::TakeBack(int64_t sequence_number, bool again) {
-  if (!again && sequence_number > 0) {
-    next_sequence_number_ = sequence_number;
-  }
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
