@@ -25,6 +25,7 @@ import numpy as np
 from procgen_client import Client, Pool, ProcgenVectorEnv, ServerProcess
 
 _WORKERS = 2
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 0}  # The levels of the pool in process.
 _AIM = 0.8
 _WARM_UP_STEPS = 50
 _TURN_SECONDS = 0.05
@@ -128,7 +129,7 @@ def vector_env(stack: ExitStack, client: Client, course: Course, transport: str)
         course.game,
         course.env_count,
         server=client,
-        distribution_mode="easy",
+        **_OPTIONS,
         transport=transport,
         copy=False,
         autoreset_mode="SameStep",
@@ -142,9 +143,7 @@ def vector_env(stack: ExitStack, client: Client, course: Course, transport: str)
 def made_pool(stack: ExitStack, client: Client, course: Course, transport: str) -> Pool:
     """Makes a pool, which ends with the stack."""
     return stack.enter_context(
-        client.create_pool(
-            course.game, course.env_count, distribution_mode="easy", transport=transport
-        )
+        client.create_pool(course.game, course.env_count, **_OPTIONS, transport=transport)
     )
 
 
