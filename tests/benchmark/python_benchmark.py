@@ -7,8 +7,7 @@ Usage: python_benchmark.py SERVER CONTESTANT [--games GAME...] [--environments N
 SERVER and CONTESTANT are the programs procgen-server and procgen-benchmark-contestant of one build
 (preset release). Of each game contestants take turns of 50 ms each, so that all are from the same
 minutes, and of each the best turn counts, for what else runs on a machine makes a turn slower,
-never faster.
-README.md beside this file says what is compared.
+never faster. README.md beside this file says what is compared.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ class Client:
                 ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS or asks who calls. None: what the environment
                 says (Credentials.from_environment); nothing there: plain text without a token.
-            channel_options: More of gRPC's channel arguments.
+            channel_options: More of gRPC's channel arguments; streams are grpcio's then.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
