@@ -391,13 +391,13 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
     return;
   }
   const Batch counted = counts_.WithMemory(batch, part.count);
-  pool_->StepAsync(
-      input, counted, [this, part, counted, done = std::move(done)](absl::Status status) mutable {
-        if (status.ok()) {
-          *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
-        }
-        done(std::move(status));
-      });
+  pool_->StepAsync(input, counted,
+                   [this, part, counted, done = std::move(done)](absl::Status status) mutable {
+                     if (status.ok()) {
+                       *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
+                     }
+                     done(std::move(status));
+                   });
 }
 
 PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
