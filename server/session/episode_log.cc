@@ -1,6 +1,7 @@
 #include "server/session/episode_log.h"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 
 #include "absl/strings/str_cat.h"
@@ -152,7 +153,7 @@ StepRun* EpisodeLog::AddRow(const StepInput& input, const Batch& batch) {
     AddCounts(input, batch, run.get());
   }
   for (size_t row = 0; row < batch.rewards.size(); ++row) {
-    if (batch.rewards[row] != 0) {
+    if (std::bit_cast<uint32_t>(batch.rewards[row]) != 0) {
       run->rewards.push_back({step, input.first + static_cast<int32_t>(row), batch.rewards[row]});
     }
   }
