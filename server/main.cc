@@ -49,6 +49,8 @@ ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_
 ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
           "bytes of the answers that are kept for streams that may be resumed, of all pools "
           "together");
+ABSL_FLAG(int64_t, episode_bytes_max, procgen::Limits().episode_bytes_max,
+          "bytes that pools remember their last episodes in, of all together; 0: they do not");
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
           "bytes of memory that pools share with learners, of all pools together");
 ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
@@ -114,6 +116,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
   limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.episode_bytes_max = absl::GetFlag(FLAGS_episode_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
