@@ -308,6 +308,17 @@ std::vector<Sessions::Numbered> Sessions::List(absl::string_view owner, int64_t 
   return listed;
 }
 
+std::vector<std::shared_ptr<PoolSession>> Sessions::ListAll() const {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  absl::MutexLock lock(&mutex_);
+  for (const auto& [key, entry] : entries_) {
+    if (entry.pool != nullptr) {
+      pools.push_back(entry.pool);
+    }
+  }
+  return pools;
+}
+
 absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
   std::shared_ptr<PoolSession> pool;
   {

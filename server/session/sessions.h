@@ -117,6 +117,8 @@ class Sessions {
     std::shared_ptr<PoolSession> pool;
   };
   std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
+  // All pools, whoever owns them, to be told to nobody else.
+  std::vector<std::shared_ptr<PoolSession>> ListAll() const;
 
   // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view owner, absl::string_view name);

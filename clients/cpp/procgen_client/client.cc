@@ -76,6 +76,11 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   return std::unique_ptr<Client>(new Client(channel, credentials->token, options.call_timeout));
 }
 
+std::unique_ptr<Client> Client::OfChannel(const std::shared_ptr<grpc::Channel>& channel,
+                                          std::string token, absl::Duration call_timeout) {
+  return std::unique_ptr<Client>(new Client(channel, std::move(token), call_timeout));
+}
+
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
                absl::Duration call_timeout)
     : terms_{std::move(token), call_timeout},

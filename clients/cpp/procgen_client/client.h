@@ -62,6 +62,12 @@ class Client {
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
+  // A client on a channel that there is, such as one within a server's own process; `token`: empty,
+  // none; `call_timeout`: as in ConnectOptions.
+  static std::unique_ptr<Client> OfChannel(const std::shared_ptr<grpc::Channel>& channel,
+                                           std::string token,
+                                           absl::Duration call_timeout = absl::InfiniteDuration());
+
   // What the server offers, and how busy it is.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
   absl::StatusOr<procgen::v1::Load> GetLoad();

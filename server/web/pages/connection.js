@@ -1,0 +1,93 @@
+// The page's WebSocket to its server: requests and their answers, events, and connecting again by itself.
+
+import { decode, encode } from "./wire.js";
+
+export const LOST = "LOST";
+
+const WAITS_MS = [250, 500, 1000, 2000, 4000];
+
+// An error that the server answered; or LOST, where the connection is gone.
+export class ServerError extends Error {
+  constructor({ code, message }) {
+    super(message);
+    this.name = "ServerError";
+    this.code = code;
+  }
+}
+
+// Events it dispatches: "open" each time a socket opens, "lost" when it is gone (it is tried again until it is there), and
+// "message:EVENT" with the message as `detail` for each event of the server.
+export class Connection extends EventTarget {
+  #socket = null;
+  #timer = null;
+  #attempts = 0;
+  #lastId = 0;
+  #waiting = new Map();  // request's id -> { resolve, reject }
+
+  open() {
+    clearTimeout(this.#timer);
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(`${scheme}//${location.host}/socket`);
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("open", () => {
+      this.#attempts = 0;
+      this.dispatchEvent(new Event("open"));
+    });
+    socket.addEventListener("message", ({ data }) => this.#receive(data));
+    socket.addEventListener("close", ({ reason }) => this.#lose(socket, reason));
+    this.#socket = socket;
+  }
+
+  // Ends the connection until it is opened again.
+  close() {
+    const socket = this.#socket;
+    this.#socket = null;
+    socket.close();
+  }
+
+  // Asks the server. With `part`, the bytes of a trace, the request is binary. Gives what was answered, with the `parts` of a
+  // binary answer; rejects with a ServerError.
+  call(method, fields = {}, part = null) {
+    if (this.#socket?.readyState !== WebSocket.OPEN) {
+      return Promise.reject(new ServerError({ code: LOST, message: "The server is not there." }));
+    }
+    const id = ++this.#lastId;
+    const request = { id, method, ...fields };
+    this.#socket.send(part === null ? JSON.stringify(request)
+      : encode({ ...request, parts: [{ name: "trace", format: "trace", bytes: part.length }] }, [part]));
+    return new Promise((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
+  }
+
+  // Calls `listener` with each event of this name.
+  on(event, listener) {
+    this.addEventListener(`message:${event}`, ({ detail }) => listener(detail));
+  }
+
+  #receive(data) {
+    const message = typeof data === "string" ? JSON.parse(data) : decode(data);
+    if (message.event) {
+      this.dispatchEvent(new CustomEvent(`message:${message.event}`, { detail: message }));
+      return;
+    }
+    const waiting = this.#waiting.get(message.id);
+    this.#waiting.delete(message.id);
+    if (message.error) {
+      waiting?.reject(new ServerError(message.error));
+    } else {
+      waiting?.resolve({ ...message.result, parts: message.parts });
+    }
+  }
+
+  #lose(socket, reason) {
+    if (socket !== this.#socket) {
+      return;
+    }
+    const lost = new ServerError({ code: LOST, message: "The connection to the server is gone." });
+    this.#waiting.forEach(({ reject }) => reject(lost));
+    this.#waiting.clear();
+    const wait = WAITS_MS[Math.min(this.#attempts, WAITS_MS.length - 1)];
+    this.#attempts += 1;
+    this.#timer = setTimeout(() => this.open(), wait);
+    this.dispatchEvent(new CustomEvent("lost", { detail: reason }));
+  }
+}

@@ -1,0 +1,51 @@
+// Makes elements of the page.
+
+// element("button", { class: "main", disabled: true, onclick: begin }, "Play") makes <button class="main" ...>Play</button>.
+// Functions become listeners, booleans properties, null and undefined nothing, all else attributes. Children are elements
+// or texts; texts stay texts, whatever is in them.
+export function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (typeof value === "function") {
+      made.addEventListener(key.replace(/^on/, ""), value);
+    } else if (typeof value === "boolean") {
+      made[key] = value;
+    } else if (value !== null && value !== undefined) {
+      made.setAttribute(key, value);
+    }
+  }
+  made.append(...children.filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+// The element of the page with this id.
+export function byId(id) {
+  return document.getElementById(id);
+}
+
+// Sets a text where it differs, so that nothing is laid out or read out again without need.
+export function setText(target, text) {
+  if (target.textContent !== text) {
+    target.textContent = text;
+  }
+}
+
+// Fills a <dl class="tiles"> with pairs of a name and a text.
+export function setTiles(list, pairs) {
+  if (list.childElementCount !== pairs.length) {
+    list.replaceChildren(...pairs.map(() => element("div", {}, element("dt"), element("dd"))));
+  }
+  pairs.forEach(([name, text], index) => {
+    const [term, value] = list.children[index].children;
+    setText(term, name);
+    setText(value, text);
+  });
+}
+
+// Fills a <select>. `options`: pairs of a value and a text. What was selected stays so where it is still offered.
+export function setOptions(select, options, selected = select.value) {
+  select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
+  if (options.some(([value]) => value === selected)) {
+    select.value = selected;
+  }
+}

@@ -1,0 +1,39 @@
+// Numbers as people read them.
+
+const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+const short = new Intl.NumberFormat("en", { notation: "compact", maximumSignificantDigits: 3 });
+
+// What stands where there is no number (yet).
+export const NONE = "–";
+
+function known(value) {
+  return typeof value === "number" && Number.isFinite(value);
+}
+
+// 1234567 -> "1,234,567"
+export function count(value) {
+  return known(value) ? whole.format(value) : NONE;
+}
+
+// 1234567 -> "1.23M"
+export function rate(value) {
+  return known(value) ? short.format(value) : NONE;
+}
+
+// 7.25 -> "7.25", 10 -> "10"
+export function reward(value) {
+  return known(value) ? String(Math.round(value * 100) / 100) : NONE;
+}
+
+// 0.00123 s -> "1.23 ms", given in milliseconds
+export function milliseconds(value) {
+  if (!known(value)) {
+    return NONE;
+  }
+  return value < 1 ? `${Math.round(value * 1000)} µs` : `${Number(value.toPrecision(3))} ms`;
+}
+
+// 1 environment, 2 environments
+export function plural(number, noun) {
+  return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
+}

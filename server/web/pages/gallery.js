@@ -1,0 +1,109 @@
+// The gallery: without a game in the address all of them, with one its levels. Each picture leads to the level.
+
+import { byId, element, setText } from "./elements.js";
+import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
+import { attempt, openPage } from "./page.js";
+import { drawPart } from "./pictures.js";
+
+const SAMPLE_COUNT = 4;     // levels of a game in the overview
+const PAGE_COUNT = 24;      // levels of a page
+const SIDE_PX = 256;
+const LEVEL_MAX = 2147483646;
+
+const parameters = new URLSearchParams(location.search);
+let isDrawn = false;  // stays after the server went and came back
+
+async function ready(hello, connection) {
+  if (isDrawn) {
+    return;
+  }
+  isDrawn = true;
+  const { catalog } = hello;
+  if (catalog.games.some(({ name }) => name === parameters.get("game"))) {
+    drawForm(catalog);
+    isDrawn = await drawLevels(connection, catalog);
+  } else {
+    isDrawn = await drawOverview(connection, catalog);
+  }
+}
+
+async function drawOverview(connection, catalog) {
+  byId("overview").hidden = false;
+  const cards = catalog.games.map((game) => {
+    const strip = element("div", { class: "strip" });
+    const modes = game.modes.map(({ name, level_seed: level = 0 }) =>
+      element("li", {}, element("a", { href: addressOf("/gallery", { game: game.name, mode: name, level }) }, name)));
+    const first = addressOf("/gallery", { game: game.name, mode: game.modes[0].name, level: 0 });
+    const card = element("li", { class: "game panel" }, strip,
+      element("h2", {}, element("a", { href: first }, game.name)),
+      element("p", { class: "small quiet" }, game.description),
+      element("ul", { class: "modes", "aria-label": `Modes of ${game.name}` }, ...modes));
+    return { game, strip, card };
+  });
+  byId("games").replaceChildren(...cards.map(({ card }) => card));
+  const drawn = await Promise.all(cards.map(async ({ game, strip }) => {
+    const choice = { game: game.name, mode: game.modes[0].name, level: 0 };
+    const pictures = await drawPage(connection, choice, SAMPLE_COUNT, () => null);
+    strip.replaceChildren(...(pictures ?? []));
+    return pictures !== null;
+  }));
+  return drawn.every(Boolean);
+}
+
+function drawForm(catalog) {
+  const form = byId("choice");
+  drawOptions(byId("options"), catalog);
+  drawGames(form, catalog);
+  readAddress(form, parameters);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    location.assign(addressOf("/gallery", choiceOf(form, catalog)));
+  });
+}
+
+function choiceOf(form, catalog) {
+  const { game, mode, level } = form.elements;
+  return { game: game.value, mode: mode.value, level: level.valueAsNumber, options: optionsOf(form, catalog) };
+}
+
+async function drawLevels(connection, catalog) {
+  const choice = choiceOf(byId("choice"), catalog);
+  const game = catalog.games.find(({ name }) => name === choice.game);
+  const mode = game.modes.find(({ name }) => name === choice.mode);
+  document.title = `${game.name}, ${mode.name} – Procgen Server`;
+  byId("levels").hidden = false;
+  setText(byId("title"), `${game.name}, ${mode.name}`);
+  setText(byId("about"), game.description);
+  const most = mode.level_seed === undefined ? LEVEL_MAX - choice.level + 1 : 1;
+  turnTo(byId("previous"), choice, choice.level > 0 && most > 1, -PAGE_COUNT);
+  turnTo(byId("following"), choice, most > PAGE_COUNT, PAGE_COUNT);
+  const caption = (seed) => element("span", { class: "small number" }, String(seed));
+  const pictures = await drawPage(connection, choice, Math.min(PAGE_COUNT, most), caption);
+  byId("pictures").replaceChildren(...(pictures ?? []).map((picture) => element("li", {}, picture)));
+  return pictures !== null;
+}
+
+function turnTo(link, choice, isThere, by) {
+  link.hidden = !isThere;
+  link.href = addressOf("/gallery", { ...choice, level: Math.max(0, choice.level + by) });
+}
+
+// The levels of a page, each a link to play it; null if the server did not answer.
+async function drawPage(connection, { game, mode, level, options = {} }, count, caption) {
+  const page = await attempt(() => connection.call("gallery.page", {
+    game, mode, options, first_level_seed: level, count, side_px: SIDE_PX,
+  }));
+  if (!page) {
+    return null;
+  }
+  return Promise.all(page.parts.map(async (part) => {
+    const canvas = element("canvas");
+    await drawPart(canvas, part);
+    const seed = part.level_seed;
+    const address = addressOf("/play", { game, mode, level: seed, options });
+    const name = `Play ${game}, level ${seed}`;
+    return element("a", { href: address, "aria-label": name, title: `Level ${seed}` }, canvas, caption(seed));
+  }));
+}
+
+openPage(ready);

@@ -1,0 +1,150 @@
+// The live view: follows the server's pools, and opens the one that the address names, or else the first.
+
+import { byId, element, setText, setTiles } from "./elements.js";
+import { count, milliseconds, plural, rate, reward } from "./figures.js";
+import { EnlargedView } from "./live_enlarged.js";
+import { Mosaic } from "./live_mosaic.js";
+import { drawNodes } from "./live_nodes.js";
+import { Plots } from "./live_plots.js";
+import { attempt, notify, openPage } from "./page.js";
+
+let connection = null;
+let open = null;   // the name of the open pool
+let last = null;   // the last event "pools"
+
+const enlarged = new EnlargedView();
+const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, pool, environment));
+const plots = new Plots(byId("plots"));
+
+async function ready(hello, opened) {
+  connection = opened;
+  open = null;
+  byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
+  await attempt(() => connection.call("pools.follow"));
+}
+
+function lost() {
+  open = null;
+  mosaic.stop();
+  enlarged.close();
+}
+
+function show(event) {
+  last = event;
+  drawServer(event);
+  drawNodes(byId("node-rows"), event.nodes);
+  const pools = visiblePools();
+  byId("empty").hidden = pools.length > 0;
+  byId("bench").hidden = event.pools.length === 0;
+  drawPools(pools);
+  const pool = chosenPool(pools);
+  byId("pool").hidden = !pool;
+  if (pool?.name !== open) {
+    openPool(pool);
+  }
+  if (pool) {
+    drawPool(pool);
+    plots.add(pool, event.time_s);
+  }
+}
+
+// The pool that the address names, or else the one that is open, or one that is stepped.
+function chosenPool(pools) {
+  const wanted = new URLSearchParams(location.search).get("pool");
+  const named = (text) => last.pools.find(({ name }) => name === text);
+  if (open && !named(open)) {
+    notify(`${open} is gone.`);
+  }
+  return named(wanted) ?? named(open) ?? pools.find(({ attached }) => attached) ?? pools[0];
+}
+
+// Pools of learners, and those that pages made where they are asked for.
+function visiblePools() {
+  const learners = last.pools.filter(({ kind }) => kind === "pool");
+  return byId("visitors").checked ? last.pools : learners;
+}
+
+function drawServer({ server: { load } }) {
+  const list = byId("server");
+  list.hidden = false;
+  setTiles(list, [
+    ["Steps / s", rate(load.steps_per_second)], ["Pools", count(load.pool_count)],
+    ["Environments", count(load.environment_count)], ["Learners attached", count(load.stream_count)],
+    ["Workers", count(load.worker_count)], ["Steps so far", rate(load.step_count)],
+  ]);
+}
+
+function drawPools(pools) {
+  const list = byId("pools");
+  const names = pools.map(({ name }) => name).join("\n");
+  if (list.dataset.names !== names) {
+    list.dataset.names = names;
+    list.replaceChildren(...pools.map(({ name }) => element("li", {},
+      element("a", { href: `/?pool=${encodeURIComponent(name)}`, onclick: follow },
+        element("b", {}, name), element("span", { class: "quiet" }), element("span", { class: "number" })))));
+  }
+  pools.forEach((pool, index) => {
+    const link = list.children[index].firstChild;
+    const [, about, figures] = link.children;
+    const owner = pool.owner ? [pool.owner] : [];
+    setText(about, [gamesOf(pool), pool.mode, plural(pool.env_count, "environment"), ...owner].join(" · "));
+    const mean = pool.mean_return === null ? "" : ` · return ${reward(pool.mean_return)}`;
+    setText(figures, pool.attached ? `${rate(pool.steps_per_second)} steps/s${mean}` : `idle${mean}`);
+    if (pool.name === open) {
+      link.setAttribute("aria-current", "true");
+    } else {
+      link.removeAttribute("aria-current");
+    }
+  });
+}
+
+function gamesOf({ games }) {
+  return games.length > 3 ? `${games.length} games` : games.join(", ");
+}
+
+// Opens a pool in this page, unless the link is opened elsewhere.
+function follow(event) {
+  if (event.ctrlKey || event.metaKey || event.shiftKey) {
+    return;
+  }
+  event.preventDefault();
+  history.pushState(null, "", event.currentTarget.href);
+  show(last);
+  byId("pool").focus({ preventScroll: true });
+}
+
+async function openPool(pool) {
+  open = pool?.name ?? null;
+  drawPools(visiblePools());
+  document.title = `${open ?? "Live"} – Procgen Server`;
+  enlarged.close();
+  mosaic.open(connection, pool);
+  plots.clear();
+  if (pool) {
+    const history = await attempt(() => connection.call("pool.history", { pool: pool.name }));
+    if (history && open === pool.name) {
+      plots.begin(history);
+    }
+  }
+}
+
+function drawPool(pool) {
+  setText(byId("pool-name"), pool.name);
+  const state = byId("pool-state");
+  setText(state, pool.attached ? "A learner is attached" : "No learner attached");
+  state.classList.toggle("on", pool.attached);
+  const chosen = Object.entries(pool.options ?? {}).map(([name, value]) => `${name.replaceAll("_", " ")} ${value}`);
+  const owner = pool.owner ? [`owner ${pool.owner}`] : [];
+  setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
+  setTiles(byId("pool-figures"), [
+    ["Steps / s", rate(pool.steps_per_second)], ["Mean return", reward(pool.mean_return)],
+    ["Mean length", count(pool.mean_length)], ["Episodes", count(pool.episode_count)],
+    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms)],
+    ["Request p99", milliseconds(pool.request_p99_ms)], ["Steps so far", rate(pool.step_count)],
+  ]);
+}
+
+setText(byId("address"), `${location.hostname}:50051`);
+byId("visitors").addEventListener("change", () => show(last));
+addEventListener("popstate", () => last && show(last));
+openPage(ready, lost).on("pools", show);

@@ -1,0 +1,105 @@
+// The environments of a pool side by side, and what says which, how large and how often.
+
+import { byId, element, setText } from "./elements.js";
+import { Watch } from "./live_watch.js";
+import { notify } from "./page.js";
+import { drawPart } from "./pictures.js";
+
+const AGENT_SIDE_PX = 64;
+
+export class Mosaic {
+  #connection = null;
+  #pool = null;
+  #watch = null;
+  #first = 0;
+  #canvases = new Map();  // environment -> canvas
+  #onChoose;
+
+  // `onChoose(pool, environment)` is called when one is clicked.
+  constructor(onChoose) {
+    this.#onChoose = onChoose;
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      byId("rate").value = "1";
+    }
+    for (const control of [byId("shown"), byId("rate"), ...document.querySelectorAll("[name=side]")]) {
+      control.addEventListener("change", () => this.#begin());
+    }
+    byId("earlier").addEventListener("click", () => this.#turnTo(this.#first - this.#shown));
+    byId("later").addEventListener("click", () => this.#turnTo(this.#first + this.#shown));
+    byId("first").addEventListener("change", ({ target }) => this.#turnTo(target.valueAsNumber || 0));
+    byId("hold").addEventListener("click", ({ target }) => {
+      target.setAttribute("aria-pressed", String(target.getAttribute("aria-pressed") !== "true"));
+      this.#begin();
+    });
+    document.addEventListener("visibilitychange", () => this.#begin());
+  }
+
+  // Shows a pool from its first environment on; null shows none.
+  open(connection, pool) {
+    this.#connection = connection;
+    this.#pool = pool ?? null;
+    this.#first = 0;
+    this.#begin();
+  }
+
+  // Leaves the pictures as they are and watches no more.
+  stop() {
+    this.#watch?.stop();
+    this.#watch = null;
+    this.#connection = null;
+  }
+
+  get #shown() {
+    return Number(byId("shown").value);
+  }
+
+  #turnTo(environment) {
+    this.#first = Math.max(0, Math.min(environment, this.#pool.env_count - 1));
+    this.#begin();
+  }
+
+  // Watches what the controls say.
+  #begin() {
+    this.#watch?.stop();
+    this.#watch = null;
+    if (!this.#connection || !this.#pool) {
+      return;
+    }
+    const { name, env_count: all } = this.#pool;
+    const environments = Array.from({ length: Math.min(this.#shown, all - this.#first) }, (_, i) => this.#first + i);
+    const side = Number(document.querySelector("[name=side]:checked").value);
+    this.#layOut(environments, side, all);
+    const isHeld = byId("hold").getAttribute("aria-pressed") === "true";
+    if (isHeld || document.hidden) {
+      return;
+    }
+    const request = { pool: name, environments, side_px: side, frames_per_second_max: Number(byId("rate").value) };
+    this.#watch = new Watch(this.#connection, request,
+      (parts) => parts.forEach((part) => drawPart(this.#canvases.get(part.environment), part)),
+      (message) => notify(message, "warn"));
+  }
+
+  #layOut(environments, side, all) {
+    const last = environments.at(-1);
+    byId("first").value = environments[0];
+    byId("first").max = all - 1;
+    setText(byId("range"), `to ${last} of ${all}`);
+    byId("earlier").disabled = environments[0] === 0;
+    byId("later").disabled = last === all - 1;
+    const list = byId("mosaic");
+    list.style.setProperty("--columns", Math.ceil(Math.sqrt(environments.length)));
+    const isSame = environments.every((environment) => this.#canvases.has(environment))
+      && this.#canvases.size === environments.length && list.dataset.pool === this.#pool.name;
+    if (!isSame) {
+      list.dataset.pool = this.#pool.name;
+      this.#canvases = new Map(environments.map((environment) =>
+        [environment, element("canvas", { width: AGENT_SIDE_PX, height: AGENT_SIDE_PX })]));
+      list.replaceChildren(...[...this.#canvases].map(([environment, canvas]) => element("li", {},
+        element("button", {
+          type: "button", title: `Environment ${environment}`, "aria-label": `Enlarge environment ${environment}`,
+          onclick: () => this.#onChoose(this.#pool, environment),
+        }, canvas))));
+    }
+    this.#canvases.forEach((canvas) => canvas.classList.toggle("pixels", side === AGENT_SIDE_PX));
+  }
+}

@@ -1,0 +1,65 @@
+// Watches environments of a pool: the server sends their pictures until the watch is ended.
+
+import { attempt } from "./page.js";
+import { ServerError } from "./connection.js";
+
+export class Watch {
+  #connection;
+  #number = null;
+  #isEnded = false;
+  #onFrames;
+  #onEnd;
+
+  // `request`: pool, environments, side_px, frames_per_second_max. `onFrames(parts)` is called with each new picture,
+  // `onEnd(message)` if the server ends it.
+  constructor(connection, request, onFrames, onEnd) {
+    this.#connection = connection;
+    this.#onFrames = onFrames;
+    this.#onEnd = onEnd;
+    connection.addEventListener("message:frames", this.#receive);
+    connection.addEventListener("message:watch_ended", this.#receiveEnd);
+    this.#start(request);
+  }
+
+  stop() {
+    this.#forget();
+    if (this.#number !== null) {
+      this.#connection.call("watch.stop", { watch: this.#number }).catch(ignoreGone);
+    }
+  }
+
+  async #start(request) {
+    const started = await attempt(() => this.#connection.call("watch.start", request));
+    this.#number = started?.watch ?? null;
+    if (this.#isEnded) {
+      this.stop();
+    }
+  }
+
+  #forget() {
+    this.#isEnded = true;
+    this.#connection.removeEventListener("message:frames", this.#receive);
+    this.#connection.removeEventListener("message:watch_ended", this.#receiveEnd);
+  }
+
+  #receive = ({ detail }) => {
+    if (detail.watch === this.#number) {
+      this.#onFrames(detail.parts);
+    }
+  };
+
+  #receiveEnd = ({ detail }) => {
+    if (detail.watch === this.#number) {
+      this.#number = null;
+      this.#forget();
+      this.#onEnd(detail.message);
+    }
+  };
+}
+
+// A watch that is gone already need not be stopped.
+function ignoreGone(error) {
+  if (!(error instanceof ServerError)) {
+    throw error;
+  }
+}

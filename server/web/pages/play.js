@@ -1,0 +1,198 @@
+// The play page: makes a level, steps it by the keys that are held, shows it.
+
+import { byId, setText, setTiles } from "./elements.js";
+import { count, reward } from "./figures.js";
+import { addressOf, drawGames, drawOptions, optionsOf, readAddress } from "./level_choice.js";
+import { attempt, notify, openPage } from "./page.js";
+import { drawPart, partOf } from "./pictures.js";
+import { actionOf, Keys, takesKeys } from "./play_keys.js";
+import { replayTrace, saveTrace } from "./traces.js";
+
+const STEPS_PER_SECOND = 15;
+
+const form = byId("choice");
+const stage = byId("stage");
+const keys = new Keys();
+let catalog = null;
+let connection = null;
+let view = null;      // the last one; null: no play
+let level = null;     // what is played: { game, mode, level, options }
+let isPaused = true;
+let isWaiting = false;  // paused at a level's start, until a key of the game is pressed
+let asked = 0;        // number of views that were asked for and are not shown yet
+
+function ready(hello, opened) {
+  connection = opened;
+  view = null;
+  if (!catalog) {
+    catalog = hello.catalog;
+    drawOptions(byId("options"), catalog);
+    drawGames(form, catalog);
+    readAddress(form, new URLSearchParams(location.search));
+    describe();
+  }
+  begin();
+}
+
+function lost() {
+  view = null;
+  pause(true);
+  say("The server is gone. The level begins anew when it is back.");
+}
+
+async function begin() {
+  level = {
+    game: form.elements.game.value, mode: form.elements.mode.value, level: form.elements.level.valueAsNumber,
+    options: optionsOf(form, catalog),
+  };
+  history.replaceState(null, "", addressOf("/play", level));
+  document.title = `${level.game}, level ${level.level} – Procgen Server`;
+  if (view) {
+    connection.call("play.close", { play: view.play }).catch(() => {});
+    view = null;
+  }
+  const { game, mode, options } = level;
+  if (!await ask("play.start", { game, mode, level_seed: level.level, options })) {
+    view = null;
+  }
+  waitForKey();
+  stage.focus({ preventScroll: true });
+}
+
+// A level begins with the first key, so that nobody is too late for it.
+function waitForKey() {
+  if (view) {
+    pause(true);
+    keys.take();
+    isWaiting = true;
+    byId("pause").firstChild.data = "Begin ";
+    say("Press a key to begin.");
+  }
+}
+
+// Asks for something whose answer is the play's next view, and shows it. Answers come in the order of the requests. Gives
+// whether there was a view.
+async function ask(method, fields = {}) {
+  asked += 1;
+  const next = await attempt(() => connection.call(method, view ? { play: view.play, ...fields } : fields));
+  if (next) {
+    await show(next);
+  }
+  asked -= 1;
+  return next !== null;
+}
+
+async function show(next) {
+  view = next;
+  const score = reward(view.total_reward);
+  setTiles(byId("figures"), [
+    ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
+    ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],
+  ]);
+  say("");
+  if (view.first && view.step > 0) {
+    pause(true);
+    say(`${view.prev_level_complete ? "Level complete" : "Episode over"}: score ${score} in ${count(view.episode_step)} steps. `
+      + "Restart plays it again.");
+  }
+  for (const id of ["pause", "step", "restart", "next", "save", "replay"]) {
+    byId(id).disabled = false;
+  }
+  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
+}
+
+function say(text) {
+  setText(byId("message"), text);
+}
+
+function step() {
+  return ask("play.step", { action: actionOf(catalog.actions, keys.take()) });
+}
+
+function pause(value) {
+  isPaused = value;
+  isWaiting = false;
+  byId("pause").firstChild.data = isPaused ? "Go on " : "Pause ";
+}
+
+// What a button does, if there is a level to do it with.
+function act(name) {
+  if (!view) {
+    return;
+  }
+  switch (name) {
+    case "pause":
+      keys.take();
+      pause(!isPaused);
+      say("");
+      break;
+    case "step":
+      pause(true);
+      step();
+      break;
+    case "restart":
+      ask("play.restart").then(waitForKey);
+      break;
+    case "next":
+      ask("play.next_level").then((isThere) => isThere && follow());
+      break;
+  }
+}
+
+// The form and the address follow the level that is played.
+function follow() {
+  level.level = view.level_seed;
+  form.elements.level.value = view.level_seed;
+  history.replaceState(null, "", addressOf("/play", level));
+  waitForKey();
+}
+
+async function withTrace(use) {
+  pause(true);
+  const trace = await attempt(() => connection.call("play.trace", { play: view.play }));
+  if (trace) {
+    use(partOf(trace, "trace").content, trace.file_name, trace.fingerprint);
+  }
+}
+
+function describe() {
+  const game = catalog.games.find(({ name }) => name === form.elements.game.value);
+  setText(byId("about"), game?.description ?? "");
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  if (connection) {
+    begin();
+  }
+});
+form.elements.game.addEventListener("change", () => catalog && describe());
+for (const name of ["pause", "step", "restart", "next"]) {
+  byId(name).addEventListener("click", () => act(name));
+}
+byId("save").addEventListener("click", () => withTrace((bytes, name, fingerprint) => {
+  saveTrace(bytes, name);
+  notify(`Saved ${name}, ${fingerprint ? `fingerprint ${fingerprint}` : "whose episode has not ended"}.`);
+}));
+byId("replay").addEventListener("click", () => withTrace(replayTrace));
+
+const SHORTCUTS = { p: "pause", ".": "step", r: "restart", n: "next" };
+document.addEventListener("keydown", (event) => {
+  const name = SHORTCUTS[event.key.toLowerCase()];
+  if (name && !event.ctrlKey && !event.metaKey && !event.altKey && !takesKeys(event.target)) {
+    event.preventDefault();
+    act(name);
+  }
+});
+keys.listen(document.querySelector(".pad"), () => {
+  if (isWaiting) {
+    pause(false);
+  }
+});
+setInterval(() => {
+  if (view && !isPaused && asked === 0 && !document.hidden) {
+    step();
+  }
+}, 1000 / STEPS_PER_SECOND);
+
+openPage(ready, lost);

@@ -1,0 +1,142 @@
+// Every page, for everybody: names, the keyboard, contrast in both themes, narrow windows, less motion.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { figure, waitForText, withBrowser } from "./browser.js";
+import { lowContrasts } from "./contrast.js";
+import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
+import { Learner, Server } from "./server.js";
+
+const WIDE = { width: 1440, height: 900 };
+const NARROW = { width: 390, height: 844 };
+
+const it = withBrowser();
+let server;
+let learner;
+before(async () => {
+  server = await Server.start();
+  learner = await Learner.start(server, "watched", ["coinrun"], 20);
+});
+after(async () => {
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+});
+
+// Each page with what is there when it is in use.
+const PAGES = {
+  live: async (page) => {
+    await page.goto(server.page());
+    await page.locator("#plots canvas").first().waitFor();
+  },
+  "an enlarged environment": async (page) => {
+    await page.goto(server.page());
+    await page.locator("#mosaic button").first().click();
+  },
+  play: async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await waitForText(page.locator("#message"), "Press a key to begin.");
+    await page.click("summary");
+  },
+  replay: async (page) => {
+    await page.goto(server.page(COINRUN_1000_PATH));
+    await playKeys(page, COINRUN_1000.slice(0, 2));
+    await page.click("#replay");
+    await waitForText(figure(page, "#figures", "Row"), "0 of 3");
+  },
+  gallery: async (page) => {
+    await page.goto(server.page("/gallery"));
+    await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
+  },
+  "levels of a game": async (page) => {
+    await page.goto(server.page("/gallery?game=maze&mode=easy&level=24"));
+    await page.locator("#pictures canvas").first().waitFor();
+  },
+};
+
+async function openUsed(use, options) {
+  const page = await it.open(server.page("/play"), options);
+  await use(page);
+  return page;
+}
+
+const NAMED = ["button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation"];
+
+// What assistive technology is told: [role, name] of all that it can use.
+async function accessibleNodes(page) {
+  const session = await page.context().newCDPSession(page);
+  const { nodes } = await session.send("Accessibility.getFullAXTree");
+  return nodes.filter(({ ignored }) => !ignored).map(({ role, name }) => [role.value, name?.value ?? ""]);
+}
+
+for (const [name, use] of Object.entries(PAGES)) {
+  test(`${name}: all controls, pictures and landmarks have names`, async () => {
+    const page = await openUsed(use, { viewport: WIDE });
+    const nodes = await accessibleNodes(page);
+    assert(nodes.filter(([role]) => role === "button").length > 0);
+    assert.deepEqual(nodes.filter(([role, text]) => NAMED.includes(role) && text.trim() === ""), []);
+    assert.equal(await page.getAttribute("html", "lang"), "en");
+    assert.match(await page.title(), /^.+ – Procgen Server$/);
+    assert.equal(await page.locator("main").count(), 1);
+    const headings = await page.locator("h1, h2, h3").evaluateAll((all) =>
+      all.filter((one) => one.checkVisibility()).map((one) => Number(one.tagName[1])));
+    assert(headings.every((level, i) => level <= (headings[i - 1] ?? 1) + 1), `levels of headings: ${headings}`);
+  });
+
+  test(`${name}: the keyboard reaches everything, and the focus is seen`, async () => {
+    const page = await openUsed(use, { viewport: WIDE });
+    const place = await page.locator("dialog[open]").count() ? "dialog[open]" : "body";
+    await page.evaluate(() => document.activeElement.blur());
+    const wanted = await page.evaluate((root) => {
+      const names = new Set();
+      const all = document.querySelector(root).querySelectorAll("a[href], button, select, input, summary");
+      [...all].filter((one) => one.checkVisibility() && !one.disabled).forEach((one, i) => {
+        one.dataset.reached = one.type === "radio" ? `group ${one.name}` : `${one.tagName} ${i} ${one.id}`;
+        names.add(one.dataset.reached);
+      });
+      return [...names];
+    }, place);
+    const reached = new Set();
+    for (let i = 0; i < wanted.length + 20; i += 1) {
+      await page.keyboard.press("Tab");
+      const [what, isSeen] = await page.evaluate(() => {
+        const focused = document.activeElement;
+        const shown = focused.closest(".choice, .open .button") ?? focused;
+        const { outlineStyle, outlineWidth } = getComputedStyle(shown);
+        return [focused.dataset.reached, outlineStyle !== "none" && parseFloat(outlineWidth) >= 2];
+      });
+      if (what) {
+        reached.add(what);
+        assert(isSeen, `the focus on ${what} is not seen`);
+      }
+    }
+    assert.deepEqual(wanted.filter((one) => !reached.has(one)), []);
+  });
+
+  for (const colorScheme of ["light", "dark"]) {
+    test(`${name}: contrast is enough where it is ${colorScheme}, and narrow windows hold everything`, async () => {
+      const page = await openUsed(use, { viewport: WIDE, colorScheme });
+      assert.deepEqual(await page.evaluate(lowContrasts), []);
+      await page.setViewportSize(NARROW);
+      assert.deepEqual(await page.evaluate(lowContrasts), []);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), NARROW.width);
+    });
+  }
+}
+
+test("the theme follows the system until one is chosen, which every page keeps", async () => {
+  const page = await it.open(server.page("/play"), { colorScheme: "dark" });
+  const ground = () => page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor);
+  const dark = await ground();
+  await page.emulateMedia({ colorScheme: "light" });
+  const light = await ground();
+  assert.notEqual(light, dark);
+  await page.click("text=Dark");
+  assert.equal(await ground(), dark);
+  await page.goto(server.page("/gallery"));
+  assert.equal(await ground(), dark);
+});
+
+test("who prefers less motion gets a picture a second", async () => {
+  const page = await it.open(server.page(), { reducedMotion: "reduce" });
+  assert.equal(await page.inputValue("#rate"), "1");
+});

@@ -1,0 +1,46 @@
+// The gallery.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { figure, waitForText, withBrowser } from "./browser.js";
+import { Server } from "./server.js";
+
+const it = withBrowser();
+let server;
+before(async () => { server = await Server.start(); });
+after(async () => assert.equal(await server.stop(), 0));
+
+test("all games are shown, each with pictures and its modes", async () => {
+  const page = await it.open(server.page("/gallery"));
+  await page.waitForFunction(() => document.querySelectorAll(".strip canvas").length === 64);
+  assert.equal(await page.locator(".game").count(), 16);
+  const modes = await page.locator(".game", { has: page.locator("h2", { hasText: "jumper" }) }).locator(".modes a").allTextContents();
+  assert.deepEqual(modes, ["easy", "hard", "memory", "exploration"]);
+});
+
+test("levels are shown by seed, in pages, and a click plays one", async () => {
+  const page = await it.open(server.page("/gallery?game=maze&mode=hard&level=0"));
+  await page.waitForFunction(() => document.querySelectorAll("#pictures canvas").length === 24);
+  assert.equal(await page.locator("#previous").isVisible(), false);
+  await page.click("#following");
+  await page.locator("#pictures a[title='Level 47']").waitFor();
+  const shown = await page.locator("#pictures canvas").evaluateAll((all) => new Set(all.map((one) => one.toDataURL())).size);
+  assert.equal(shown, 24);
+  await page.click("#pictures a[title='Level 30']");
+  await waitForText(figure(page, "#figures", "Level seed"), /^30$/);
+  assert.equal(new URL(page.url()).search, "?game=maze&mode=hard&level=30");
+});
+
+test("the form asks for other levels, with options", async () => {
+  const page = await it.open(server.page("/gallery?game=maze&mode=hard&level=0"));
+  await page.locator("#pictures canvas").first().waitFor();
+  await page.selectOption("[name=game]", "caveflyer");
+  await page.fill("[name=level]", "2147483640");
+  await page.click("summary");
+  await page.check("[name=restrict_themes]");
+  await page.click("text=Show");
+  await page.waitForURL("**level=2147483640**");
+  await page.waitForFunction(() => document.querySelectorAll("#pictures canvas").length === 7);
+  assert.equal(new URL(page.url()).searchParams.get("restrict_themes"), "true");
+  assert.equal(await page.locator("#following").isVisible(), false);
+});

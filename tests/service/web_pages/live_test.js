@@ -1,0 +1,133 @@
+// The live view over a learner that runs.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { figure, picture, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const FIRST = "#mosaic li:first-child canvas";
+const it = withBrowser();
+let server;
+let learner;
+before(async () => {
+  server = await Server.start();
+  learner = await Learner.start(server, "watched", ["coinrun"], 20);
+});
+after(async () => {
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+});
+
+async function openLive(path = "/", options = {}) {
+  const page = await it.open(server.page(path), options);
+  await page.locator(FIRST).waitFor();
+  return page;
+}
+
+test("frames change while the learner steps, and stand while they are held", async () => {
+  const page = await openLive();
+  assert.equal(await page.title(), "pools/watched – Procgen Server");
+  assert.equal(await page.locator("#pool-name").textContent(), "pools/watched");
+  await waitForText(page.locator("#pool-state"), "A learner is attached");
+  for (let i = 0; i < 5; i += 1) {
+    await waitForChange(page, FIRST);
+  }
+  await page.click("#hold");
+  assert.equal(await page.getAttribute("#hold", "aria-pressed"), "true");
+  // Frames that were on their way arrive before what the server tells next.
+  const steps = figure(page, "#pool-figures", "Steps so far");
+  const told = await steps.textContent();
+  await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, told);
+  const held = await picture(page, FIRST);
+  const later = await steps.textContent();
+  await page.waitForFunction((old) => document.querySelector("#pool-figures div:last-child dd").textContent !== old, later);
+  assert.equal(await picture(page, FIRST), held);
+  await page.click("#hold");
+  await waitForChange(page, FIRST);
+});
+
+test("pictures are as agents or as people see them, and environments are turned in pages", async () => {
+  const page = await openLive();
+  assert.equal(await page.locator("#mosaic canvas").count(), 16);
+  await page.click("text=Human");
+  await page.waitForFunction((name) => document.querySelector(name).width > 64, FIRST);
+  await page.click("text=Agent");
+  await page.waitForFunction((name) => document.querySelector(name).width === 64, FIRST);
+  await page.click("#later");
+  assert.equal(await page.locator("#range").textContent(), "to 19 of 20");
+  await page.locator("#mosaic button[title='Environment 19']").waitFor();
+  assert.equal(await page.locator("#mosaic canvas").count(), 4);
+  await page.selectOption("#shown", "4");
+  assert.equal(await page.locator("#range").textContent(), "to 19 of 20");
+  await waitForChange(page, FIRST);
+});
+
+test("the pool's figures and plots are drawn, and grow", async () => {
+  const page = await openLive();
+  assert.equal(await page.locator("#plots .plot canvas").count(), 4);
+  assert.match(await figure(page, "#pool-figures", "Environments").textContent(), /^20$/);
+  await page.waitForFunction(() => /^[1-9]/.test(document.querySelector("#pool-figures dd").textContent));
+  const label = page.locator("#plots [role=img]").first();
+  await page.waitForFunction(() =>
+    /now [1-9]/.test(document.querySelector("#plots [role=img]").getAttribute("aria-label")));
+  assert.match(await label.getAttribute("aria-label"), /^Steps per second over the last ten minutes/);
+});
+
+test("an environment is enlarged, and its last episode kept and replayed as it went", async () => {
+  const page = await openLive();
+  await waitForText(figure(page, "#pool-figures", "Episodes"), /^[1-9]/);
+  await page.click("#mosaic button[title='Environment 2']");
+  await waitForText(page.locator("#large-title"), "pools/watched, environment 2");
+  await waitForChange(page, "#large-picture");
+  await page.keyboard.press("ArrowRight");
+  await waitForText(page.locator("#large-title"), "pools/watched, environment 3");
+  await page.keyboard.press("Escape");
+  await page.locator("#large").waitFor({ state: "hidden" });
+
+  // Which environments have ended an episode is the learner's luck: ask each until one has.
+  for (let environment = 0; new URL(page.url()).pathname !== "/replay"; environment += 1) {
+    await page.click(`#mosaic button[title='Environment ${environment % 16}']`);
+    await page.click("#keep-last");
+    await Promise.race([page.waitForURL("**/replay"), page.locator("#large-problem", { hasText: /./ }).waitFor()]);
+    if (new URL(page.url()).pathname !== "/replay") {
+      await page.keyboard.press("Escape");
+    }
+  }
+  await waitForText(page.locator("#verdict"), "Identical to the recording");
+  await waitForText(page.locator("#level"), "coinrun");
+});
+
+test("a page without pools says how to begin, and shows the pool that is made then", async () => {
+  const empty = await Server.start();
+  const page = await it.open(empty.page());
+  await page.locator("#empty").waitFor();
+  assert.match(await page.locator("#empty pre").textContent(), /ProcgenVectorEnv\("coinrun", num_envs=64, server=/);
+  const first = await Learner.start(empty, "first", ["maze"], 4);
+  await waitForText(page.locator("#pool-name"), "pools/first");
+  await page.locator("#empty").waitFor({ state: "hidden" });
+  await first.stop();
+  await page.locator("#empty").waitFor();
+  assert.equal(await empty.stop(), 0);
+});
+
+test("one of several pools is opened by its link, and by its address", async () => {
+  const second = await Learner.start(server, "second", ["maze"], 4);
+  const page = await openLive();
+  await page.click("#pools a:has-text('pools/second')");
+  await waitForText(page.locator("#pool-name"), "pools/second");
+  assert.equal(await page.locator("#mosaic canvas").count(), 4);
+  const other = await openLive("/?pool=pools%2Fsecond");
+  await waitForText(other.locator("#pool-name"), "pools/second");
+  await page.goBack();
+  await waitForText(page.locator("#pool-name"), "pools/watched");
+  await second.stop();
+});
+
+test("plays are pools of their own, left out unless asked for", async () => {
+  const player = await it.open(server.page("/play?game=maze&mode=easy&level=1"));
+  await waitForText(figure(player, "#figures", "Level seed"), /^1$/);
+  const page = await openLive();
+  assert.equal(await page.locator("#pools li").count(), 1);
+  await page.check("#visitors");
+  await page.waitForFunction(() => document.querySelectorAll("#pools li").length === 2);
+});

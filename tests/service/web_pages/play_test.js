@@ -1,0 +1,110 @@
+// The play page, by real keys.
+
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { promisify } from "node:util";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
+import { Server } from "./server.js";
+
+const it = withBrowser();
+let server;
+let folder;
+before(async () => {
+  server = await Server.start();
+  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+});
+after(async () => {
+  await rm(folder, { recursive: true });
+  assert.equal(await server.stop(), 0);
+});
+
+test("recorded keys lead to the coin, and the trace is replayed outside of the browser, bit for bit", async () => {
+  const page = await it.open(server.page(COINRUN_1000_PATH));
+  await playKeys(page, COINRUN_1000);
+  await waitForText(page.locator("#message"), `Level complete: score 10 in ${COINRUN_1000_STEPS} steps`);
+  assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
+  assert.equal(await figure(page, "#figures", "Level seed").textContent(), "1000");
+
+  const download = page.waitForEvent("download");
+  await page.click("#save");
+  const file = await download;
+  assert.match(file.suggestedFilename(), /^coinrun.*1000.*\.trace$/);
+  await waitForText(page.locator("#notices"), /fingerprint [0-9a-f]{16}/);
+  const path = join(folder, "played.trace");
+  await file.saveAs(path);
+  const { stdout } = await promisify(execFile)(process.env.PROCGEN_CONFORMANCE, [path]);
+  assert.match(stdout, /1/);
+});
+
+test("a level waits for its first key, then goes at 15 steps a second until it is paused", async () => {
+  const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
+  const step = figure(page, "#figures", "Step");
+  await waitForText(page.locator("#message"), "Press a key to begin.");
+  assert.equal(await step.textContent(), "0");
+  await page.keyboard.press("ArrowLeft");
+  await waitForText(step, /^[1-9]/);
+  await page.keyboard.press("p");
+  await waitForText(page.locator("#pause"), "Go on");
+  const paused = Number(await step.textContent());
+  await page.keyboard.press(".");
+  await page.waitForFunction(([before]) =>
+    Number(document.querySelectorAll("#figures dd")[1].textContent) > before, [paused]);
+});
+
+test("restart plays the same level again, the next level has the next seed, and the address follows", async () => {
+  const page = await it.open(server.page("/play?game=maze&mode=easy&level=41&use_backgrounds=false"));
+  const seed = figure(page, "#figures", "Level seed");
+  await waitForText(seed, /^41$/);
+  assert.equal(await page.locator("[name=use_backgrounds]").isChecked(), false);
+  const start = await picture(page, "#human");
+  await page.keyboard.press(".");
+  await waitForText(figure(page, "#figures", "Step"), /^1$/);
+  await page.keyboard.press("r");
+  await waitForText(figure(page, "#figures", "Step"), /^0$/);
+  await waitForPicture(page, "#human", (shown) => shown === start);
+  await page.keyboard.press("n");
+  await waitForText(seed, /^42$/);
+  assert.equal(new URL(page.url()).search, "?game=maze&mode=easy&level=42&use_backgrounds=false");
+  await waitForPicture(page, "#human", (shown) => shown !== start);
+  const next = await picture(page, "#human");
+  const again = await it.open(page.url());
+  await waitForText(figure(again, "#figures", "Level seed"), /^42$/);
+  await waitForPicture(again, "#human", (shown) => shown === next);
+});
+
+test("the form chooses game, mode, level and options", async () => {
+  const page = await it.open(server.page("/play"));
+  await waitForText(figure(page, "#figures", "Level seed"), /^0$/);
+  await page.selectOption("[name=game]", "heist");
+  await page.selectOption("[name=mode]", "memory");
+  await page.fill("[name=level]", "123");
+  await page.click("summary");
+  await page.check("[name=use_monochrome_assets]");
+  await page.click("text=Play this level");
+  await waitForText(figure(page, "#figures", "Level seed"), /^123$/);
+  assert.equal(new URL(page.url()).search, "?game=heist&mode=memory&level=123&use_monochrome_assets=true");
+  assert.match(await page.title(), /^heist, level 123/);
+});
+
+test("a mode that has one level alone says which", async () => {
+  const page = await it.open(server.page("/play?game=coinrun&mode=exploration"));
+  const seed = await figure(page, "#figures", "Level seed").textContent();
+  assert.equal(await page.inputValue("[name=level]"), seed);
+  assert.equal(await page.locator("[name=level]").isEditable(), false);
+});
+
+test("fingers play by buttons, two at once together", async () => {
+  const page = await it.open(server.page("/play?game=coinrun&mode=easy&level=1000"), {
+    viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true,
+  });
+  await waitForText(page.locator("#message"), "Press a key to begin.");
+  const start = await picture(page, "#human");
+  await page.tap("[data-key=RIGHT]");
+  await waitForText(figure(page, "#figures", "Step"), /^[1-9]/);
+  await waitForPicture(page, "#human", (shown) => shown !== start);
+});

@@ -1,0 +1,35 @@
+// Plays by the keyboard, a step at a time, so that a recorded sequence of keys always plays the same.
+
+import { figure, waitForText } from "./browser.js";
+
+// Reaches the coin of coinrun's level 1000, easy: the keys that are held, and for how many steps.
+export const COINRUN_1000 = [[[], 1], [["ArrowRight"], 2], [["ArrowRight", "ArrowUp"], 18], [["ArrowRight"], 14]];
+export const COINRUN_1000_STEPS = 35;
+
+export const COINRUN_1000_PATH = "/play?game=coinrun&mode=easy&level=1000";
+
+// Plays a recorded sequence on a play page that waits for its first key.
+export async function playKeys(page, sequence) {
+  const step = figure(page, "#figures", "Step");
+  await waitForText(step, /^0$/);
+  let held = [];
+  let steps = 0;
+  // The first step pauses, so that keys do not set the level going by themselves.
+  for (const [keys, count] of sequence) {
+    for (const key of held.filter((name) => !keys.includes(name))) {
+      await page.keyboard.up(key);
+    }
+    for (const key of keys.filter((name) => !held.includes(name))) {
+      await page.keyboard.down(key);
+    }
+    held = keys;
+    for (let i = 0; i < count; i += 1) {
+      steps += 1;
+      await page.keyboard.press(".");
+      await waitForText(step, new RegExp(`^${steps}$`));
+    }
+  }
+  for (const key of held) {
+    await page.keyboard.up(key);
+  }
+}

@@ -1,0 +1,109 @@
+// The replay page: a play is saved, loaded, scrubbed in both directions, and compared.
+
+import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { figure, picture, waitForPicture, waitForText, withBrowser } from "./browser.js";
+import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
+import { Server } from "./server.js";
+
+const it = withBrowser();
+let server;
+let folder;
+let trace;      // the path of a play's trace
+let pictures;   // what the play showed, by step
+before(async () => {
+  server = await Server.start();
+  folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  trace = join(folder, "coin.trace");
+});
+after(async () => {
+  await rm(folder, { recursive: true });
+  assert.equal(await server.stop(), 0);
+});
+
+function row(page, number) {
+  return waitForText(figure(page, "#figures", "Row"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
+}
+
+// Moves the slider, as a pointer or a key would.
+async function seek(page, number) {
+  await page.locator("#row").fill(String(number));
+  await row(page, number);
+}
+
+test("a play goes to the replay page, which shows what was played, forward and backward", async () => {
+  const page = await it.open(server.page(COINRUN_1000_PATH));
+  pictures = [await picture(page, "#human")];
+  await playKeys(page, COINRUN_1000.slice(0, 2));
+  await waitForPicture(page, "#human", (shown) => shown !== pictures[0]);
+  pictures[3] = await picture(page, "#human");
+  await page.reload();
+  await playKeys(page, COINRUN_1000);
+  const download = page.waitForEvent("download");
+  await page.click("#save");
+  await (await download).saveAs(trace);
+
+  await page.click("#replay");
+  await page.waitForURL("**/replay");
+  await row(page, 0);
+  assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
+  await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
+  await seek(page, 3);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
+  await seek(page, COINRUN_1000_STEPS);
+  assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
+  assert.equal(await figure(page, "#figures", "Reward").textContent(), "10");
+  assert.match(await figure(page, "#figures", "Fingerprint").textContent(), /^[0-9a-f]{16}$/);
+  await seek(page, 3);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
+  await page.keyboard.press(",");
+  await row(page, 2);
+  await page.keyboard.press(".");
+  await row(page, 3);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
+  await page.click("#first");
+  await row(page, 0);
+  await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
+});
+
+test("a saved file is loaded, is kept when the page is, plays to its end, and is saved as it was", async () => {
+  const page = await it.open(server.page("/replay"));
+  await page.setInputFiles("#file", trace);
+  await row(page, 0);
+  assert.equal(await page.locator("#name").textContent(), "coin.trace");
+  await page.reload();
+  await row(page, 0);
+  await page.click("#run");
+  await row(page, COINRUN_1000_STEPS);
+  await waitForText(page.locator("#run"), "Play");
+  const download = page.waitForEvent("download");
+  await page.click("#save");
+  const again = join(folder, "again.trace");
+  await (await download).saveAs(again);
+  assert.deepEqual(await readFile(again), await readFile(trace));
+});
+
+test("a recording that went otherwise is told by its row", async () => {
+  const bytes = await readFile(trace);
+  const headerBytes = bytes.indexOf("\n") + 1;
+  const header = JSON.parse(bytes.subarray(0, headerBytes).toString());
+  assert.equal(header.arrays[1][0], "reward");
+  // A reward of 1.0 in row 5.
+  bytes.writeFloatLE(1, headerBytes + header.steps + 5 * 4);
+  const changed = join(folder, "changed.trace");
+  await writeFile(changed, bytes);
+  const page = await it.open(server.page("/replay"));
+  await page.setInputFiles("#file", changed);
+  await waitForText(page.locator("#verdict"), "Differs in row 5: reward is 0, was 1");
+});
+
+test("a file that is no trace is refused, and the page goes on", async () => {
+  const page = await it.open(server.page("/replay"));
+  await page.setInputFiles("#file", { name: "no.trace", mimeType: "", buffer: Buffer.from("no trace\n") });
+  await page.locator("#notices .bad").waitFor();
+  await page.setInputFiles("#file", trace);
+  await row(page, 0);
+});

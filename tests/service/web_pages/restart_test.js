@@ -1,0 +1,40 @@
+// The server stops and is started again under open pages.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { figure, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const FIRST = "#mosaic li:first-child canvas";
+const it = withBrowser();
+
+test("pages say that the server is gone, wait, and go on by themselves when it is back", async () => {
+  let server = await Server.start();
+  let learner = await Learner.start(server, "before", ["coinrun"], 4);
+  const live = await it.open(server.page());
+  await live.locator(FIRST).waitFor();
+  const play = await it.open(server.page("/play?game=maze&mode=easy&level=5"));
+  await waitForText(play.locator("#message"), "Press a key to begin.");
+  await play.keyboard.press(".");
+  await waitForText(figure(play, "#figures", "Step"), /^1$/);
+
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+  for (const page of [live, play]) {
+    await waitForText(page.locator(".link"), "Waiting for the server");
+  }
+  await waitForText(play.locator("#message"), "The server is gone.");
+
+  server = await Server.start(`--web_address=${server.web}`);
+  learner = await Learner.start(server, "after", ["coinrun"], 4);
+  for (const page of [live, play]) {
+    await waitForText(page.locator(".link"), "Connected");
+  }
+  await waitForText(live.locator("#pool-name"), "pools/after");
+  await waitForChange(live, FIRST);
+  await waitForText(figure(play, "#figures", "Step"), /^0$/);
+  await play.keyboard.press(".");
+  await waitForText(figure(play, "#figures", "Step"), /^1$/);
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+});

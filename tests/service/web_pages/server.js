@@ -1,0 +1,79 @@
+// The program procgen-server with its pages, and learners that give it something to show.
+
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { createInterface } from "node:readline";
+import { connect, DistributionMode } from "../../../clients/node/dist/index.js";
+
+// A server on ports of loopback that the system chooses, or on those of `flags`.
+export class Server {
+  static async start(...flags) {
+    const server = new Server();
+    const args = ["--address=127.0.0.1:0", "--web_address=127.0.0.1:0", "--workers=1", ...flags];
+    server.process = spawn(process.env.PROCGEN_SERVER_BINARY, args, { stdio: ["ignore", "pipe", "pipe"] });
+    const told = [];
+    const exited = once(server.process, "exit").then(() => {
+      throw new Error(`procgen-server ended:\n${told.join("\n")}`);
+    });
+    exited.catch(() => undefined);
+    const listening = new Promise((resolve) => {
+      createInterface(server.process.stderr).on("line", (line) => {
+        told.push(line);
+        const web = /\blistening\b.*\bweb=(\S+)/.exec(line);
+        if (web) {
+          resolve(web[1]);
+        }
+      });
+    });
+    const [line] = await Promise.race([once(createInterface(server.process.stdout), "line"), exited]);
+    server.address = line.replace("listening on ", "");
+    server.web = await Promise.race([listening, exited]);
+    return server;
+  }
+
+  // The address of a page.
+  page(path = "/") {
+    return `http://${this.web}${path}`;
+  }
+
+  // Gives its exit status.
+  async stop() {
+    const exited = once(this.process, "exit");
+    this.process.kill("SIGTERM");
+    return (await exited)[0];
+  }
+}
+
+// A learner that steps a pool at random until it is told to stop.
+export class Learner {
+  #isStopped = false;
+
+  // `poolId`: what its pool is called.
+  static async start(server, poolId, games, envCount, options = {}) {
+    const learner = new Learner();
+    learner.client = await connect(server.address, options);
+    const spec = { games, envCount, options: { distributionMode: DistributionMode.EASY, randSeed: 3n } };
+    learner.pool = await learner.client.createPool(spec, { poolId });
+    learner.running = learner.#run(envCount);
+    return learner;
+  }
+
+  async stop() {
+    this.#isStopped = true;
+    await this.running;
+    await this.pool.close();
+    this.client.close();
+  }
+
+  // Most go right, as one who has learned a little would; now and then all change what they do.
+  async #run(envCount) {
+    const actions = new Int32Array(envCount);
+    for (let step = 0; !this.#isStopped; step += 1) {
+      if (step % 8 === 0) {
+        actions.forEach((_, i) => { actions[i] = ((step / 8) * 7 + i * 5) % 3 ? 7 : (step + i) % 15; });
+      }
+      await this.pool.step(actions);
+      await new Promise((resolve) => { setTimeout(resolve, 10); });
+    }
+  }
+}

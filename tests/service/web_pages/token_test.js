@@ -1,0 +1,41 @@
+// A server that asks who one is.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const TOKEN = "alices-token-0123456789";
+const it = withBrowser();
+
+test("the page asks for the token until it is right, keeps it for the tab, and never shows it in an address", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
+  const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
+  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { token: TOKEN });
+  const page = await it.open(server.page());
+  const addresses = [];
+  page.on("request", (request) => addresses.push(request.url()));
+  await page.fill("#token", "wrong-token-0123456789");
+  await page.keyboard.press("Enter");
+  await page.locator("#token-problem", { hasText: /./ }).waitFor();
+  await page.fill("#token", TOKEN);
+  await page.keyboard.press("Enter");
+  await waitForText(page.locator("#pool-name"), "pools/hers");
+  await waitForText(page.locator("#pool-about"), "owner alice");
+  await page.reload();
+  await waitForText(page.locator("#pool-name"), "pools/hers");
+  assert(addresses.length > 0);
+  assert(addresses.every((address) => !address.includes("token-")));
+
+  const other = await it.open(server.page());
+  await other.fill("#token", "bobs-token-0123456789");
+  await other.keyboard.press("Enter");
+  await other.locator("#empty").waitFor();
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+  await rm(folder, { recursive: true });
+});
