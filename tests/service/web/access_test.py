@@ -126,7 +126,7 @@ def test_pages_live_with_the_least_limits(tmp_path: Path) -> None:
             assert opened.result["difference"] is None
             await page.call("gallery.page", **level, first_level_seed=1, count=2, side_px=64)
 
-    flags = ["--requests_in_flight_max=1", "--request_bytes_max=65536", "--owner_stream_count_max=3"]
+    flags = ["--requests_in_flight_max=1", "--request_bytes_max=65536"]
     with serve(tmp_path, *flags) as server:
         run(test(server.url))
 
