@@ -238,7 +238,7 @@ def main() -> None:
     count = arguments.environments
     costs: dict[str, Costs] = {}
     with (
-        ServerProcess(arguments.server, [f"--workers={_WORKERS}"]) as server,
+        ServerProcess(arguments.server, [f"--workers={_WORKERS}"], tied=True) as server,
         Client(server.address) as client,
     ):
         for game in arguments.games or [game.name for game in client.catalog().games]:
