@@ -52,7 +52,10 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
       Encode(pool, outgoing.response);
     }
     outgoing.answered = IsOver() ? request_ : nullptr;
-    if (keeps) {
+    if (keeps && outgoing.response->observations.size() == 0) {
+      // So few bytes are serialised once more sooner than shared with gRPC.
+      answer_.emplace_back(outgoing.response->message.SerializeAsString());
+    } else if (keeps) {
       outgoing.bytes = Serialized(*outgoing.response);
       answer_.push_back(CordOf(outgoing.bytes));
     }

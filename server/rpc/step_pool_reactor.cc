@@ -92,9 +92,20 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
       return Action::kTurn;
     }
   }
+  // Nobody reads ahead of what is carried out: who ends a request looks for the next one, so that
+  // no thread is woken for it.
+  if (line_input_ == LineInput::kUnknown && WantsLine()) {
+    line_input_ = LineInput::kNone;
+    requests_.BeginRead();
+    return Action::kReadLine;
+  }
   if (responses_.CanWrite()) {
     responses_.BeginWrite();
     return Action::kWrite;
+  }
+  if (line_input_ == LineInput::kNone && WantsLine()) {
+    line_input_ = LineInput::kWatched;
+    return Action::kWatchLine;
   }
   if (line_ == nullptr && requests_.CanRead()) {
     requests_.BeginRead();
@@ -118,6 +129,12 @@ void StepPoolReactor::Act(Action action) {
       return;
     case Action::kRead:
       StartRead(&read_bytes_);
+      return;
+    case Action::kReadLine:
+      ReadLine();
+      return;
+    case Action::kWatchLine:
+      WatchLine();
       return;
     case Action::kTurn:
       pool_->TakeTurn(
@@ -416,6 +433,9 @@ void StepPoolReactor::OnWriteDone(bool ok) {
     absl::MutexLock lock(&mutex_);
     if (StreamRequest* answered = responses_.EndWrite(); answered != nullptr) {
       requests_.Free(answered);
+    }
+    if (line_input_ == LineInput::kNone) {
+      line_input_ = LineInput::kUnknown;  // who was answered may have sent the next one meanwhile
     }
     if (!ok) {
       CancelLocked();
