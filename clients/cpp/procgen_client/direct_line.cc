@@ -1,5 +1,6 @@
 #include "procgen_client/direct_line.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -93,7 +94,14 @@ bool DirectLine::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
-    const ssize_t received = recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, 0);
+    const ssize_t received =
+        recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
+    if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+      // Who waits in recv is woken for nothing whenever the server reads what was sent.
+      pollfd input = {.fd = descriptor_, .events = POLLIN, .revents = 0};
+      poll(&input, 1, -1);
+      continue;
+    }
     if (received < 0 && errno == EINTR) {
       continue;
     }
