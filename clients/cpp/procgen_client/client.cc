@@ -22,6 +22,11 @@ constexpr int64_t kStateOverheadBytes = 8;
 constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
 constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
 
+// How many bytes of a stream may be under way on this machine. Few, so that what one core sends the
+// other finds in a cache: 64 environments take 0.6 of the time that they take where gRPC finds out
+// by itself how much the connection bears.
+constexpr int kLoopbackWindowBytes = 128 << 10;
+
 int Milliseconds(absl::Duration duration) {
   return static_cast<int>(absl::ToInt64Milliseconds(duration));
 }
@@ -67,6 +72,10 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMin));
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, Milliseconds(kReconnectBackoffMax));
+  if (IsThisMachine(address) && !options.tunnel) {
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLoopbackWindowBytes);
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  }
   const std::shared_ptr<grpc::Channel> channel =
       grpc::CreateCustomChannel(address, *channel_credentials, arguments);
   if (!channel->WaitForConnected(absl::ToChronoTime(absl::Now() + options.timeout))) {

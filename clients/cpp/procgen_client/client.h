@@ -38,6 +38,9 @@ struct ConnectOptions {
   absl::Duration keepalive_timeout = absl::Seconds(10);
   // How long each call but a stream may take; then it is DEADLINE_EXCEEDED.
   absl::Duration call_timeout = absl::InfiniteDuration();
+  // The address is this machine's end of a tunnel to another: what suits a server on this machine,
+  // few bytes under way at a time, would be slow there.
+  bool tunnel = false;
 };
 
 // Where CloneStates reads.
