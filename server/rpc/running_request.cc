@@ -52,10 +52,7 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
       Encode(pool, outgoing.response);
     }
     outgoing.answered = IsOver() ? request_ : nullptr;
-    if (keeps && outgoing.response->observations.size() == 0) {
-      // So few bytes are serialised once more sooner than shared with gRPC.
-      answer_.emplace_back(outgoing.response->message.SerializeAsString());
-    } else if (keeps) {
+    if (keeps) {
       outgoing.bytes = Serialized(*outgoing.response);
       answer_.push_back(CordOf(outgoing.bytes));
     }
