@@ -107,8 +107,12 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
     line_input_ = LineInput::kWatched;
     return Action::kWatchLine;
   }
-  if (line_ == nullptr && requests_.CanRead()) {
-    requests_.BeginRead();
+  // Beside a direct line for its end only, however soon that was opened.
+  if (!stream_reads_ && (line_ != nullptr || requests_.CanRead())) {
+    stream_reads_ = true;
+    if (line_ == nullptr) {
+      requests_.BeginRead();
+    }
     return Action::kRead;
   }
   const bool takes_no_turn = requests_.IsOver() && turn_of_ == nullptr;
@@ -161,9 +165,12 @@ void StepPoolReactor::Act(Action action) {
 void StepPoolReactor::OnReadDone(bool ok) {
   StreamRequest* request = nullptr;
   bool beside_line = false;
+  grpc::ByteBuffer bytes;
   {
     absl::MutexLock lock(&mutex_);
+    bytes.Swap(&read_bytes_);
     beside_line = line_ != nullptr;
+    stream_reads_ = beside_line;  // and then no more
     request = beside_line ? nullptr : requests_.EndRead(ok);
   }
   if (beside_line) {
@@ -174,9 +181,8 @@ void StepPoolReactor::OnReadDone(bool ok) {
     return;
   }
   request->arrival_time = SteadyNow();
-  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(read_bytes_.Length()));
-  absl::Status status = ParseMessage(read_bytes_, &request->message);
-  read_bytes_.Clear();
+  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(bytes.Length()));
+  absl::Status status = ParseMessage(bytes, &request->message);
   if (!std::exchange(attaching_, true)) {
     attach_alarm_.Cancel();
     if (status.ok()) {

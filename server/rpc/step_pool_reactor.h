@@ -162,6 +162,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
 
   std::shared_ptr<DirectLine> line_ ABSL_GUARDED_BY(mutex_);  // null: gRPC bears the messages
+  bool stream_reads_ ABSL_GUARDED_BY(mutex_) = false;  // gRPC; or it has read beside the line
   LineInput line_input_ ABSL_GUARDED_BY(mutex_) = LineInput::kUnknown;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   bool letting_go_ ABSL_GUARDED_BY(mutex_) = false;
