@@ -9,7 +9,7 @@ namespace {
 
 // A worker takes about this share of a part at a time: few enough grabs to cost nothing, small
 // enough to end together.
-constexpr int32_t kGrabsPerPart = 8;
+constexpr int32_t kGrabsPerPart = 32;
 
 }  // namespace
 
@@ -77,7 +77,10 @@ void Crew::WorkLoop(int32_t worker) {
     CrewJob* job = nullptr;
     AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
-      absl::MutexLock lock(&mutex_, absl::Condition(&has_work));
+      // Not locked when there is work, in one: who meets the submitter's lock would then not spin
+      // for it, but sleep.
+      absl::MutexLock lock(&mutex_);
+      mutex_.Await(absl::Condition(&has_work));
       if (waiting_.empty()) {
         return;
       }

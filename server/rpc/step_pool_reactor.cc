@@ -92,12 +92,27 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
       return Action::kTurn;
     }
   }
+  // Nobody reads ahead of what is carried out: who ends a request looks for the next one, so that
+  // no thread is woken for it.
+  if (line_input_ == LineInput::kUnknown && WantsLine()) {
+    line_input_ = LineInput::kNone;
+    requests_.BeginRead();
+    return Action::kReadLine;
+  }
   if (responses_.CanWrite()) {
     responses_.BeginWrite();
     return Action::kWrite;
   }
-  if (line_ == nullptr && requests_.CanRead()) {
-    requests_.BeginRead();
+  if (line_input_ == LineInput::kNone && WantsLine()) {
+    line_input_ = LineInput::kWatched;
+    return Action::kWatchLine;
+  }
+  // Beside a direct line for its end only, however soon that was opened.
+  if (!stream_reads_ && (line_ != nullptr || requests_.CanRead())) {
+    stream_reads_ = true;
+    if (line_ == nullptr) {
+      requests_.BeginRead();
+    }
     return Action::kRead;
   }
   const bool takes_no_turn = requests_.IsOver() && turn_of_ == nullptr;
@@ -118,6 +133,12 @@ void StepPoolReactor::Act(Action action) {
       return;
     case Action::kRead:
       StartRead(&read_bytes_);
+      return;
+    case Action::kReadLine:
+      ReadLine();
+      return;
+    case Action::kWatchLine:
+      WatchLine();
       return;
     case Action::kTurn:
       pool_->TakeTurn(
@@ -144,9 +165,12 @@ void StepPoolReactor::Act(Action action) {
 void StepPoolReactor::OnReadDone(bool ok) {
   StreamRequest* request = nullptr;
   bool beside_line = false;
+  grpc::ByteBuffer bytes;
   {
     absl::MutexLock lock(&mutex_);
+    bytes.Swap(&read_bytes_);
     beside_line = line_ != nullptr;
+    stream_reads_ = beside_line;  // and then no more
     request = beside_line ? nullptr : requests_.EndRead(ok);
   }
   if (beside_line) {
@@ -157,9 +181,8 @@ void StepPoolReactor::OnReadDone(bool ok) {
     return;
   }
   request->arrival_time = SteadyNow();
-  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(read_bytes_.Length()));
-  absl::Status status = ParseMessage(read_bytes_, &request->message);
-  read_bytes_.Clear();
+  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(bytes.Length()));
+  absl::Status status = ParseMessage(bytes, &request->message);
   if (!std::exchange(attaching_, true)) {
     attach_alarm_.Cancel();
     if (status.ok()) {
@@ -419,6 +442,9 @@ void StepPoolReactor::OnWriteDone(bool ok) {
     absl::MutexLock lock(&mutex_);
     if (StreamRequest* answered = responses_.EndWrite(); answered != nullptr) {
       requests_.Free(answered);
+    }
+    if (line_input_ == LineInput::kNone) {
+      line_input_ = LineInput::kUnknown;  // who was answered may have sent the next one meanwhile
     }
     if (!ok) {
       CancelLocked();

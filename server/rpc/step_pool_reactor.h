@@ -1,7 +1,9 @@
 #ifndef SERVER_RPC_STEP_POOL_REACTOR_H_
 #define SERVER_RPC_STEP_POOL_REACTOR_H_
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/base/thread_annotations.h"
@@ -62,14 +64,23 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
 
  private:
   enum class Action {
-    kWait,     // for an event
-    kRead,     // the next request
-    kTurn,     // take a turn for turn_of_
-    kRunPart,  // carry out the next part of running_
-    kAbandon,  // end the turn, for the pool is gone
-    kLetGo,    // detach from the pool
-    kWrite,    // the first of responses_
-    kFinish,   // end the stream
+    kWait,       // for an event
+    kRead,       // the next request
+    kReadLine,   // the next request, from the direct line
+    kWatchLine,  // have it tell when there is one
+    kTurn,       // take a turn for turn_of_
+    kRunPart,    // carry out the next part of running_
+    kAbandon,    // end the turn, for the pool is gone
+    kLetGo,      // detach from the pool
+    kWrite,      // the first of responses_
+    kFinish,     // end the stream
+  };
+
+  // What there is to be received from the direct line.
+  enum class LineInput : uint8_t {
+    kUnknown,  // to be looked for
+    kNone,     // as far as is known
+    kWatched,  // none; the line tells when there is
   };
 
   StepPoolReactor(Sessions* sessions, const Callers* callers, DirectLines* direct_lines,
@@ -80,7 +91,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void OnCancel() override;
   void OnDone() override;
   void OnLineOpened(std::shared_ptr<DirectLine> line) override;
-  bool OnLineMessage(const absl::StatusOr<absl::string_view>& message) override;
+  void OnLineInput() override;
 
   void Drive();
   Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -88,6 +99,12 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
 
   // What gRPC has read while requests come by the direct line.
   void OnReadBesideLine(bool ok);
+  // Whether what comes by the direct line would be carried out at once.
+  bool WantsLine() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void ReadLine();
+  // Receives what a learner that has been answered sends next, if that comes soon.
+  absl::StatusOr<std::optional<absl::string_view>> LookForNext(DirectLine* line);
+  void WatchLine();
   // Takes in what was read into `request`, by gRPC or the direct line; `status`: of its parsing.
   void TakeIn(StreamRequest* request, absl::Status status);
   void OnAttachTimeout();
@@ -134,6 +151,7 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   grpc::ByteBuffer read_bytes_;  // of the read under way
   RunningRequest running_;       // of the turn that this stream has
   std::string line_key_;         // by which a direct line may be opened; empty: none
+  int not_looked_for_ = 0;       // requests that are not looked for; of who reads the line
   std::string line_bytes_;       // of a message that is sent there; its memory is kept
 
   absl::Mutex mutex_;
@@ -144,6 +162,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   bool part_waits_ ABSL_GUARDED_BY(mutex_) = false;           // of running_, for a response
 
   std::shared_ptr<DirectLine> line_ ABSL_GUARDED_BY(mutex_);  // null: gRPC bears the messages
+  bool stream_reads_ ABSL_GUARDED_BY(mutex_) = false;  // gRPC; or it has read beside the line
+  LineInput line_input_ ABSL_GUARDED_BY(mutex_) = LineInput::kUnknown;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
   bool letting_go_ ABSL_GUARDED_BY(mutex_) = false;
   bool pool_is_gone_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,6 +1,8 @@
 // A stream's direct line: its messages past gRPC.
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -9,6 +11,15 @@
 #include "server/rpc/unary_call.h"
 
 namespace procgen {
+namespace {
+
+// How often it is looked whether a learner that has just been answered asks on at once: some 5 us,
+// less than it costs to wake a thread for its request. For how many requests that is not done after
+// it was in vain.
+constexpr int kLooksForNext = 16;
+constexpr int kRequestsNotLookedFor = 64;
+
+}  // namespace
 
 void StepPoolReactor::OnReadBesideLine(bool ok) {
   EndAfterInbox(
@@ -18,38 +29,83 @@ void StepPoolReactor::OnReadBesideLine(bool ok) {
 }
 
 void StepPoolReactor::OnLineOpened(std::shared_ptr<DirectLine> line) {
-  absl::MutexLock lock(&mutex_);
-  if (finished_) {
-    line->HangUp();
-    return;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (finished_) {
+      line->HangUp();
+      return;
+    }
+    line_ = std::move(line);
+    requests_.AbandonRead();
   }
-  line_ = std::move(line);
-  requests_.AbandonRead();
+  Drive();
 }
 
-bool StepPoolReactor::OnLineMessage(const absl::StatusOr<absl::string_view>& message) {
+void StepPoolReactor::OnLineInput() {
+  {
+    absl::MutexLock lock(&mutex_);
+    line_input_ = LineInput::kUnknown;
+  }
+  Drive();
+}
+
+bool StepPoolReactor::WantsLine() const {
+  return line_ != nullptr && turn_of_ == nullptr && requests_.CanRead();
+}
+
+void StepPoolReactor::ReadLine() {
+  std::shared_ptr<DirectLine> line;
+  bool is_answered = false;
+  {
+    absl::MutexLock lock(&mutex_);
+    line = line_;
+    is_answered = !responses_.CanWrite();
+  }
+  const absl::StatusOr<std::optional<absl::string_view>> message =
+      is_answered ? LookForNext(line.get()) : line->Receive();
+  StreamRequest* request = nullptr;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (message.ok() && !message->has_value()) {
+      requests_.AbandonRead();
+      return;
+    }
+    line_input_ = LineInput::kUnknown;
+    request = requests_.EndRead(message.ok());
+  }
   if (!message.ok()) {
     const bool is_end = absl::IsCancelled(message.status());
     EndAfterInbox(is_end ? absl::OkStatus() : message.status());
-    Drive();
-    return false;
   }
-  StreamRequest* request = nullptr;
-  {
-    const auto has_room = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-      return requests_.CanRead() || requests_.IsOver();
-    };
-    absl::MutexLock lock(&mutex_, absl::Condition(&has_room));
-    if (!requests_.CanRead()) {
-      return false;
-    }
-    requests_.BeginRead();
-    request = requests_.EndRead(true);
+  if (request == nullptr) {
+    return;
   }
   request->arrival_time = SteadyNow();
-  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(message->size()));
-  TakeIn(request, ParseMessage(*message, &request->message));
-  return true;
+  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>((*message)->size()));
+  TakeIn(request, ParseMessage(**message, &request->message));
+}
+
+absl::StatusOr<std::optional<absl::string_view>> StepPoolReactor::LookForNext(DirectLine* line) {
+  absl::StatusOr<std::optional<absl::string_view>> message = line->Receive();
+  if (not_looked_for_ > 0) {
+    --not_looked_for_;
+    return message;
+  }
+  for (int looks = 1; looks < kLooksForNext && message.ok() && !message->has_value(); ++looks) {
+    std::this_thread::yield();
+    message = line->Receive();
+  }
+  not_looked_for_ = message.ok() && !message->has_value() ? kRequestsNotLookedFor : 0;
+  return message;
+}
+
+void StepPoolReactor::WatchLine() {
+  std::shared_ptr<DirectLine> line;
+  {
+    absl::MutexLock lock(&mutex_);
+    line = line_;
+  }
+  line->Watch();
 }
 
 bool StepPoolReactor::WriteToLine(DirectLine* line, const Outgoing& outgoing) {

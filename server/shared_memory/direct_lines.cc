@@ -148,9 +148,9 @@ void DirectLines::AcceptUntilStopped() {
 }
 
 void DirectLines::Begin(int connection) {
-  auto line = std::make_shared<DirectLine>(connection, message_bytes_max_);
+  std::shared_ptr<DirectLine> line = DirectLine::Take(connection, message_bytes_max_);
   absl::MutexLock lock(&mutex_);
-  if (stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection)) {
+  if (line == nullptr || stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection)) {
     return;
   }
   ++unknown_count_;
@@ -178,10 +178,11 @@ void DirectLines::Receive(const std::shared_ptr<DirectLine>& line) {
     return;
   }
   user->OnLineOpened(line);
-  absl::StatusOr<absl::string_view> message;
-  do {
-    message = line->Receive();
-  } while (user->OnLineMessage(message) && message.ok());
+  bool is_open = true;
+  while (is_open) {
+    is_open = line->AwaitInput();
+    user->OnLineInput();
+  }
 }
 
 void DirectLines::Reap() {

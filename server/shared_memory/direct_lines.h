@@ -17,21 +17,22 @@
 namespace procgen {
 
 // A stream whose learner may come by a direct line. All calls are made on the line's thread.
+// Messages are received by whoever finds the time, on any thread, one at a time; who finds none has
+// the line watched.
 class DirectLineUser {
  public:
   virtual ~DirectLineUser() = default;
 
   // The learner has come, once. The line may be used until it ends.
   virtual void OnLineOpened(std::shared_ptr<DirectLine> line) = 0;
-  // Takes a message, or, last of all, why there will be none: CANCELLED the learner has ended the
-  // line; RESOURCE_EXHAUSTED a message is too large. Blocks while the stream takes none; false: it
-  // wants no more.
-  virtual bool OnLineMessage(const absl::StatusOr<absl::string_view>& message) = 0;
+  // There is something to receive, or the line has ended, and it was watched; or this side has hung
+  // up. Must not block for long.
+  virtual void OnLineInput() = 0;
 };
 
 // Where learners on this machine open direct lines to their streams: a unix socket without a file,
 // which is gone with the process. Only processes of the same user are let in, and each must show
-// the key of its stream. A line has a thread, which waits for its messages and hands them on.
+// the key of its stream. A line has a thread, which waits where nobody else finds its messages.
 // Threads: any method from any thread.
 class DirectLines {
  public:

@@ -1,6 +1,7 @@
 #ifndef TESTS_BENCHMARK_LOCAL_LEARNER_H_
 #define TESTS_BENCHMARK_LOCAL_LEARNER_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -22,6 +23,10 @@ struct Course {
   int worker_count = 1;  // the calling thread is one of them
   bool drawn = true;
   std::shared_ptr<const SharedArt> art = nullptr;  // null: the built-in art
+  // Batches that are written in turn, so that one can be read while the next is written. 1: each
+  // step writes over what the one before has answered.
+  int batch_count = 1;
+  bool answers_all = false;  // all that a stream answers, otherwise observations, rewards and first
 };
 
 // A pool in this process, the random actions that it is given, and memory for what it answers.
@@ -36,16 +41,36 @@ class LocalLearner {
   // Steps all environments once.
   absl::Status Step();
   // What the environments show: [kEnvCount, 64, 64, 3], or empty where nothing is drawn.
-  absl::Span<const uint8_t> observations() const { return observations_; }
+  absl::Span<const uint8_t> observations() const {
+    return answers_[step_ % answers_.size()].observations;
+  }
 
  private:
-  LocalLearner(std::unique_ptr<Pool> pool, bool drawn);
+  // Memory of a batch.
+  struct Answer {
+    std::vector<uint8_t> observations;  // empty: not drawn
+    std::vector<float> rewards;
+    std::vector<uint8_t> first;
+    // Empty unless all is answered.
+    std::vector<uint8_t> terminated;
+    std::vector<uint8_t> truncated;
+    std::vector<int32_t> level_seeds;
+    std::vector<int32_t> prev_level_seeds;
+    std::vector<uint8_t> prev_level_complete;
+    std::vector<float> episode_returns;
+    std::vector<int32_t> episode_lengths;
+    std::vector<uint64_t> fingerprints;
+
+    Answer(const Course& course, size_t env_count);
+    Batch AsBatch();
+  };
+
+  LocalLearner(std::unique_ptr<Pool> pool, const Course& course);
 
   std::unique_ptr<Pool> pool_;
   ActionTape actions_;
-  std::vector<uint8_t> observations_;  // empty: not drawn
-  std::vector<float> rewards_;
-  std::vector<uint8_t> first_;
+  std::vector<Answer> answers_;
+  size_t step_ = 0;  // its answer is answers_[step_ % answers_.size()]
 };
 
 }  // namespace procgen

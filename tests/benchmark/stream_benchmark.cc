@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/synchronization/mutex.h"
 #include "server/session/event_log.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/stream_courses.h"
@@ -45,5 +46,7 @@ bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
 
 int main(int argc, char** argv) {
   procgen::SetLogLevel(procgen::LogLevel::kError);
+  // As procgen-server has it.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterAll);
 }

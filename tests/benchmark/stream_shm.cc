@@ -28,38 +28,55 @@ class Contest {
     if (!learner.ok()) {
       return learner.status();
     }
-    auto local =
-        LocalLearner::Start({.game = kStreamGame, .worker_count = kStreamWorkerCount}, env_count);
-    if (!local.ok()) {
-      return local.status();
+    // What the learner gets, who has one batch while the next is written: two of them, with all
+    // arrays.
+    Course course = {.game = kStreamGame, .worker_count = kStreamWorkerCount};
+    course.batch_count = kRequestsInFlight;
+    course.answers_all = true;
+    auto local = LocalLearner::Start(course, env_count);
+    course.batch_count = 1;
+    auto overwriting = LocalLearner::Start(course, env_count);
+    if (!local.ok() || !overwriting.ok()) {
+      return local.ok() ? overwriting.status() : local.status();
     }
-    return std::unique_ptr<Contest>(
-        new Contest(*std::move(server), *std::move(learner), *std::move(local)));
+    return std::unique_ptr<Contest>(new Contest(*std::move(server), *std::move(learner),
+                                                *std::move(local), *std::move(overwriting)));
   }
 
   absl::Status RunRound() {
     absl::Status status = MeasureAhead(learner_.get(), &ours_);
-    return status.ok() ? in_process_.MeasureRound(kContestantTime, [this] { return local_.Step(); })
+    if (status.ok()) {
+      status = in_process_.MeasureRound(kContestantTime, [this] { return local_.Step(); });
+    }
+    return status.ok() ? in_process_overwriting_.MeasureRound(
+                             kContestantTime, [this] { return overwriting_.Step(); })
                        : status;
   }
 
   void Report(int32_t env_count, benchmark::State& state) const {
     // A ratio of rates is the inverse ratio of times.
     state.counters["inprocess_ratio"] = absl::FDivDuration(in_process_.wall, ours_.wall);
+    state.counters["overwriting_ratio"] =
+        absl::FDivDuration(in_process_overwriting_.wall, ours_.wall);
     state.counters["cores_busy"] = absl::FDivDuration(ours_.cpu, ours_.wall);
     state.counters["items_per_second"] = env_count / absl::ToDoubleSeconds(ours_.wall);
   }
 
  private:
   Contest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
-          LocalLearner local)
-      : server_(std::move(server)), learner_(std::move(learner)), local_(std::move(local)) {}
+          LocalLearner local, LocalLearner overwriting)
+      : server_(std::move(server)),
+        learner_(std::move(learner)),
+        local_(std::move(local)),
+        overwriting_(std::move(overwriting)) {}
 
   std::unique_ptr<Server> server_;
   std::unique_ptr<RemoteLearner> learner_;
   LocalLearner local_;
+  LocalLearner overwriting_;
   Cost ours_;
   Cost in_process_;
+  Cost in_process_overwriting_;
 };
 
 }  // namespace

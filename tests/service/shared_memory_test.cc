@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -223,6 +225,22 @@ TEST_F(SharedMemoryTest, WhatIsHeldIsNotWrittenAndTooMuchIsToldBeforeItIsSent) {
   }
 }
 
+TEST_F(SharedMemoryTest, WhatIsLetGoIsWrittenByTheNextRequest) {
+  const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(2))));
+  ASSERT_NE(stream, nullptr);
+  ASSERT_THAT(stream->SendStep({7, 1}), IsOk());
+  procgen_client::Batch batch;
+  std::set<const uint8_t*> places;
+  for (int step = 0; step < 20; ++step) {
+    batch.LetGo();
+    EXPECT_TRUE(batch.observations().empty());
+    ASSERT_THAT(stream->SendStep({7, 1}), IsOk());
+    ASSERT_THAT(stream->Receive(&batch), IsOk());
+    places.insert(batch.observations().data());
+  }
+  EXPECT_EQ(places.size(), 2) << "one is read while the other is written";
+}
+
 TEST_F(SharedMemoryTest, BatchesOutliveTheirStreamAndTheirServer) {
   procgen_client::Batch batch;
   {
@@ -343,6 +361,43 @@ TEST_F(DirectLineTest, WhoHangsUpEndsTheStream) {
   line_->HangUp();
   EXPECT_THAT(End(), IsOk());
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
+}
+
+// Nobody watches the line then.
+TEST_F(DirectLineTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
+  v1::StepPoolRequest request = StepRequest({4, 4});
+  request.set_sequence_number(2);
+  request.mutable_step()->set_repeat_count(1000);
+  ASSERT_TRUE(line_->Send(request));
+  line_->HangUp();
+  v1::StepPoolResponse response;
+  while (line_->Receive(&response)) {
+  }
+  EXPECT_FALSE(stream_->Read(&response));
+  // As a rule cancelled, for the answer could not be sent.
+  EXPECT_THAT(stream_->Finish().error_code(),
+              testing::AnyOf(grpc::StatusCode::OK, grpc::StatusCode::CANCELLED));
+  EXPECT_FALSE(client_->GetPool(pool_)->attached());
+  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
+}
+
+TEST_F(DirectLineTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
+  std::vector<int32_t> seen;
+  for (int64_t number = 2; number < 200; number += 2) {
+    v1::StepPoolRequest request = Observe(number);
+    request.mutable_released_batches()->Assign(seen.begin(), seen.end());
+    seen.clear();
+    std::thread beside([this] { EXPECT_THAT(client_->SaveStates(pool_, {0, 1}), IsOk()); });
+    EXPECT_TRUE(line_->Send(request));
+    EXPECT_TRUE(line_->Send(Observe(number + 1)));
+    beside.join();
+    for (const int64_t answered : {number, number + 1}) {
+      v1::StepPoolResponse response;
+      ASSERT_TRUE(line_->Receive(&response));
+      EXPECT_EQ(response.sequence_number(), answered);
+      seen.push_back(response.batch().shared_batch());
+    }
+  }
 }
 
 TEST_F(DirectLineTest, WhoEndsTheStreamEndsTheLine) {

@@ -73,6 +73,11 @@ class Batch {
     return Shared(&SharedRows::final_observations, Bytes(value().final_observations()));
   }  //                                                       uint8  [m, F], or empty
 
+  // Has done with what it shows of shared memory, which is empty from now on: the server may write
+  // there again from the next request on. Otherwise it may with the request after that, as the next
+  // answer is received before it, so that one batch more goes in and out of the caches.
+  void LetGo() { shared_ = nullptr; }
+
  private:
   friend class StepStream;
 

@@ -14,9 +14,8 @@
 #include "absl/strings/strip.h"
 
 namespace procgen_client {
-namespace {
 
-// Nobody else can listen on the way to it. By its exact form: "127.0.0.1.example.com" is a name.
+// By its exact form: "127.0.0.1.example.com" is a name.
 bool IsThisMachine(absl::string_view address) {
   constexpr uint8_t kLoopbackNet = 127;
   if (absl::StartsWith(address, "unix:")) {
@@ -32,6 +31,8 @@ bool IsThisMachine(absl::string_view address) {
   return text == "localhost" ||
          (inet_pton(AF_INET, std::string(text).c_str(), ipv4) == 1 && ipv4[0] == kLoopbackNet);
 }
+
+namespace {
 
 std::string Variable(const char* name) {
   const char* value = std::getenv(name);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/security/credentials.h"
 
@@ -28,6 +29,9 @@ struct Credentials {
   // the token. Errors: NOT_FOUND a file that cannot be read.
   static absl::StatusOr<Credentials> FromEnvironment();
 };
+
+// Whether the address is loopback or a unix socket: nobody else can listen on the way to it.
+bool IsThisMachine(absl::string_view address);
 
 // As gRPC takes them, for a connection to `address`. Errors: INVALID_ARGUMENT a certificate without
 // its key or without `ca`, or a token that would be sent to another machine in plain text.

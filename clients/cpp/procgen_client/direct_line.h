@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/look_trial.h"
 
 namespace procgen_client {
 
@@ -39,6 +40,7 @@ class DirectLine {
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;
+  LookTrial look_trial_;
 };
 
 }  // namespace procgen_client

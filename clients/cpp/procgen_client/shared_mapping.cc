@@ -17,8 +17,8 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// The arrays of a batch, and what their elements are.
-const std::pair<const char*, v1::ElementType> kFields[] = {
+// The names of the fields, in the order of SharedField, and what their elements are.
+const std::pair<const char*, v1::ElementType> kFields[kSharedFieldCount] = {
     {"observations", v1::ELEMENT_TYPE_UINT8},
     {"final_observations", v1::ELEMENT_TYPE_UINT8},
     {"fingerprints", v1::ELEMENT_TYPE_INT64},
@@ -105,7 +105,8 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
     return Wrong(memory, absl::StrCat("has ", size_bytes_, " bytes, ", batch_count_, " x ",
                                       batch_bytes_, " are told"));
   }
-  for (const auto& [field, type] : kFields) {
+  for (size_t i = 0; i < kSharedFieldCount; ++i) {
+    const auto& [field, type] = kFields[i];
     const v1::SharedArray* array = Find(memory, field);
     if (array == nullptr || array->element_type() != type || array->shape_size() < 1 ||
         array->shape(0) < 1 || (env_count_ != 0 && array->shape(0) != env_count_)) {
@@ -116,7 +117,7 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
     if (row_bytes < 0) {
       return Wrong(memory, absl::StrCat("has an array ", field, " that does not fit in a batch"));
     }
-    arrays_[field] = {array->offset_bytes(), row_bytes};
+    arrays_[i] = {array->offset_bytes(), row_bytes};
   }
   return absl::OkStatus();
 }
@@ -202,25 +203,26 @@ SharedRows::SharedRows(std::shared_ptr<const SharedMapping> mapping,
   held_->Hold(batch_);
   const int32_t from = batch.first_environment();
   const int32_t count = batch.environment_count();
-  rewards = mapping_->Rows<float>(batch_, "rewards", from, count);
-  first = mapping_->Rows<bool>(batch_, "first", from, count);
-  terminated = mapping_->Rows<bool>(batch_, "terminated", from, count);
-  truncated = mapping_->Rows<bool>(batch_, "truncated", from, count);
-  level_seeds = mapping_->Rows<int32_t>(batch_, "level_seeds", from, count);
-  prev_level_seeds = mapping_->Rows<int32_t>(batch_, "prev_level_seeds", from, count);
-  prev_level_complete = mapping_->Rows<bool>(batch_, "prev_level_complete", from, count);
-  episode_returns = mapping_->Rows<float>(batch_, "episode_returns", from, count);
-  episode_lengths = mapping_->Rows<int32_t>(batch_, "episode_lengths", from, count);
+  rewards = mapping_->Rows<float>(batch_, SharedField::kRewards, from, count);
+  first = mapping_->Rows<bool>(batch_, SharedField::kFirst, from, count);
+  terminated = mapping_->Rows<bool>(batch_, SharedField::kTerminated, from, count);
+  truncated = mapping_->Rows<bool>(batch_, SharedField::kTruncated, from, count);
+  level_seeds = mapping_->Rows<int32_t>(batch_, SharedField::kLevelSeeds, from, count);
+  prev_level_seeds = mapping_->Rows<int32_t>(batch_, SharedField::kPrevLevelSeeds, from, count);
+  prev_level_complete = mapping_->Rows<bool>(batch_, SharedField::kPrevLevelComplete, from, count);
+  episode_returns = mapping_->Rows<float>(batch_, SharedField::kEpisodeReturns, from, count);
+  episode_lengths = mapping_->Rows<int32_t>(batch_, SharedField::kEpisodeLengths, from, count);
   int32_t ended = 0;
   for (size_t row = 0; row < terminated.size(); ++row) {
     ended += terminated[row] || truncated[row] ? 1 : 0;
   }
-  fingerprints = mapping_->Rows<uint64_t>(batch_, "fingerprints", from, ended);
+  fingerprints = mapping_->Rows<uint64_t>(batch_, SharedField::kFingerprints, from, ended);
   if (batch.shared_final_observations()) {
-    final_observations = mapping_->Rows<uint8_t>(batch_, "final_observations", from, ended);
+    final_observations =
+        mapping_->Rows<uint8_t>(batch_, SharedField::kFinalObservations, from, ended);
   }
   if (batch.shared_observations()) {
-    observations = mapping_->Rows<uint8_t>(batch_, "observations", from, count);
+    observations = mapping_->Rows<uint8_t>(batch_, SharedField::kObservations, from, count);
   }
 }
 

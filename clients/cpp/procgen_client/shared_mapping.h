@@ -1,8 +1,9 @@
 #ifndef PROCGEN_CLIENT_SHARED_MAPPING_H_
 #define PROCGEN_CLIENT_SHARED_MAPPING_H_
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,23 @@
 #include "procgen/v1/step.pb.h"
 
 namespace procgen_client {
+
+// The arrays of a batch in shared memory, each a field of procgen.v1.Batch.
+enum class SharedField : uint8_t {
+  kObservations,
+  kFinalObservations,
+  kFingerprints,
+  kRewards,
+  kEpisodeReturns,
+  kLevelSeeds,
+  kPrevLevelSeeds,
+  kEpisodeLengths,
+  kFirst,
+  kTerminated,
+  kTruncated,
+  kPrevLevelComplete,
+};
+inline constexpr size_t kSharedFieldCount = 12;
 
 // The memory that a pool shares with its learners (procgen.v1.SharedMemory), mapped to be read.
 // Threads: immutable; what is in it is written by the server, as the contract says.
@@ -34,11 +52,11 @@ class SharedMapping {
   int32_t env_count() const { return env_count_; }
 
   // Rows [first, first + count) of the array `field` in a batch. REQUIRES: all are in range, and
-  // the field is one of Batch whose elements are of this type.
+  // the field's elements are of this type.
   template <typename Element>
-  absl::Span<const Element> Rows(int32_t batch, const std::string& field, int32_t first,
+  absl::Span<const Element> Rows(int32_t batch, SharedField field, int32_t first,
                                  int32_t count) const {
-    const Array& array = arrays_.at(field);
+    const Array& array = arrays_[static_cast<size_t>(field)];
     const uint8_t* begin = memory_ + batch * batch_bytes_ + array.offset_bytes;
     return absl::MakeConstSpan(reinterpret_cast<const Element*>(begin + first * array.row_bytes),
                                static_cast<size_t>(count * array.row_bytes) / sizeof(Element));
@@ -60,7 +78,7 @@ class SharedMapping {
   int32_t batch_count_ = 0;
   int64_t batch_bytes_ = 0;
   int32_t env_count_ = 0;
-  std::map<std::string, Array> arrays_;  // by field
+  std::array<Array, kSharedFieldCount> arrays_;  // by field
   const uint8_t* memory_ = nullptr;
 };
 

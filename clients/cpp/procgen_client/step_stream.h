@@ -42,8 +42,8 @@ struct StreamOptions {
   // Of a pool with TRANSPORT_SHARED_MEMORY: how many Batches may be held besides those of
   // unanswered requests; 0: 2. Each takes memory for two observations of each environment.
   int32_t held_batches_max = 0;
-  // Of such a pool: messages go past gRPC by a unix socket, where it can be reached, which is
-  // several times cheaper. False: by gRPC's stream, where its interceptors see them.
+  // Of such a pool: messages go past gRPC by a unix socket, where it can be reached, which costs
+  // less than half. False: by gRPC's stream, where its interceptors see them.
   bool direct_line = true;
 };
 

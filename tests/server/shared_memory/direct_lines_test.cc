@@ -11,6 +11,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -74,23 +75,35 @@ class Visitor {
   bool connected_ = false;
 };
 
-// Notes what comes, and answers it with "re: " before it.
+// Notes what comes, and answers it with "re: " before it; hangs up after the tenth.
 class Stream final : public DirectLineUser {
  public:
   void OnLineOpened(std::shared_ptr<DirectLine> line) override {
-    absl::MutexLock lock(&mutex_);
-    line_ = std::move(line);
-  }
-  bool OnLineMessage(const absl::StatusOr<absl::string_view>& message) override {
-    absl::MutexLock lock(&mutex_);
-    if (!message.ok()) {
-      end_ = message.status();
-      line_ = nullptr;
-      return false;
+    {
+      absl::MutexLock lock(&mutex_);
+      line_ = std::move(line);
     }
-    heard_.emplace_back(*message);
-    line_->Send({"re: ", *message});
-    return heard_.size() < 10;
+    OnLineInput();
+  }
+  void OnLineInput() override {
+    absl::MutexLock lock(&mutex_);
+    while (line_ != nullptr) {
+      const auto message = line_->Receive();
+      if (message.ok() && !message->has_value()) {
+        line_->Watch();
+        return;
+      }
+      if (message.ok()) {
+        heard_.emplace_back(**message);
+        line_->Send({"re: ", **message});
+      } else {
+        end_ = message.status();
+      }
+      if (!message.ok() || heard_.size() == 10) {
+        line_->HangUp();
+        line_ = nullptr;
+      }
+    }
   }
 
   std::vector<std::string> heard() {
