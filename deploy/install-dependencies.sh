@@ -21,9 +21,10 @@ packages=(
   prometheus-cpp-dev      # metrics
   cyclonedds-dev          # servers of a cluster find each other
   cyclonedds-tools        # compiles what they say to each other
+  libboost-dev            # HTTP and WebSocket for the pages
   libpng-dev              # art and pictures
   librsvg2-bin            # rasterises the art while building
-  nlohmann-json3-dev      # replayed recordings are JSON
+  nlohmann-json3-dev      # recordings and what pages are told are JSON
   zlib1g-dev              # and compressed
   libgtest-dev            # tests
   libgmock-dev            # matchers of the tests
@@ -38,6 +39,7 @@ packages=(
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   python3-pytest          # the Python client's tests
+  python3-websockets      # pages, as tests are them
   python3-pip             # a wheel of it
   python3-wheel           # the wheel's format
   python3-setuptools      # what builds it

@@ -6,8 +6,10 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import re
 import shlex
 import signal
+import subprocess
 import sys
 import time
 from dataclasses import dataclass
@@ -30,6 +32,10 @@ _PICTURE_ACTION_STEPS = 5
 _PICTURE_ACTION_ODDS = np.array([1, 1, 1, 1, 1, 1, 1, 4, 4, 1, 1, 1, 1, 1, 1]) / 21
 _SECONDS_BETWEEN_REPORTS = 0.1
 _SECONDS_UNTIL_NODES_MEET = 30
+# Loopback, on a port that is free.
+_PAGES = "--web_address=127.0.0.1:0"
+# What steps on where the server is kept, so that there is something to see.
+_KEPT_LEARNER = Path(__file__).with_name("quickstart_learner.py")
 
 
 @dataclass
@@ -151,6 +157,7 @@ class Servers:
 
     front: ServerProcess  # The one that learners connect to.
     nodes: list[ServerProcess]
+    page: str  # Where a browser sees it.
 
     def stop(self) -> None:
         """Stops all."""
@@ -161,7 +168,8 @@ class Servers:
 def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
     """Starts what the arguments ask for, and waits until it is ready."""
     if arguments.nodes == 0:
-        return Servers(ServerProcess(arguments.binary, log_path=log_path), [])
+        server = ServerProcess(arguments.binary, [_PAGES], log_path=log_path)
+        return Servers(server, [], page_address(log_path))
     cluster = [f"--cluster=quickstart-{os.getpid()}", "--cluster_peers=127.0.0.1"]
     with contextlib.ExitStack() as started:  # Stops them if anything goes wrong.
         nodes = [
@@ -176,12 +184,21 @@ def start_servers(arguments: argparse.Namespace, log_path: Path) -> Servers:
         ]
         front = started.enter_context(
             ServerProcess(
-                arguments.binary, [*cluster, "--fleet", "--node_id=fleet"], log_path=log_path
+                arguments.binary,
+                [*cluster, "--fleet", "--node_id=fleet", _PAGES],
+                log_path=log_path,
             )
         )
         await_nodes(front.address, arguments.nodes)
         started.pop_all()
-    return Servers(front, nodes)
+    return Servers(front, nodes, page_address(log_path))
+
+
+def page_address(log_path: Path) -> str:
+    """The address of the pages that a server serves, by its log."""
+    address = re.search(r" web=(\S+)", log_path.read_text())
+    assert address is not None
+    return address.group(1)
 
 
 def await_nodes(address: str, node_count: int) -> None:
@@ -198,14 +215,28 @@ def await_nodes(address: str, node_count: int) -> None:
     print(f"== A fleet server at {address} and {node_count} nodes behind it")
 
 
-def how_to_connect(servers: Servers, log_path: Path) -> str:
+def start_learner(address: str) -> int:
+    """Starts a program that steps a pool as long as the server is there; gives its process id."""
+    command = [sys.executable, str(_KEPT_LEARNER), address]
+    return subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    ).pid
+
+
+def how_to_connect(servers: Servers, learner: int, log_path: Path) -> str:
     """Tells what can be done with servers that run on."""
     package = shlex.quote(str(Path(__file__).resolve().parents[1] / "clients/python"))
     address = servers.front.address
     who = "fleet server runs on with its nodes" if servers.nodes else "server runs on"
     process_ids = [server.process_id for server in (servers.front, *servers.nodes)]
+    process_ids.append(learner)
     text = f"""The {who} at {address} (its log: {log_path}).
 
+See it:   {servers.page}    (watch, play, replay, browse levels)
 Connect:  PYTHONPATH={package} {shlex.quote(sys.executable)} -i -c \\
             'import procgen_client; client = procgen_client.connect("{address}")'
 Stop:     kill {" ".join(map(str, process_ids))}
@@ -261,6 +292,7 @@ def main() -> int:
         print(f"quickstart: {error}", file=sys.stderr)
         return 1
     keep = False
+    print(f"== See it in a browser: {servers.page}", flush=True)
     try:
         demonstrate(servers.front.address, arguments)
         keep = arguments.keep
@@ -274,7 +306,8 @@ def main() -> int:
         if not keep:
             servers.stop()
     if keep:
-        print(how_to_connect(servers, log_path))
+        learner = start_learner(servers.front.address)
+        print(how_to_connect(servers, learner, log_path))
     return 0
 
 

@@ -10,10 +10,12 @@ Usage: deploy/quickstart.sh [--keep] [--nodes N] [--seconds S] [--environments N
 
 Installs what is missing, builds the server, starts it on a free port of this machine, steps
 environments of each game for some seconds with the Python client, prints steps per second, draws a
-picture of the games and stops the server again. May be run from any directory and as often as you
+picture of the games and stops the server again. While it runs, a browser shows it: the address is
+printed. May be run from any directory and as often as you
 like; needs root or sudo only if packages are missing.
 
-  --keep             leave the server running, and say how to connect to it and how to stop it
+  --keep             leave the server running, with a pool that is stepped for people to watch, and say
+                     where a browser shows it, how to connect to it and how to stop it
   --nodes N          a cluster of so many servers and a fleet server that spreads pools over them,
                      1 to 8 (default: one server, no cluster)
   --seconds S        how long to step each game, 1 to 600 (default: 4)

@@ -84,6 +84,58 @@ absl::Status CheckMetricsAddress(const Config& config) {
   return absl::OkStatus();
 }
 
+absl::Status CheckWebHosts(const Config& config) {
+  for (const std::string& host : config.web_hosts) {
+    const absl::StatusOr<Address> address = ParseAddress(absl::StrCat(host, ":0"));
+    if (!address.ok() || address->host != host) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--web_hosts has '", host, "', allowed: names of hosts, without ports"));
+    }
+  }
+  if (config.web_address.empty() && !config.web_hosts.empty()) {
+    return absl::InvalidArgumentError("--web_hosts is given without --web_address");
+  }
+  return absl::OkStatus();
+}
+
+// As CheckAccess, for pages.
+absl::Status CheckWebAccess(const Config& config, const Address& address) {
+  const bool has_tls = !config.tls.certificate.empty();
+  const bool has_tokens = !config.tokens.empty();
+  if (!config.tls.client_ca.empty() && !has_tokens) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--web_address is ", config.web_address,
+                     " with --tls_client_ca alone, by which the pages, which call from within the "
+                     "server, cannot "
+                     "say whose they are: give --tokens as well"));
+  }
+  if (!IsLocal(address) && !config.allow_insecure && (!has_tls || !has_tokens)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--web_address is ", config.web_address, ", which other machines can reach, ",
+                     has_tls ? "" : "without TLS: give --tls_certificate and --tls_key",
+                     has_tls || has_tokens ? "" : "; and ",
+                     has_tokens ? "" : "without asking who calls: give --tokens",
+                     "; or listen on loopback; or --allow_insecure"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckWeb(const Config& config) {
+  if (absl::Status status = CheckWebHosts(config); !status.ok()) {
+    return status;
+  }
+  if (config.web_address.empty()) {
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<Address> address = ParseAddress(config.web_address);
+  if (!address.ok() || address->host.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--web_address is '", config.web_address,
+                     "', allowed: 'HOST:PORT' with a port of 0 to 65535, or nothing"));
+  }
+  return CheckWebAccess(config, *address);
+}
+
 absl::Status CheckAdvertisedAddress(const Config& config) {
   const std::string& given = config.server.advertised_address;
   if (!given.empty()) {
@@ -164,6 +216,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
         Range{"kept_answer_bytes_max", limits.kept_answer_bytes_max, 0, int64_t{1} << 40},
         Range{"shared_memory_bytes_max", limits.shared_memory_bytes_max, 0, int64_t{1} << 40},
+        Range{"episode_bytes_max", limits.episode_bytes_max, 0, int64_t{1} << 40},
         Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
               kLeaseSecondsMax},
         Range{"keepalive_time in milliseconds",
@@ -174,8 +227,10 @@ absl::Status CheckConfig(const Config& config) {
         Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
+        Range{"owner_watch_count_max", limits.owner_watch_count_max, 1, 1 << 20},
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
+        Range{"web_viewers_max", config.web_viewers_max, 1, 1024},
         Range{"fleet_wait_max in seconds", absl::ToInt64Seconds(config.fleet.wait_max), 1,
               7 * 24 * 3600},
         Range{"drain_deadline in seconds", absl::ToInt64Seconds(config.drain_deadline), 0, 3600}}) {
@@ -189,7 +244,10 @@ absl::Status CheckConfig(const Config& config) {
         "--pool_environment_count_max is ", limits.pool_environment_count_max,
         ", allowed: at most --environment_count_max, which is ", limits.environment_count_max));
   }
-  return CheckAccess(config);
+  if (absl::Status status = CheckAccess(config); !status.ok()) {
+    return status;
+  }
+  return CheckWeb(config);
 }
 
 absl::Status LoadSecrets(Config* config) {

@@ -1,7 +1,9 @@
 #ifndef SERVER_CONFIG_H_
 #define SERVER_CONFIG_H_
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -18,6 +20,12 @@ struct Config {
   absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
   std::string metrics_address;  // where metrics are served over HTTP, "HOST:PORT"; empty: nowhere
+
+  // Where pages for browsers are served, "HOST:PORT"; empty: nowhere. By which names they may be
+  // asked for besides, and how many may be open at a time.
+  std::string web_address;
+  std::vector<std::string> web_hosts;
+  int32_t web_viewers_max = 64;
 
   // Which cluster it is a node of; no name: none.
   ClusterOptions cluster;

@@ -29,6 +29,8 @@
 #include "server/security_flags.h"
 #include "server/session/event_log.h"
 #include "server/shared_memory/shared_folder.h"
+#include "server/web/web_server.h"
+#include "server/web_flags.h"
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
           "where to listen: HOST:PORT (port 0: any that is free; it is printed), or unix:PATH");
@@ -49,6 +51,8 @@ ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_
 ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
           "bytes of the answers that are kept for streams that may be resumed, of all pools "
           "together");
+ABSL_FLAG(int64_t, episode_bytes_max, procgen::Limits().episode_bytes_max,
+          "bytes that pools remember their last episodes in, of all together; 0: they do not");
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
           "bytes of memory that pools share with learners, of all pools together");
 ABSL_FLAG(absl::Duration, lease_duration_max, procgen::Limits().lease_duration_max,
@@ -114,6 +118,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
   limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.episode_bytes_max = absl::GetFlag(FLAGS_episode_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
@@ -121,6 +126,7 @@ absl::StatusOr<Config> ReadConfig() {
   ReadSecurityFlags(&config);
   ReadClusterFlags(&config);
   ReadFleetFlags(&config);
+  ReadWebFlags(&config);
   if (absl::Status status = CheckConfig(config); !status.ok()) {
     return status;
   }
@@ -172,6 +178,22 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> StartMetricsPage(const Config& conf
   return MetricsPage::Start(config.metrics_address, server.metrics());
 }
 
+// Null: nobody asked for pages.
+absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& config,
+                                                               const Server& server) {
+  if (config.web_address.empty()) {
+    return nullptr;
+  }
+  return web::WebServer::Start({.address = config.web_address,
+                                .hosts = config.web_hosts,
+                                .viewers_max = config.web_viewers_max,
+                                .tls = config.server.tls,
+                                .asks_token = config.server.tokens != nullptr,
+                                .version = PROCGEN_SERVER_VERSION,
+                                .channel = server.MakeChannel(),
+                                .list_pools = [&server] { return server.ListAllPools(); }});
+}
+
 int FailToStart(const absl::Status& status) {
   LogEvent(LogLevel::kError, "start_failed", {{"message", std::string(status.message())}});
   return 1;
@@ -196,6 +218,10 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
   if (!metrics_page.ok()) {
     return FailToStart(metrics_page.status());
   }
+  absl::StatusOr<std::unique_ptr<web::WebServer>> web_server = StartWebServer(config, **server);
+  if (!web_server.ok()) {
+    return FailToStart(web_server.status());
+  }
   LogEvent(LogLevel::kInfo, "listening",
            {{"address", (*server)->address()},
             {"version", PROCGEN_SERVER_VERSION},
@@ -207,6 +233,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"shared_memory",
              config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
+            {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
@@ -217,6 +244,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
   LogEvent(LogLevel::kInfo, "draining",
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
             {"deadline", absl::FormatDuration(config.drain_deadline)}});
+  web_server->reset();  // first: its pages are told, and call the server until they have ended
   (*server)->Stop(config.drain_deadline);
   metrics_page->reset();  // it reads of the server's until here, so that a drain can be watched
   LogEvent(LogLevel::kInfo, "stopped", {});
@@ -236,7 +264,8 @@ int Main(int argc, char** argv) {
     return absl::EndsWith(file, "server/main.cc") ||
            absl::EndsWith(file, "server/cluster_flags.cc") ||
            absl::EndsWith(file, "server/fleet_flags.cc") ||
-           absl::EndsWith(file, "server/security_flags.cc");
+           absl::EndsWith(file, "server/security_flags.cc") ||
+           absl::EndsWith(file, "server/web_flags.cc");
   };
   absl::FlagsUsageConfig usage;
   usage.contains_help_flags = is_ours;

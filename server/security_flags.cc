@@ -28,6 +28,8 @@ ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count
 ABSL_FLAG(int32_t, owner_environment_count_max, 0,
           "environments of one owner; 0: --environment_count_max");
 ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
+ABSL_FLAG(int32_t, owner_watch_count_max, procgen::Limits().owner_watch_count_max,
+          "pools that one owner watches at a time");
 ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
           "calls of one owner under way, with streams that have not attached");
 ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
@@ -52,6 +54,7 @@ void ReadSecurityFlags(Config* config) {
       or_else(absl::GetFlag(FLAGS_owner_environment_count_max), limits.environment_count_max);
   limits.owner_stream_count_max =
       or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
+  limits.owner_watch_count_max = absl::GetFlag(FLAGS_owner_watch_count_max);
   limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
   limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
   limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout);

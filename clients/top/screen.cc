@@ -108,6 +108,11 @@ std::string LeaseText(const v1::Pool& pool, absl::Time now) {
   return absl::StrCat(std::max<int64_t>(0, absl::ToInt64Seconds(left)), " s");
 }
 
+// The mean return of the last episodes.
+std::string ReturnText(const v1::Pool& pool) {
+  return pool.episode_count() == 0 ? "-" : absl::StrFormat("%.2f", pool.mean_episode_return());
+}
+
 struct Row {
   const v1::Pool* pool = nullptr;
   double steps_per_second = 0;
@@ -129,7 +134,7 @@ std::vector<Row> RowsOf(const Sample& before, const Sample& now, double seconds)
   return rows;
 }
 
-constexpr char kRowFormat[] = "%-*s  %-*s  %-*s  %6s  %-6s  %10s  %12s  %s";
+constexpr char kRowFormat[] = "%-*s  %-*s  %-*s  %6s  %-6s  %10s  %12s  %9s  %9s  %s";
 
 // What the server says may be anything, and is not to steer the terminal.
 std::string Shown(const std::string& text) { return text.empty() ? "-" : absl::CHexEscape(text); }
@@ -148,18 +153,21 @@ void AddPools(const Sample& before, const Sample& now, double seconds,
   const auto add = [&](const std::string& name, const std::string& owner, const std::string& games,
                        const std::string& environments, const std::string& stream,
                        const std::string& rate, const std::string& steps,
+                       const std::string& episodes, const std::string& mean_return,
                        const std::string& lease) {
-    lines->push_back(absl::StrFormat(
-        kRowFormat, static_cast<int>(name_width), name, static_cast<int>(owner_width), owner,
-        static_cast<int>(games_width), games, environments, stream, rate, steps, lease));
+    lines->push_back(absl::StrFormat(kRowFormat, static_cast<int>(name_width), name,
+                                     static_cast<int>(owner_width), owner,
+                                     static_cast<int>(games_width), games, environments, stream,
+                                     rate, steps, episodes, mean_return, lease));
   };
-  add("POOL", "OWNER", "GAMES", "ENVS", "STREAM", "STEPS/S", "STEPS", "LEASE");
+  add("POOL", "OWNER", "GAMES", "ENVS", "STREAM", "STEPS/S", "STEPS", "EPISODES", "RETURN",
+      "LEASE");
   for (const Row& row : rows) {
     const v1::Pool& pool = *row.pool;
     add(Shown(pool.name()), Shown(pool.owner()), Shown(GamesText(pool.spec())),
         absl::StrCat(pool.spec().env_count()), pool.attached() ? "yes" : "no",
         absl::StrFormat("%.0f", row.steps_per_second), absl::StrCat(pool.step_count()),
-        LeaseText(pool, now.time));
+        absl::StrCat(pool.episode_count()), ReturnText(pool), LeaseText(pool, now.time));
   }
 }
 

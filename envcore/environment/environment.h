@@ -44,6 +44,18 @@ struct StepResult {
   uint64_t fingerprint = 0;    // likewise
 };
 
+// What a snapshot says of the moment that it was taken at.
+struct SavedMoment {
+  EnvironmentOptions options;   // without what is spent or resolved when an environment is made
+  int32_t level_seed = 0;       // of the level that is played
+  int32_t episode_length = 0;   // steps
+  bool awaits_episode = false;  // the episode has ended, and the next has not begun
+};
+
+// Reads that, without making an environment. Errors: as Environment::Restore, as far as they are
+// met.
+absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot);
+
 // The life of one environment: levels one after the other, steps, episode ends.
 // Threads: compatible (one thread at a time).
 class Environment {

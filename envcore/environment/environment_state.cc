@@ -58,7 +58,51 @@ void VisitResult(StateArchive& archive, StepResult& result) {
   archive.Bits("fingerprint", result.fingerprint);
 }
 
+// How far an environment has come.
+struct Progress {
+  RandomStream& level_stream;
+  std::optional<int32_t>& next_level;
+  bool& ended;
+  float& episode_return;
+  int32_t& episode_length;
+};
+
+void VisitProgress(StateArchive& archive, const Progress& progress) {
+  archive.Group("level_stream", [&] { progress.level_stream.VisitState(archive); });
+  bool has_next_level = progress.next_level.has_value();
+  int32_t next_level = progress.next_level.value_or(0);
+  archive.Bool("has_next_level", has_next_level);
+  archive.Int("next_level", next_level, kIntMin, kIntMax);
+  if (archive.restores() && has_next_level) {
+    progress.next_level = next_level;
+  }
+  archive.Bool("ended", progress.ended);
+  archive.Float("episode_return", progress.episode_return, -kFloatMax, kFloatMax);
+  archive.Int("episode_length", progress.episode_length, 0, kEpisodeLengthMax);
+}
+
 }  // namespace
+
+absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot) {
+  absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
+  if (!archive.ok()) {
+    return archive.status();
+  }
+  Beginning beginning;
+  VisitBeginning(*archive, beginning);
+  SavedMoment moment;
+  RandomStream level_stream;
+  std::optional<int32_t> next_level;
+  float episode_return = 0;
+  VisitProgress(*archive, {level_stream, next_level, moment.awaits_episode, episode_return,
+                           moment.episode_length});
+  if (!archive->ok()) {
+    return archive->status();
+  }
+  moment.options = beginning.options;
+  moment.level_seed = beginning.level_seed;
+  return moment;
+}
 
 absl::StatusOr<std::string> Environment::SaveState() {
   StateArchive archive;
@@ -101,17 +145,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFact
 }
 
 void Environment::VisitState(StateArchive& archive) {
-  archive.Group("level_stream", [&] { level_stream_.VisitState(archive); });
-  bool has_next_level = next_level_.has_value();
-  int32_t next_level = next_level_.value_or(0);
-  archive.Bool("has_next_level", has_next_level);
-  archive.Int("next_level", next_level, kIntMin, kIntMax);
-  if (archive.restores() && has_next_level) {
-    next_level_ = next_level;
-  }
-  archive.Bool("ended", ended_);
-  archive.Float("episode_return", episode_return_, -kFloatMax, kFloatMax);
-  archive.Int("episode_length", episode_length_, 0, kEpisodeLengthMax);
+  VisitProgress(archive, {level_stream_, next_level_, ended_, episode_return_, episode_length_});
   uint64_t fingerprint = fingerprint_.value();
   archive.Bits("fingerprint", fingerprint);
   fingerprint_.Restore(fingerprint);

@@ -228,8 +228,8 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
 
 Pool::~Pool() = default;
 
-const GameArt* Pool::ArtOf(size_t index) const {
-  return art_[(static_cast<size_t>(options_.first_environment) + index) % art_.size()].get();
+const std::shared_ptr<const GameArt>& Pool::ArtOf(size_t index) const {
+  return art_[(static_cast<size_t>(options_.first_environment) + index) % art_.size()];
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
@@ -317,9 +317,8 @@ absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sam
 }
 
 absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame) {
-  if (environment < 0 || environment >= env_count()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("environment ", environment, " is not in [0, ", env_count(), ")"));
+  if (absl::Status status = CheckIndex(environment); !status.ok()) {
+    return status;
   }
   if (side_px < kHumanViewSidePxMin || side_px > kHumanViewSidePxMax) {
     return absl::InvalidArgumentError(absl::StrCat("side_px is ", side_px, ", must be in [",
@@ -340,6 +339,19 @@ absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8
   workbench.rasteriser.DrawHumanView(workbench.scene, *ArtOf(index), side_px, frame);
   Release();
   return absl::OkStatus();
+}
+
+absl::StatusOr<Sight> Pool::Look(int32_t environment) {
+  if (absl::Status status = CheckIndex(environment); !status.ok()) {
+    return status;
+  }
+  if (!Take()) {
+    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+  }
+  const auto index = static_cast<size_t>(environment);
+  Sight sight(*environments_[index], ArtOf(index));
+  Release();
+  return sight;
 }
 
 }  // namespace procgen

@@ -21,6 +21,7 @@
 #include "envcore/pool/crew.h"
 #include "envcore/pool/observation_format.h"
 #include "envcore/pool/shared_art.h"
+#include "envcore/pool/sight.h"
 
 namespace procgen {
 
@@ -194,6 +195,10 @@ class Pool {
   // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
   absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);
 
+  // What one environment shows now, to be drawn later; much cheaper than Render. Errors:
+  // INVALID_ARGUMENT an index out of range; ABORTED as in Step.
+  absl::StatusOr<Sight> Look(int32_t environment);
+
  private:
   class StepJob;
   struct Workbench;
@@ -212,7 +217,7 @@ class Pool {
   // Checks a step, takes the pool and carries out what concerns few environments.
   absl::Status Begin(const StepInput& input, const Batch& batch);
   // The art of the game that environment `index` of this pool plays.
-  const GameArt* ArtOf(size_t index) const;
+  const std::shared_ptr<const GameArt>& ArtOf(size_t index) const;
 
   const PoolOptions options_;
   const std::shared_ptr<Crew> crew_;

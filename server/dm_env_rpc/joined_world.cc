@@ -153,7 +153,13 @@ void JoinedWorld::Run(const Request& request, const Batch& batch, Done done) {
           end(accepted.status());
           return;
         }
-        pool->RunPart(request_, {request_.first, request_.count}, batch, std::move(end));
+        pool->RunPart(request_, {request_.first, request_.count}, batch,
+                      [this, pool, end = std::move(end)](absl::Status status) mutable {
+                        if (status.ok()) {
+                          pool->AddRequestTime(SteadyNow() - asked_time_);
+                        }
+                        end(std::move(status));
+                      });
       },
       [this, done = std::move(done)](absl::Status status) mutable {
         if (status.ok()) {

@@ -63,8 +63,9 @@ class FleetPool final : public HostedPool {
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
-  void Render(absl::Span<const int32_t> environments, int32_t side_px,
-              std::vector<absl::Span<uint8_t>> frames, Done done) override;
+  // The nodes draw at once.
+  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+            LookDone done) override;
 
  private:
   enum class Progress : uint8_t { kUntouched, kRunning, kDone };

@@ -1,5 +1,6 @@
 // What a FleetPool does with states, and what it shows to people.
 
+#include <cstring>
 #include <map>
 #include <set>
 #include <utility>
@@ -186,23 +187,36 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void FleetPool::Render(absl::Span<const int32_t> environments, int32_t side_px,
-                       std::vector<absl::Span<uint8_t>> frames, Done done) {
+void FleetPool::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                     LookDone done) {
+  const size_t frame_bytes = static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3;
+  auto drawn = std::make_shared<std::vector<uint8_t>>(environments.size() * frame_bytes);
   const std::vector<Chosen> chosen = Choose(environments);
   size_t count = 0;
   for (const Chosen& each : chosen) {
     count += each.environments.empty() ? 0 : 1;
   }
-  auto countdown = std::make_shared<Countdown>(count, std::move(done));
+  auto countdown = std::make_shared<Countdown>(
+      count, [drawn, frame_bytes, done = std::move(done)](const absl::Status& status) mutable {
+        if (!status.ok()) {
+          done(status);
+          return;
+        }
+        done(Draw([drawn, frame_bytes](const std::vector<absl::Span<uint8_t>>& frames) {
+          for (size_t i = 0; i < frames.size(); ++i) {
+            std::memcpy(frames[i].data(), drawn->data() + i * frame_bytes, frame_bytes);
+          }
+        }));
+      });
   for (size_t i = 0; i < shards_.size(); ++i) {
     if (chosen[i].environments.empty()) {
       continue;
     }
     std::vector<absl::Span<uint8_t>> own;
     for (const size_t place : chosen[i].places) {
-      own.push_back(frames[place]);
+      own.push_back(absl::MakeSpan(*drawn).subspan(place * frame_bytes, frame_bytes));
     }
-    shards_[i]->Render(chosen[i].environments, side_px, std::move(own),
+    shards_[i]->Render(chosen[i].environments, view, side_px, std::move(own),
                        [countdown](const absl::Status& status) { countdown->Count(status); });
   }
 }

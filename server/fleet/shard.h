@@ -26,6 +26,7 @@
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard_base.h"
 #include "server/metrics/metrics.h"
+#include "server/session/hosted_pool.h"
 #include "server/session/request.h"
 
 namespace procgen {
@@ -79,8 +80,9 @@ class Shard {
   const procgen_client::Batch& answer() const { return answer_; }
   // Snapshots of environments, in the shard's numbers. Errors: as Run.
   void Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots, Done done);
-  // As PoolSession::Render, in the shard's numbers. Errors: as Run.
-  void Render(std::vector<int32_t> environments, int32_t side_px,
+  // Has environments drawn, in the shard's numbers; `frames`: uint8 [side_px, side_px, 3],
+  // one for each. Errors: as Run.
+  void Render(std::vector<int32_t> environments, View view, int32_t side_px,
               std::vector<absl::Span<uint8_t>> frames, Done done);
   // Goes back to `number`, as if nothing after it had been carried out.
   void Forget(int64_t number);

@@ -114,6 +114,8 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_owner_environment_count_max(limits.owner_environment_count_max);
   message->set_owner_stream_count_max(limits.owner_stream_count_max);
   message->set_owner_call_count_max(limits.owner_call_count_max);
+  message->set_owner_watch_count_max(limits.owner_watch_count_max);
+  message->set_episode_bytes_max(limits.episode_bytes_max);
   message->set_observation_side_px_min(kObservationSidePxMin);
   message->set_observation_side_px_max(kObservationSidePxMax);
   message->set_frame_stack_max(kFrameStackMax);
@@ -158,6 +160,7 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
   catalog.mutable_features()->set_states(true);
   catalog.mutable_features()->set_render(true);
+  catalog.mutable_features()->set_watch(true);
   catalog.mutable_features()->set_cluster(true);
   catalog.mutable_features()->set_fingerprints(true);
   catalog.mutable_features()->set_leases(true);

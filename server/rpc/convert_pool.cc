@@ -125,6 +125,23 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
   return absl::OkStatus();
 }
 
+void FillStatistics(const PoolSession& session, v1::Pool* message) {
+  message->set_step_count(session.step_count());
+  const RecentEpisodes::Summary episodes = session.episodes();
+  message->set_episode_count(episodes.count);
+  message->set_mean_episode_return(episodes.mean_return);
+  message->set_mean_episode_length(episodes.mean_length);
+  const RequestTimes::Summary times = session.request_times();
+  message->set_request_count(times.count);
+  *message->mutable_request_duration() = DurationMessageOf(times.sum);
+  if (times.count > 0) {
+    *message->mutable_request_duration_p50() = DurationMessageOf(times.p50);
+    *message->mutable_request_duration_p99() = DurationMessageOf(times.p99);
+  }
+}
+
+}  // namespace
+
 v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options) {
   v1::EnvironmentOptions message;
   message.set_distribution_mode(DistributionModeMessageOf(options.distribution_mode));
@@ -147,8 +164,6 @@ void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
   message->set_seconds(spec.tv_sec);
   message->set_nanos(static_cast<int32_t>(spec.tv_nsec));
 }
-
-}  // namespace
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration) {
   google::protobuf::Duration message;
@@ -270,7 +285,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_next_sequence_number(session.next_sequence_number());
   message.set_attached(session.attached());
   message.set_owner(session.owner());
-  message.set_step_count(session.step_count());
+  FillStatistics(session, &message);
   FillTimestamp(session.create_time(), message.mutable_create_time());
   if (session.lease_duration() != absl::InfiniteDuration()) {
     *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());

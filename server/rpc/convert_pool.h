@@ -8,6 +8,7 @@
 #include "absl/time/time.h"
 #include "envcore/pool/pool.h"
 #include "google/protobuf/duration.pb.h"
+#include "google/protobuf/timestamp.pb.h"
 #include "procgen/v1/pools.pb.h"
 #include "server/session/limits.h"
 #include "server/session/pool_session.h"
@@ -21,6 +22,9 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec);
 // A spec that asks for the same, every default filled in; without the level sampler, whose lists
 // may be long.
 v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options);
+
+// The same as a message, every field filled in.
+v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options);
 
 // Whether a pool of `spec` shares memory with its learners, on a server that offers it or does not.
 // Errors: INVALID_ARGUMENT no such transport; UNIMPLEMENTED it is not offered. Whether it goes with
@@ -38,6 +42,7 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_
                                                                    const v1::LevelSampler& message);
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
+void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 
 // The pool as a resource, its spec with every default filled in, but without the level sampler,
 // whose lists may be long.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/session/lease_alarm.h"
+#include "server/session/alarm.h"
 
 namespace procgen {
 namespace {

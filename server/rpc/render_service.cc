@@ -4,73 +4,19 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
+#include "server/rpc/convert_frames.h"
 #include "server/rpc/method_name.h"
 #include "server/rpc/refused_stream.h"
-#include "server/rpc/response_limit.h"
 #include "server/rpc/unary_call.h"
-#include "server/session/environment_list.h"
+#include "server/rpc/watch_pool_reactor.h"
 
 namespace procgen {
 namespace {
 
 using RenderCall = UnaryCall<v1::RenderEnvironmentsRequest, v1::RenderEnvironmentsResponse>;
 
-constexpr int32_t kSidePxDefault = 512;
-// All that a frame, and the response around the frames, has besides the image, in bytes.
-constexpr int64_t kFrameOverheadBytes = 64;
-
-int32_t SidePx(const v1::RenderEnvironmentsRequest& request) {
-  return request.side_px() == 0 ? kSidePxDefault : request.side_px();
-}
-
-absl::Status CheckSize(const v1::RenderEnvironmentsRequest& request, const Limits& limits) {
-  const absl::StatusOr<int64_t> bytes_max =
-      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), limits);
-  if (!bytes_max.ok()) {
-    return bytes_max.status();
-  }
-  const int64_t side = SidePx(request);
-  const int64_t frame_bytes = side * side * 3 + kFrameOverheadBytes;
-  const int64_t frames_max = (*bytes_max - kFrameOverheadBytes) / frame_bytes;
-  if (request.environments_size() > frames_max) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "environments has ", request.environments_size(), " entries, limit response_bytes_max = ",
-        *bytes_max, " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
-                         const Limits& limits) {
-  if (!v1::FrameFormat_IsValid(request.format())) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "format is number ", static_cast<int>(request.format()), ", allowed: FRAME_FORMAT_RGB"));
-  }
-  if (request.format() == v1::FRAME_FORMAT_PNG) {
-    return absl::UnimplementedError(
-        "format is FRAME_FORMAT_PNG, which is not offered yet; offered: FRAME_FORMAT_RGB");
-  }
-  if (const int32_t side = SidePx(request);
-      side < kHumanViewSidePxMin || side > kHumanViewSidePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "side_px is ", side, ", allowed: ", kHumanViewSidePxMin, " to ", kHumanViewSidePxMax));
-  }
-  if (absl::Status status = CheckEnvironmentList(
-          {.list = "environments",
-           .environments = absl::MakeConstSpan(request.environments().data(),
-                                               static_cast<size_t>(request.environments_size())),
-           .repeats_allowed = true},
-          pool.name(), pool.env_count());
-      !status.ok()) {
-    return status;
-  }
-  return CheckSize(request, limits);
-}
-
-// Draws straight into the response, in a turn at the pool.
-void Render(const std::shared_ptr<PoolSession>& pool, RenderCall* call) {
-  const int32_t side = SidePx(call->request());
+// Draws straight into the response.
+void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
   std::vector<absl::Span<uint8_t>> images;
   for (const int32_t environment : call->request().environments()) {
     v1::Frame* frame = call->response()->add_frames();
@@ -81,13 +27,28 @@ void Render(const std::shared_ptr<PoolSession>& pool, RenderCall* call) {
     image->resize(static_cast<size_t>(side) * static_cast<size_t>(side) * 3);
     images.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image->data()), image->size()));
   }
+  draw(images);
+  WriteFrames(call->request().format(), call->response()->mutable_frames());
+  call->Finish(absl::OkStatus());
+}
+
+// Looks at the pool in a turn, which ends before what was seen is drawn.
+void Render(const std::shared_ptr<PoolSession>& pool, SideCrew* side_crew, RenderCall* call) {
+  const v1::RenderEnvironmentsRequest& request = call->request();
+  const FrameLook look = LookOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  const absl::Span<const int32_t> environments =
-      absl::MakeConstSpan(call->request().environments().data(), images.size());
-  pool->Render(environments, side, std::move(images), [pool, call](const absl::Status& status) {
-    pool->EndTurn();
-    call->Finish(status);
-  });
+  pool->Look({request.environments().begin(), request.environments().end()}, look.view,
+             look.side_px,
+             [pool, side = look.side_px, side_crew, call](absl::StatusOr<HostedPool::Draw> draw) {
+               pool->EndTurn();
+               if (!draw.ok()) {
+                 call->Finish(draw.status());
+                 return;
+               }
+               side_crew->Run([draw = *std::move(draw), side, call]() mutable {
+                 Draw(std::move(draw), side, call);
+               });
+             });
 }
 
 }  // namespace
@@ -106,29 +67,54 @@ grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
       call->Finish(status);
       return;
     }
-    (*pool)->TakeTurn([pool = *pool, call](const absl::Status& turn) {
+    (*pool)->TakeTurn([this, pool = *pool, call](const absl::Status& turn) {
       if (!turn.ok()) {
         call->Finish(turn);
         return;
       }
-      Render(pool, call);
+      Render(pool, &sessions_->side_crew(), call);
     });
   });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderServiceImpl::WatchPool(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  absl::StatusOr<WatchPoolReactor*> stream = StartWatch(*context, *request);
+  if (!stream.ok()) {
+    return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
+        callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), stream.status()));
+  }
+  return *stream;
+}
+
+absl::StatusOr<WatchPoolReactor*> RenderServiceImpl::StartWatch(
+    const grpc::CallbackServerContext& context, const grpc::ByteBuffer& request) {
+  // What the caller counts in ends with this: a drain does not wait for those who watch.
+  const absl::StatusOr<Caller> caller = callers_->Admit(context);
+  if (!caller.ok()) {
+    return caller.status();
+  }
   v1::WatchPoolRequest message;
-  absl::Status status = callers_->Admit(*context).status();
-  if (status.ok()) {
-    status = ParseMessage(*request, &message);
+  if (absl::Status status = ParseMessage(request, &message); !status.ok()) {
+    return status;
   }
-  if (status.ok()) {
-    status = absl::UnimplementedError(
-        "watching is not offered yet; call RenderEnvironments from time to time");
+  const auto pool = sessions_->FindForStream(caller->owner, message.pool());
+  if (!pool.ok()) {
+    return pool.status();
   }
-  return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
-      callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), status));
+  const absl::StatusOr<WatchOrder> order = WatchOrderOf(message, **pool, sessions_->limits());
+  if (!order.ok()) {
+    return order.status();
+  }
+  absl::StatusOr<Owners::Share> share = sessions_->owners().Take(caller->owner, {.watch_count = 1});
+  if (!share.ok()) {
+    return share.status();
+  }
+  const auto encode = [format = message.format()](Moment moment) {
+    return EncodeWatched(format, std::move(moment));
+  };
+  return WatchPoolReactor::Start(&sessions_->views(), callers_, *pool, *order, encode,
+                                 *std::move(share));
 }
 
 }  // namespace procgen

@@ -10,7 +10,7 @@
 #include "server/rpc/frame_ring.h"
 #include "server/rpc/response.h"
 #include "server/rpc/response_queue.h"
-#include "server/session/lease_alarm.h"
+#include "server/session/alarm.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {

@@ -12,6 +12,7 @@
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
 #include "server/rpc/answer_replay.h"
+#include "server/rpc/convert_pool.h"
 #include "server/rpc/listener.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
@@ -147,6 +148,20 @@ class GrpcServer final : public Server {
 
   const std::string& address() const override { return address_; }
   const Metrics& metrics() const override { return metrics_; }
+
+  std::shared_ptr<grpc::Channel> MakeChannel() const override {
+    grpc::ChannelArguments arguments;
+    arguments.SetMaxReceiveMessageSize(-1);
+    return server_->InProcessChannel(arguments);
+  }
+
+  std::vector<v1::Pool> ListAllPools() const override {
+    std::vector<v1::Pool> pools;
+    for (const std::shared_ptr<PoolSession>& pool : sessions_.ListAll()) {
+      pools.push_back(PoolMessageOf(*pool));
+    }
+    return pools;
+  }
 
   void BeginDrain() override {
     server_->GetHealthCheckService()->SetServingStatus(false);

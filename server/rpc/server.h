@@ -5,10 +5,13 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "envcore/pool/shared_art.h"
+#include "grpcpp/channel.h"
+#include "procgen/v1/pools.pb.h"
 #include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
 #include "server/rpc/clone_sources.h"
@@ -56,6 +59,12 @@ class Server {
   virtual const std::string& address() const = 0;
   // What it has counted; to be read no longer than there is a server.
   virtual const Metrics& metrics() const = 0;
+
+  // A way to its services within the process, for which callers are asked who they are as for any
+  // other; to be used no longer than there is a server.
+  virtual std::shared_ptr<grpc::Channel> MakeChannel() const = 0;
+  // All pools, whoever owns them: what is told of them is for their owners alone.
+  virtual std::vector<v1::Pool> ListAllPools() const = 0;
 
   // Tells the cluster that it drains and the health service NOT_SERVING, makes no more pools and
   // ends all streams after the request that each is carrying out. Returns at once.

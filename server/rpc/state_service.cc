@@ -7,7 +7,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/convert_episode.h"
+#include "server/rpc/enum_value.h"
 #include "server/rpc/remote_states.h"
+#include "server/rpc/response_limit.h"
 #include "server/rpc/states_page.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/environment_list.h"
@@ -20,6 +23,7 @@ constexpr size_t kServerLengthMax = 512;
 
 using SaveCall = UnaryCall<v1::SaveStatesRequest, v1::SaveStatesResponse>;
 using RestoreCall = UnaryCall<v1::RestoreStatesRequest, v1::RestoreStatesResponse>;
+using EpisodeCall = UnaryCall<v1::ReadEpisodeRequest, v1::Episode>;
 using CloneCall = UnaryCall<v1::CloneStatesRequest, v1::CloneStatesResponse>;
 // Shared by the registry and by the calls under way, because a pool may be deleted meanwhile.
 using SharedPool = std::shared_ptr<PoolSession>;
@@ -231,6 +235,49 @@ void Clone(const Sessions& sessions, const CloneSources& sources,
   }
 }
 
+absl::Status CheckReadEpisode(const v1::ReadEpisodeRequest& request, const PoolSession& pool) {
+  if (!v1::WhichEpisode_IsValid(request.which())) {
+    return NoSuchValue("which", request.which());
+  }
+  if (request.environment() < 0 || request.environment() >= pool.env_count()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("environment is ", request.environment(), ", pool ", pool.name(),
+                     " has environments 0 to ", pool.env_count() - 1));
+  }
+  return absl::OkStatus();
+}
+
+// Answers with an episode, which is put together here.
+void FinishEpisode(const EpisodeLog::Pieces& pieces, const PoolSession& pool, int64_t bytes_max,
+                   EpisodeCall* call) {
+  FillEpisode(pieces.Join(), pool.options(), call->request().environment(), call->response());
+  const auto bytes = static_cast<int64_t>(call->response()->ByteSizeLong());
+  if (bytes > bytes_max) {
+    call->Finish(absl::ResourceExhaustedError(absl::StrCat(
+        "the episode takes ", bytes, " bytes, limit response_bytes_max = ", bytes_max)));
+    return;
+  }
+  call->Finish(absl::OkStatus());
+}
+
+// Gets what there is of the episode in a turn, which ends before it is put together.
+void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, SideCrew* side_crew,
+                    EpisodeCall* call) {
+  call->response()->set_sequence_number(pool->next_sequence_number() - 1);
+  pool->ReadEpisode(call->request().environment(),
+                    call->request().which() == v1::WHICH_EPISODE_CURRENT,
+                    [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeLog::Pieces> pieces) {
+                      pool->EndTurn();
+                      if (!pieces.ok()) {
+                        call->Finish(pieces.status());
+                        return;
+                      }
+                      side_crew->Run([pool, bytes_max, call, pieces = *std::move(pieces)] {
+                        FinishEpisode(pieces, *pool, bytes_max, call);
+                      });
+                    });
+}
+
 }  // namespace
 
 grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context,
@@ -285,6 +332,28 @@ grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerCont
                                                         grpc::ByteBuffer* response) {
   return CloneCall::Start(*callers_, *context, request, response, [this, context](CloneCall* call) {
     Clone(*sessions_, clone_sources_, *context, call);
+  });
+}
+
+grpc::ServerUnaryReactor* StateServiceImpl::ReadEpisode(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  return EpisodeCall::Start(*callers_, *context, request, response, [this](EpisodeCall* call) {
+    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
+    absl::Status status = pool.status();
+    if (status.ok()) {
+      status = CheckReadEpisode(call->request(), **pool);
+    }
+    const absl::StatusOr<int64_t> bytes_max = ResponseBytesMax(
+        "response_bytes_max", call->request().response_bytes_max(), sessions_->limits());
+    status.Update(bytes_max.status());
+    if (!status.ok()) {
+      call->Finish(status);
+      return;
+    }
+    InTurn(*pool, call, [this, pool = *pool, bytes_max = *bytes_max, call] {
+      ReadTheEpisode(pool, bytes_max, &sessions_->side_crew(), call);
+    });
   });
 }
 

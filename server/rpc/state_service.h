@@ -10,13 +10,14 @@
 
 namespace procgen {
 
-// StateService: saves, restores and clones environments, each in a turn at their pool and on the
-// side crew. A call has one turn at a time, so calls between the same pools cannot wait for one
-// another. Serves while the server drains, too.
-class StateServiceImpl final
-    : public v1::StateService::WithRawCallbackMethod_SaveStates<
-          v1::StateService::WithRawCallbackMethod_RestoreStates<
-              v1::StateService::WithRawCallbackMethod_CloneStates<v1::StateService::Service>>> {
+// StateService: saves, restores and clones environments, and reads their episodes, each in a turn
+// at their pool and on the side crew. A call has one turn at a time, so calls between the same
+// pools cannot wait for one another. Serves while the server drains, too.
+class StateServiceImpl final : public v1::StateService::WithRawCallbackMethod_SaveStates<
+                                   v1::StateService::WithRawCallbackMethod_RestoreStates<
+                                       v1::StateService::WithRawCallbackMethod_CloneStates<
+                                           v1::StateService::WithRawCallbackMethod_ReadEpisode<
+                                               v1::StateService::Service>>>> {
  public:
   // `sessions` and `callers` must outlive this.
   // `clone_sources`: the servers that CloneStates may be asked to read from.
@@ -30,6 +31,9 @@ class StateServiceImpl final
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* CloneStates(grpc::CallbackServerContext* context,
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ReadEpisode(grpc::CallbackServerContext* context,
                                         const grpc::ByteBuffer* request,
                                         grpc::ByteBuffer* response) override;
 

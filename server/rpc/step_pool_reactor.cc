@@ -354,7 +354,10 @@ void StepPoolReactor::OnPartDone(const absl::Status& status) {
   const int64_t number = running_.sequence_number();
   Answer answer = is_last ? running_.TakeAnswer() : Answer();
   if (is_last && status.ok()) {
-    sessions_->metrics().AddRequest(running_.queued(), running_.ran());
+    const absl::Duration queued = running_.queued();
+    const absl::Duration ran = running_.ran();
+    sessions_->metrics().AddRequest(queued, ran);
+    pool_->AddRequestTime(queued + ran);
   }
   {
     absl::MutexLock lock(&mutex_);

@@ -142,9 +142,7 @@ grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
   return static_cast<TlsFiles*>(files)->Fetch(config);
 }
 
-grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
-    grpc_ssl_server_certificate_config** config) {
-  absl::MutexLock lock(&mutex_);
+void TlsFiles::Refresh() {
   const bool has_changed =
       certificate_.HasChanged() || key_.HasChanged() || (asks_clients_ && client_ca_.HasChanged());
   if (has_changed) {
@@ -154,13 +152,25 @@ grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
              {{"message", std::string(contents.status().message())}});
     if (contents.ok()) {
       contents_ = *std::move(contents);
-      is_fetched_ = false;
+      ++version_;
     }
   }
-  if (is_fetched_) {
+}
+
+std::pair<TlsFiles::Contents, int64_t> TlsFiles::Current() {
+  absl::MutexLock lock(&mutex_);
+  Refresh();
+  return {contents_, version_};
+}
+
+grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
+    grpc_ssl_server_certificate_config** config) {
+  absl::MutexLock lock(&mutex_);
+  Refresh();
+  if (fetched_version_ == version_) {
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
   }
-  is_fetched_ = true;
+  fetched_version_ = version_;
   // gRPC wants roots also where it will ask no client for a certificate.
   const grpc_ssl_pem_key_cert_pair pair = {contents_.key.c_str(), contents_.certificate.c_str()};
   *config = grpc_ssl_server_certificate_config_create(

@@ -1,8 +1,10 @@
 #ifndef SERVER_RPC_TLS_FILES_H_
 #define SERVER_RPC_TLS_FILES_H_
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -38,14 +40,19 @@ class TlsFiles {
   // Credentials of a server that speaks TLS with these files, which must outlive that server.
   std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials();
 
- private:
   struct Contents {
     std::string certificate;
     std::string key;
-    std::string client_ca;
+    std::string client_ca;  // empty: clients are asked for no certificate
   };
+  // What is to be used at this moment, and a number that is another whenever the contents are; at
+  // least 1.
+  std::pair<Contents, int64_t> Current();
 
+ private:
   explicit TlsFiles(const TlsPaths& paths);
+  // Reads again what has changed.
+  void Refresh() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<Contents> Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static grpc_ssl_certificate_config_reload_status Fetch(
       void* files, grpc_ssl_server_certificate_config** config);
@@ -57,7 +64,8 @@ class TlsFiles {
   WatchedFile key_ ABSL_GUARDED_BY(mutex_);
   WatchedFile client_ca_ ABSL_GUARDED_BY(mutex_);
   Contents contents_ ABSL_GUARDED_BY(mutex_);
-  bool is_fetched_ ABSL_GUARDED_BY(mutex_) = false;  // contents_, by gRPC
+  int64_t version_ ABSL_GUARDED_BY(mutex_) = 1;          // of contents_
+  int64_t fetched_version_ ABSL_GUARDED_BY(mutex_) = 0;  // that gRPC has
 };
 
 }  // namespace procgen

@@ -18,6 +18,12 @@
 
 namespace procgen {
 
+// How an environment is drawn.
+enum class View : uint8_t {
+  kHuman,  // smooth, as Pool::Render does
+  kAgent,  // as an observation in the default format, and so at kObservationSidePx
+};
+
 // The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of
 // a fleet.
 //
@@ -27,6 +33,10 @@ namespace procgen {
 class HostedPool {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
+  // Draws what environments showed when it was made: once, on any thread, also while the pool does
+  // something else or is gone. `frames`: uint8 [side_px, side_px, 3], one for each environment.
+  using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
+  using LookDone = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
   // Is handed a snapshot of an environment; false: no more are wanted.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
@@ -53,9 +63,10 @@ class HostedPool {
   virtual void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) = 0;
   virtual void RestoreStates(std::vector<StateToRestore> states, Done done) = 0;
   virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
-  // Pool::Render of several environments; `frames`: one for each.
-  virtual void Render(absl::Span<const int32_t> environments, int32_t side_px,
-                      std::vector<absl::Span<uint8_t>> frames, Done done) = 0;
+  // What environments show, to be drawn later at a size, in `view`. An environment may be named
+  // several times. `done` may also be called on the calling thread without an error.
+  virtual void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                    LookDone done) = 0;
 };
 
 // How a pool is kept, and how its batches travel, besides what it is made of.

@@ -24,6 +24,7 @@ struct Limits {
   int32_t owner_environment_count_max = 16384;
   int32_t owner_stream_count_max = 256;  // attached; no pool has more than one
   int32_t owner_call_count_max = 1024;   // calls under way, and streams that have not attached
+  int32_t owner_watch_count_max = 64;    // streams of WatchPool
   int32_t connection_count_max = 4096;   // of all callers together
   // From the beginning of a stream until it has attached.
   absl::Duration attach_timeout = absl::Seconds(30);
@@ -31,6 +32,8 @@ struct Limits {
   int64_t kept_answer_bytes_max = int64_t{4} << 30;
   // Memory that pools share with learners on the same machine, of all pools together, in bytes.
   int64_t shared_memory_bytes_max = int64_t{4} << 30;
+  // What pools remember of episodes, of all together, in bytes; 0: nothing.
+  int64_t episode_bytes_max = int64_t{256} << 20;
   // How long a pool may ask to live without a stream.
   absl::Duration lease_duration_max = absl::Hours(24);
 };

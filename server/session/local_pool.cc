@@ -1,12 +1,42 @@
 #include "server/session/local_pool.h"
 
+#include <map>
 #include <string>
 #include <utility>
 
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+
 namespace procgen {
+namespace {
+
+// So many environments are looked at sooner than handed over.
+constexpr size_t kLooksHereMax = 64;
+
+}  // namespace
+
+// Painters that nobody uses at the moment. Whoever draws takes one, and the next has its memory.
+// Threads: any method from any thread.
+class LocalPool::Painters {
+ public:
+  std::unique_ptr<SightPainter> Take() {
+    absl::MutexLock lock(&mutex_);
+    return idle_ == nullptr ? std::make_unique<SightPainter>() : std::move(idle_);
+  }
+  void PutBack(std::unique_ptr<SightPainter> painter) {
+    absl::MutexLock lock(&mutex_);
+    idle_.swap(painter);
+  }
+
+ private:
+  absl::Mutex mutex_;
+  std::unique_ptr<SightPainter> idle_ ABSL_GUARDED_BY(mutex_);
+};
 
 LocalPool::LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew)
-    : pool_(std::move(pool)), side_crew_(side_crew) {}
+    : pool_(std::move(pool)), side_crew_(side_crew), painters_(std::make_shared<Painters>()) {}
+
+LocalPool::~LocalPool() = default;
 
 void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done) {
   pool_->StepAsync(part, batch, std::move(done));
@@ -44,16 +74,47 @@ void LocalPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void LocalPool::Render(absl::Span<const int32_t> environments, int32_t side_px,
-                       std::vector<absl::Span<uint8_t>> frames, Done done) {
-  side_crew_->Run(
-      [this, environments, side_px, frames = std::move(frames), done = std::move(done)]() mutable {
-        absl::Status status;
-        for (size_t i = 0; i < environments.size() && status.ok(); ++i) {
-          status = pool_->Render(environments[i], side_px, frames[i]);
-        }
-        done(std::move(status));
-      });
+void LocalPool::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                     LookDone done) {
+  if (environments.size() <= kLooksHereMax) {
+    LookHere(environments, view, side_px, std::move(done));
+    return;
+  }
+  side_crew_->Run([this, environments, view, side_px, done = std::move(done)]() mutable {
+    LookHere(environments, view, side_px, std::move(done));
+  });
+}
+
+void LocalPool::LookHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                         LookDone done) {
+  std::vector<Sight> sights;
+  std::map<int32_t, size_t> places;  // in sights, by environment
+  std::vector<size_t> shown;         // places in the order of `environments`
+  for (const int32_t environment : environments) {
+    const auto [place, is_another] = places.emplace(environment, sights.size());
+    shown.push_back(place->second);
+    if (!is_another) {
+      continue;
+    }
+    absl::StatusOr<Sight> sight = pool_->Look(environment);
+    if (!sight.ok()) {
+      done(sight.status());
+      return;
+    }
+    sights.push_back(*std::move(sight));
+  }
+  done(Draw([sights = std::move(sights), shown = std::move(shown), view, side_px,
+             painters = painters_](const std::vector<absl::Span<uint8_t>>& frames) {
+    std::unique_ptr<SightPainter> painter = painters->Take();
+    for (size_t i = 0; i < frames.size(); ++i) {
+      if (view == View::kAgent) {
+        painter->DrawAgentView(sights[shown[i]], frames[i]);
+      } else {
+        painter->DrawHumanView(sights[shown[i]], side_px, frames[i]);
+      }
+    }
+    painters->PutBack(std::move(painter));
+  }));
 }
 
 LocalPoolHost::LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,

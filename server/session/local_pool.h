@@ -17,6 +17,7 @@ class LocalPool final : public HostedPool {
  public:
   // `side_crew` must outlive this.
   LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew);
+  ~LocalPool() override;
 
   const PoolOptions& options() const override { return pool_->options(); }
   bool AwaitsReset(int32_t environment) const override { return pool_->AwaitsReset(environment); }
@@ -26,12 +27,18 @@ class LocalPool final : public HostedPool {
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
-  void Render(absl::Span<const int32_t> environments, int32_t side_px,
-              std::vector<absl::Span<uint8_t>> frames, Done done) override;
+  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+            LookDone done) override;
 
  private:
+  class Painters;
+
+  void LookHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                LookDone done);
+
   const std::unique_ptr<Pool> pool_;
   SideCrew* const side_crew_;
+  const std::shared_ptr<Painters> painters_;
 };
 
 // Makes pools in this process, which share one crew.

@@ -22,6 +22,7 @@ constexpr Quota kQuotas[] = {
     {&Holding::stream_count, &Limits::owner_stream_count_max, "streams", "owner_stream_count_max"},
     {&Holding::call_count, &Limits::owner_call_count_max, "calls under way",
      "owner_call_count_max"},
+    {&Holding::watch_count, &Limits::owner_watch_count_max, "watches", "owner_watch_count_max"},
 };
 
 std::string NameOf(absl::string_view owner) {

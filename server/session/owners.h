@@ -19,7 +19,8 @@ struct Holding {
   int32_t pool_count = 0;
   int32_t environment_count = 0;
   int32_t stream_count = 0;
-  int32_t call_count = 0;  // calls under way, besides streams
+  int32_t call_count = 0;   // calls under way, besides streams
+  int32_t watch_count = 0;  // pools watched
 };
 
 // Who holds how much of the server. An owner is a name, which whoever knows the caller gives; where

@@ -5,17 +5,6 @@
 #include <string>
 
 namespace procgen {
-namespace {
-
-template <typename Number>
-void Lend(std::vector<Number>* memory, size_t count, absl::Span<Number>* span) {
-  if (span->empty()) {
-    memory->resize(count);
-    *span = absl::MakeSpan(*memory);
-  }
-}
-
-}  // namespace
 
 PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
     : first_environment_(options.first_environment) {
@@ -24,15 +13,6 @@ PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
         &metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
   }
   game_steps_.resize(games_.size());
-}
-
-Batch PoolCounts::WithMemory(Batch batch, int32_t count) {
-  const auto rows = static_cast<size_t>(count);
-  Lend(&terminated_, rows, &batch.terminated);
-  Lend(&truncated_, rows, &batch.truncated);
-  Lend(&returns_, rows, &batch.episode_returns);
-  Lend(&lengths_, rows, &batch.episode_lengths);
-  return batch;
 }
 
 int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& batch) {
@@ -44,6 +24,7 @@ int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& 
     if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
       games_[GameIndexOf(part.first + row)]->AddEpisode(batch.episode_returns[at],
                                                         batch.episode_lengths[at]);
+      episodes_.Add(batch.episode_returns[at], batch.episode_lengths[at]);
     }
   }
   return steps;

@@ -9,26 +9,26 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/recent_episodes.h"
 #include "server/session/request.h"
 
 namespace procgen {
 
-// Counts a pool's steps and the episodes that end in them, by game.
-// Threads: one at a time, but step_count from any.
+// Counts a pool's steps and the episodes that end in them, for the pool and by game.
+// Threads: one at a time, but what is const from any.
 class PoolCounts {
  public:
   // `metrics` must outlive this.
   PoolCounts(const PoolOptions& options, Metrics* metrics);
 
-  // `batch`, of `count` environments, with memory of this for what Add reads and nobody asked for.
-  // Valid until the next call.
-  Batch WithMemory(Batch batch, int32_t count);
   // Counts what was stepped into `batch`, but for those of `resets`, which began an episode
-  // instead; returns the number of steps.
+  // instead; returns the number of steps. `batch`: as RowMemory lends it.
   int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch);
 
   // Environment steps since the pool was made.
   int64_t step_count() const { return step_count_; }
+  // How its episodes ended.
+  const RecentEpisodes& episodes() const { return episodes_; }
 
  private:
   // Of the game that an environment plays, in games_.
@@ -39,11 +39,7 @@ class PoolCounts {
   std::vector<GameMetrics*> games_;  // in the order of PoolOptions::games
   std::vector<int64_t> game_steps_;  // of the part that is counted, by game
   std::atomic<int64_t> step_count_ = 0;
-  // For WithMemory.
-  std::vector<uint8_t> terminated_;
-  std::vector<uint8_t> truncated_;
-  std::vector<float> returns_;
-  std::vector<int32_t> lengths_;
+  RecentEpisodes episodes_;
 };
 
 }  // namespace procgen

@@ -39,7 +39,11 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Ho
                        ? nullptr
                        : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
                                                       observation_bytes())),
-      lease_duration_(lease_duration) {
+      lease_duration_(lease_duration),
+      episodes_(
+          surroundings.episode_bytes->bytes_max() == 0
+              ? nullptr
+              : std::make_unique<EpisodeLog>(pool_->env_count(), surroundings.episode_bytes)) {
   absl::MutexLock lock(&mutex_);
   BeginLease();
 }
@@ -253,6 +257,7 @@ void PoolSession::TellClosed(const absl::Status& reason) {
     successor.swap(successor_);
   }
   End(StreamEnd::kClosed, reason);
+  EndTaps(reason);
   if (successor.has_value()) {
     successor->done(reason);
   }
@@ -385,21 +390,34 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.repeat = request.repeat;
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
-  if (!input.steps) {
-    pool_->StepAsync(input, batch, OrTakeBack(request, std::move(done)));
-    return;
-  }
-  const Batch counted = counts_.WithMemory(batch, part.count);
-  pool_->StepAsync(input, counted,
-                   [this, part, counted, number = request.sequence_number, again = request.again,
-                    done = std::move(done)](absl::Status status) mutable {
-                     if (status.ok()) {
-                       *surroundings_.step_count += counts_.Add(part, part_resets_, counted);
-                     } else {
-                       TakeBack(number, again);
-                     }
+  const Batch lent =
+      request.kind == Request::Kind::kObserve ? batch : row_memory_.LendTo(batch, part.count);
+  pool_->StepAsync(input, lent,
+                   [this, &request, input, lent,
+                    done = OrTakeBack(request, std::move(done))](absl::Status status) mutable {
+                     Remember(request, input, lent, status.ok());
+                     TellTaps(request, {input.first, input.count}, lent, status.ok());
                      done(std::move(status));
                    });
+}
+
+void PoolSession::Remember(const Request& request, const StepInput& input, const Batch& batch,
+                           bool ok) {
+  if (request.kind == Request::Kind::kObserve) {
+    return;
+  }
+  if (ok && input.steps) {
+    *surroundings_.step_count += counts_.Add({input.first, input.count}, input.resets, batch);
+  }
+  if (episodes_ == nullptr) {
+    return;
+  }
+  if (ok) {
+    episodes_->Add(input, batch);
+  } else {
+    // Its earlier parts have not happened after all.
+    episodes_->Lose({request.first, request.count}, EpisodeLack::kFailedRequest);
+  }
 }
 
 PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
@@ -418,23 +436,16 @@ void PoolSession::TakeBack(int64_t sequence_number, bool again) {
   }
 }
 
-void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  pool_->SaveStates(environments, std::move(take), std::move(done));
+void PoolSession::ResumeAt(int64_t next_sequence_number) {
+  if (episodes_ != nullptr && next_sequence_number > 1) {
+    episodes_->Lose({0, env_count()}, EpisodeLack::kBeforeProcess);
+  }
+  next_sequence_number_ = next_sequence_number;
 }
 
-void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  ++change_number_;
-  pool_->RestoreStates(std::move(states), std::move(done));
-}
-
-void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
-  ++change_number_;
-  pool_->CloneStates(std::move(pairs), std::move(done));
-}
-
-void PoolSession::Render(absl::Span<const int32_t> environments, int32_t side_px,
-                         std::vector<absl::Span<uint8_t>> frames, Done done) {
-  pool_->Render(environments, side_px, std::move(frames), std::move(done));
+void PoolSession::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                       HostedPool::LookDone done) {
+  pool_->Look(environments, view, side_px, std::move(done));
 }
 
 }  // namespace procgen

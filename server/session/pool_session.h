@@ -18,15 +18,20 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/alarm.h"
 #include "server/session/byte_budget.h"
+#include "server/session/episode_log.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/kept_answers.h"
-#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/observation_coding.h"
 #include "server/session/owners.h"
 #include "server/session/pool_counts.h"
+#include "server/session/pool_tap.h"
+#include "server/session/recent_episodes.h"
 #include "server/session/request.h"
+#include "server/session/request_times.h"
+#include "server/session/row_memory.h"
 #include "server/session/side_crew.h"
 #include "server/shared_memory/batch_ledger.h"
 #include "server/shared_memory/shared_folder.h"
@@ -41,9 +46,10 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 struct PoolSurroundings {
   Owners* owners = nullptr;
   SideCrew* side_crew = nullptr;
-  LeaseAlarm* lease_alarm = nullptr;           // also tells the time
+  Alarm* lease_alarm = nullptr;                // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
+  ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
   Metrics* metrics = nullptr;                  // and all else that is counted to these
 };
@@ -107,6 +113,9 @@ class PoolSession {
   absl::Time create_time() const { return create_time_; }
   // Environment steps since it was made.
   int64_t step_count() const { return counts_.step_count(); }
+  // How its episodes ended, and how long its requests took.
+  RecentEpisodes::Summary episodes() const { return counts_.episodes().Read(); }
+  RequestTimes::Summary request_times() const { return request_times_.Read(); }
   bool attached() const;
   bool closed() const;
   absl::Duration lease_duration() const;
@@ -118,7 +127,7 @@ class PoolSession {
   int64_t oldest_kept_sequence_number() const;
 
   // Has it go on where another process had it, before it is used: with this number.
-  void ResumeAt(int64_t next_sequence_number) { next_sequence_number_ = next_sequence_number; }
+  void ResumeAt(int64_t next_sequence_number);
 
   // Takes the pool for a stream and calls `done` once, on this thread or, where it must wait for
   // another to detach, on that one's. What was kept for others is forgotten, unless the stream is
@@ -150,6 +159,13 @@ class PoolSession {
   void TakeTurn(Done begin);
   void EndTurn();
 
+  // Has `tap` told what is drawn and that the pool closes, until RemoveTap, which may not be called
+  // by the tap. Errors: why taps are ended.
+  absl::Status AddTap(std::shared_ptr<PoolTap> tap) ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  void RemoveTap(const PoolTap* tap) ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  // Ends all taps, and lets none be added any more, while the pool goes on.
+  void EndTaps(const absl::Status& reason) ABSL_LOCKS_EXCLUDED(taps_mutex_);
+
   // In a turn:
 
   // Checks a request of the stream, fills in its count, and takes it: its number counts as used.
@@ -164,8 +180,10 @@ class PoolSession {
   // this returns; with an error the whole request has changed nothing, and its number is the next
   // again. `request` and the memory of `batch` must stay valid until then.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done);
+  // Notes that a request was carried out, and how long that took since it arrived.
+  void AddRequestTime(absl::Duration duration) { request_times_.Add(duration); }
   // A number that is another one whenever environments were stepped, reset or restored, or their
-  // choice of levels changed.
+  // choice of levels changed. Threads: any, at any time.
   int64_t change_number() const { return change_number_; }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped.
   bool AwaitsReset(int32_t environment) const { return pool_->AwaitsReset(environment); }
@@ -176,10 +194,19 @@ class PoolSession {
   // As those of Pool, on another thread. What the spans in `states` refer to must stay valid.
   void RestoreStates(std::vector<StateToRestore> states, Done done);
   void CloneStates(std::vector<StateToClone> pairs, Done done);
-  // Draws the human view of environments, as Pool::Render, on another thread. `frames`: one for
-  // each of `environments`.
-  void Render(absl::Span<const int32_t> environments, int32_t side_px,
-              std::vector<absl::Span<uint8_t>> frames, Done done);
+  // What happened in an episode of `environment`, the one under way or the last that ended. Calls
+  // `done` once, on any thread. Errors: UNIMPLEMENTED none are remembered; FAILED_PRECONDITION
+  // there is none.
+  using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeLog::Pieces>)>;
+  void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
+  // As HostedPool::Look. `done` is where the turn ends, most often.
+  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+            HostedPool::LookDone done);
+  // Notes that looking took until now. Threads: this and looks_from any, at any time.
+  void NoteLook(absl::Time begin_time);
+  // When those who only watch may take the next turn for it: so that the pool stands still for them
+  // 1 in 100 of its time at most, or, where looking takes long, once a second.
+  absl::Time looks_from() const { return absl::FromUnixNanos(looks_from_ns_); }
 
  private:
   // A stream that waits for the one attached to end.
@@ -190,6 +217,13 @@ class PoolSession {
   };
 
   absl::Status CheckNoneAwaitsReset(const Request& request) const;
+  // Tells taps of a part that was carried out, or of the failure of one.
+  void TellTaps(const Request& request, Part part, const Batch& batch, bool ok)
+      ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  // States were put in, which nobody has drawn.
+  void TellTapsOfStates() ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  // Counts and remembers what was done in a part that was carried out, or that failed.
+  void Remember(const Request& request, const StepInput& input, const Batch& batch, bool ok);
   // `done`, where an error gives the number of `request` back.
   Done OrTakeBack(const Request& request, Done done);
   void TakeBack(int64_t sequence_number, bool again);
@@ -218,6 +252,7 @@ class PoolSession {
   const PoolSurroundings surroundings_;
   const absl::Time create_time_;
   PoolCounts counts_;                              // changed in a turn
+  RequestTimes request_times_;                     // likewise
   std::atomic<int64_t> next_sequence_number_ = 1;  // written in a turn
   // Grown while a stream attaches, written in a turn of a stream. Null: it shares no memory.
   const std::unique_ptr<SharedRing> shared_ring_;
@@ -237,10 +272,20 @@ class PoolSession {
   std::deque<Done> waiting_ ABSL_GUARDED_BY(mutex_);
   absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open
 
+  std::atomic<int64_t> looks_from_ns_ = 0;  // of looks_from()
+
+  absl::Mutex taps_mutex_;
+  std::vector<std::shared_ptr<PoolTap>> taps_ ABSL_GUARDED_BY(taps_mutex_);
+  absl::Status taps_end_ ABSL_GUARDED_BY(taps_mutex_);  // OK while they may be added
+  std::atomic<bool> is_tapped_ = false;                 // taps_ has some
+
+  std::atomic<int64_t> change_number_ = 0;  // written in a turn
+
   // Of who has the turn; memory is kept from turn to turn.
-  int64_t change_number_ = 0;
   std::vector<NextLevel> part_next_levels_;  // those of the part
   std::vector<Reset> part_resets_;           // those of the part
+  RowMemory row_memory_;
+  std::unique_ptr<EpisodeLog> episodes_;  // null: none are remembered
 };
 
 }  // namespace procgen

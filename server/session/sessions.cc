@@ -100,6 +100,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       owners_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
+      episode_bytes_(limits.episode_bytes_max),
       shared_folder_(std::move(shared_folder)),
       side_crew_(kSideThreadCount),
       host_(host != nullptr ? std::move(host)
@@ -219,7 +220,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
   // last to let go may be a worker, which the pool's crew cannot do without.
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
                           {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
-                           &shared_memory_bytes_, &step_count_, metrics_},
+                           &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {
             side_crew_.Run([this, freed] {
@@ -307,6 +308,17 @@ std::vector<Sessions::Numbered> Sessions::List(absl::string_view owner, int64_t 
   return listed;
 }
 
+std::vector<std::shared_ptr<PoolSession>> Sessions::ListAll() const {
+  std::vector<std::shared_ptr<PoolSession>> pools;
+  absl::MutexLock lock(&mutex_);
+  for (const auto& [key, entry] : entries_) {
+    if (entry.pool != nullptr) {
+      pools.push_back(entry.pool);
+    }
+  }
+  return pools;
+}
+
 absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
   std::shared_ptr<PoolSession> pool;
   {
@@ -374,6 +386,7 @@ void Sessions::Drain() {
   }
   for (const std::shared_ptr<PoolSession>& pool : pools) {
     pool->End(StreamEnd::kDrain, Draining());
+    pool->EndTaps(Draining());
   }
 }
 

@@ -18,12 +18,13 @@
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/alarm.h"
 #include "server/session/byte_budget.h"
 #include "server/session/hosted_pool.h"
-#include "server/session/lease_alarm.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
+#include "server/session/pool_views.h"
 #include "server/session/side_crew.h"
 #include "server/shared_memory/shared_folder.h"
 
@@ -78,6 +79,10 @@ class Sessions {
 
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
+  // Who watches what.
+  PoolViews& views() { return views_; }
+  // For what takes long and is no step.
+  SideCrew& side_crew() { return side_crew_; }
   // Where all that the server does is counted.
   Metrics& metrics() const { return *metrics_; }
 
@@ -112,6 +117,8 @@ class Sessions {
     std::shared_ptr<PoolSession> pool;
   };
   std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
+  // All pools, whoever owns them, to be told to nobody else.
+  std::vector<std::shared_ptr<PoolSession>> ListAll() const;
 
   // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view owner, absl::string_view name);
@@ -120,8 +127,8 @@ class Sessions {
   // alarm calls it in time.
   absl::Time FreeExpired(absl::Time now);
 
-  // Lets no pool be made and no stream attach any more, and ends all streams with UNAVAILABLE once
-  // the requests that they are carrying out are answered.
+  // Lets no pool be made, no stream attach and nobody watch any more, and ends all streams with
+  // UNAVAILABLE once the requests that they are carrying out are answered.
   void Drain();
   bool draining() const;
   // Pools that are still there and whose streams were told so: their learners may want to save
@@ -163,6 +170,7 @@ class Sessions {
   Owners owners_;  // before entries_, which hold shares of it
   ByteBudget kept_answer_bytes_;
   ByteBudget shared_memory_bytes_;
+  ByteBudget episode_bytes_;
   const std::shared_ptr<const SharedFolder> shared_folder_;
 
   mutable absl::Mutex mutex_;
@@ -176,7 +184,8 @@ class Sessions {
   // Last, so that their threads end before what they use.
   SideCrew side_crew_;
   const std::unique_ptr<PoolHost> host_;
-  LeaseAlarm lease_alarm_;
+  Alarm lease_alarm_;
+  PoolViews views_;
 };
 
 }  // namespace procgen

@@ -20,6 +20,7 @@ void RegisterAll() {
   RegisterPipelines();
   RegisterLatencies();
   RegisterFairness();
+  RegisterWatches();
 }
 
 }  // namespace

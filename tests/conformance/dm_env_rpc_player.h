@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "tests/conformance/player.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 
 namespace procgen {
 

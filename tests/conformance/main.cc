@@ -12,7 +12,7 @@
 #include "envcore/pool/shared_art.h"
 #include "tests/conformance/player.h"
 #include "tests/conformance/replay.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 
 ABSL_FLAG(
     std::string, server, "",

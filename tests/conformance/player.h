@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "envcore/pool/shared_art.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 
 namespace procgen {
 

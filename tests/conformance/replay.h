@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tests/conformance/player.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 
 namespace procgen {
 

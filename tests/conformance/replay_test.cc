@@ -14,7 +14,7 @@
 #include "gtest/gtest.h"
 #include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

@@ -9,7 +9,7 @@
 #include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
 #include "tests/conformance/replay.h"
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

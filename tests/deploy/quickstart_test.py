@@ -11,6 +11,7 @@ import re
 import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -112,7 +113,12 @@ def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
     try:
         address = re.search(r"runs on at (\S+)", output).group(1)
         with Client(address) as client:
-            assert client.load().pool_count == 0
+            while [pool.name for pool in client.list_pools()] != ["pools/watch-me"]:
+                pass  # What is to be watched comes soon.
+        page = re.search(r"^See it: +(http://127.0.0.1:\d+/) ", output, re.MULTILINE).group(1)
+        assert f"See it in a browser: {page}" in output
+        with urllib.request.urlopen(page) as answer:
+            assert answer.status == 200
     finally:
         os.kill(server_id, signal.SIGTERM)
     with pytest.raises(errors.UnavailableError):

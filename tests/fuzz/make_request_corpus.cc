@@ -105,6 +105,20 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
   Write(folder / "cluster",
         {Call(kListNodes, v1::ListNodesRequest()), Call(kWatchNodes, v1::WatchNodesRequest())});
   Write(folder / "elsewhere", {Call(kCloneStates, clone), Call(kWatchPool, watch)});
+  watch.add_environments(1);
+  watch.set_side_px(64);
+  watch.set_frames_per_second_max(60);
+  v1::WatchPoolRequest smooth = watch;
+  smooth.set_side_px(32);
+  smooth.set_format(v1::FRAME_FORMAT_PNG);
+  smooth.set_response_bytes_max(65536);
+  v1::ReadEpisodeRequest last;
+  last.set_pool("pools/a");
+  v1::ReadEpisodeRequest current = last;
+  current.set_environment(1);
+  current.set_which(v1::WHICH_EPISODE_CURRENT);
+  Write(folder / "watching", {Call(kWatchPool, watch), Call(kWatchPool, smooth)});
+  Write(folder / "episodes", {Call(kReadEpisode, last), Call(kReadEpisode, current)});
 }
 
 const Piece kMark = {true, ""};

@@ -19,6 +19,7 @@ inline constexpr const char* kMethods[] = {
     "/procgen.v1.RenderService/WatchPool",
     "/procgen.v1.ClusterService/ListNodes",
     "/procgen.v1.ClusterService/WatchNodes",
+    "/procgen.v1.StateService/ReadEpisode",
 };
 
 enum RequestMethod {
@@ -36,6 +37,7 @@ enum RequestMethod {
   kWatchPool,
   kListNodes,
   kWatchNodes,
+  kReadEpisode,
 };
 
 }  // namespace procgen

@@ -13,8 +13,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
+#include "envcore/pool/pool.h"
 #include "gtest/gtest.h"
 #include "tests/server/cluster/cluster_watch.h"
+#include "tests/service/episode_replay.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
 #include "tests/service/test_fleet.h"
@@ -132,6 +134,87 @@ TEST(FleetClusterTest, TheClusterIsToldWhereShardsAre) {
 
   EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
   EXPECT_TRUE(watch.Await([&] { return nodes().empty(); })) << absl::StrJoin(nodes(), " ");
+}
+
+TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
+  constexpr int32_t kEnvCount = 8;
+  const TemporaryFolder folder;
+  TestFleet fleet({absl::StrCat("--state_dir=", folder.path())});
+  fleet.StartNode("a");
+  fleet.StartNode("b");
+  fleet.StartFleet(2);
+  const auto client = fleet.Connect();
+  v1::PoolSpec spec;
+  spec.add_games("bigfish");
+  spec.set_env_count(kEnvCount);
+  const auto pool = client->CreatePool(spec);
+  ASSERT_THAT(pool, IsOk());
+  const auto stream = client->Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  procgen_client::Batch batch;
+  const auto step = [&](int32_t action) {
+    ASSERT_THAT((*stream)->Step(std::vector<int32_t>(kEnvCount, action), &batch), IsOk());
+  };
+  const auto expect_played_again = [&](v1::WhichEpisode which) {
+    for (int32_t i = 0; i < kEnvCount; ++i) {
+      const auto episode = client->ReadEpisode(pool->name(), i, which);
+      ASSERT_THAT(episode, IsOk());
+      ExpectPlaysTheSame(*episode);
+    }
+  };
+  expect_played_again(v1::WHICH_EPISODE_CURRENT);  // whose level nobody has told yet
+  for (int32_t i = 0; i < 60; ++i) {
+    step(i == 20 ? -1 : i % 9);
+    if (i == 40) {
+      fleet.KillNode("a");
+    }
+  }
+  expect_played_again(v1::WHICH_EPISODE_LAST);
+  expect_played_again(v1::WHICH_EPISODE_CURRENT);
+
+  fleet.KillFleet();
+  fleet.StartFleet(1);
+  step(3);
+  const auto lacking = client->ReadEpisode(pool->name(), 0, v1::WHICH_EPISODE_CURRENT);
+  ASSERT_THAT(lacking, IsOk());
+  EXPECT_EQ(lacking->incomplete_because(), "the episode began before the server was started");
+  step(-1);
+  step(5);
+  expect_played_again(v1::WHICH_EPISODE_CURRENT);
+}
+
+TEST(FleetClusterTest, FleetsAreWatched) {
+  TestFleet fleet;
+  fleet.StartNode("a");
+  fleet.StartNode("b");
+  fleet.StartFleet(2);
+  const auto client = fleet.Connect();
+  const auto pool = client->CreatePool(Script().spec);
+  ASSERT_THAT(pool, IsOk());
+  const auto stream = client->Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  v1::WatchPoolRequest request;
+  request.set_pool(pool->name());
+  request.add_environments(pool->spec().env_count() - 1);
+  request.add_environments(0);
+  for (const int32_t side_px : {64, 100}) {
+    request.set_side_px(side_px);
+    const auto watch = client->Watch(request);
+    ASSERT_THAT(watch->Next(), IsOk());
+    procgen_client::Batch batch;
+    ASSERT_THAT((*stream)->Step(
+                    std::vector<int32_t>(static_cast<size_t>((*stream)->env_count()), 7), &batch),
+                IsOk());
+    const auto moment = watch->Next();
+    ASSERT_THAT(moment, IsOk());
+    EXPECT_EQ(moment->sequence_number(), batch.sequence_number());
+    const auto rendered = client->RenderEnvironments(pool->name(), {0}, 100);
+    ASSERT_THAT(rendered, IsOk());
+    const absl::Span<const uint8_t> observed = batch.observations().subspan(0, kObservationBytes);
+    EXPECT_EQ(moment->frames(1).image(), side_px == 64
+                                             ? std::string(observed.begin(), observed.end())
+                                             : rendered->frames(0).image());
+  }
 }
 
 struct Restart {

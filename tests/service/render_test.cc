@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "envcore/render/png_decoding.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/service/service_fixture.h"
@@ -30,6 +31,49 @@ TEST_F(RenderTest, FramesComeInTheOrderAskedFor) {
   EXPECT_EQ(frames->frames(0).image(), frames->frames(2).image());
   ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
   EXPECT_THAT(batch.episode_lengths(), testing::Each(2));
+}
+
+TEST_F(RenderTest, PngFilesShowTheSamePixels) {
+  const std::string name = CreatePool(MazeSpec(1));
+  const auto raw = client_->RenderEnvironments(name, {0}, 100);
+  const auto file = client_->RenderEnvironments(name, {0}, 100, v1::FRAME_FORMAT_PNG);
+  ASSERT_THAT(raw, IsOk());
+  ASSERT_THAT(file, IsOk());
+  const auto image = DecodePng(file->frames(0).image(), AlphaUse::kIgnored);
+  ASSERT_THAT(image, IsOk());
+  std::string pixels;
+  for (int y = 0; y < image->height(); ++y) {
+    for (int x = 0; x < image->width(); ++x) {
+      const Rgba& pixel = image->At(x, y);
+      for (const uint8_t channel : {pixel.red, pixel.green, pixel.blue}) {
+        pixels.push_back(static_cast<char>(channel));
+      }
+    }
+  }
+  EXPECT_EQ(pixels, raw->frames(0).image());
+}
+
+TEST_F(RenderTest, AgentsViewsAreObservationsWhateverThePoolsFormat) {
+  const auto plain = CreateAndAttach(MazeSpec(1));
+  procgen_client::Batch batch;
+  ASSERT_THAT(plain->Step({5}, &batch), IsOk());
+  const absl::Span<const uint8_t> observed = batch.observations();
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
+  const auto grey = CreateAndAttach(spec);
+  procgen_client::Batch grey_batch;
+  ASSERT_THAT(grey->Step({5}, &grey_batch), IsOk());
+  for (const procgen_client::StepStream* stream : {plain.get(), grey.get()}) {
+    const auto frames = client_->RenderEnvironments(stream->pool().name(), {0}, 0,
+                                                    v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
+    ASSERT_THAT(frames, IsOk());
+    EXPECT_EQ(frames->frames(0).image(), std::string(observed.begin(), observed.end()));
+    EXPECT_EQ(frames->frames(0).width_px(), 64);
+  }
+  EXPECT_THAT(client_->RenderEnvironments(plain->pool().name(), {0}, 128, v1::FRAME_FORMAT_RGB,
+                                          v1::FRAME_VIEW_AGENT),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "side_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
 }
 
 TEST_F(RenderTest, WrongInputsAreRefused) {

@@ -25,6 +25,7 @@ ARROWS = {
     "envcore/render": (*_BELOW_SCENE, "envcore/scene", "envcore/art"),
     "envcore/environment": _BELOW_ENVIRONMENT,
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
+    "envcore/trace": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
     "server/cluster": (),
     "server/encoding": (),
@@ -38,7 +39,10 @@ ARROWS = {
                      "server/rpc", "proto", "clients/cpp"),
     "server/rpc": ("envcore/pool", "server/cluster", "server/dm_env_rpc", "server/encoding",
                    "server/session", "server/metrics", "server/shared_memory", "proto"),
-    "server/web": ("envcore/pool", "server/session"),
+    # A client of the very server that it lives in, so it knows clients/cpp as a browser's stand-in; and
+    # of server/rpc the conversions, addresses, the listener and TLS.
+    "server/web": ("envcore/pool", "envcore/trace", "envcore/games", "server/session",
+                   "server/rpc", "proto", "clients/cpp"),
     # The program itself: flags, wiring, signals, shutdown.
     "server": ("envcore/pool", "server/session", "server/rpc", "server/metrics",
                "server/shared_memory", "server/fleet", "server/cluster", "server/web"),
@@ -57,10 +61,12 @@ _GUARDED_HEADERS = (
     # What dm_env_rpc is about are its messages: tensors and what is said of them.
     (r"dm_env_rpc/.*\.pb\.h$", ("server/rpc", "server/dm_env_rpc", "tests"),
      "messages of dm_env_rpc stop at server/dm_env_rpc; give this module what it needs as values"),
-    (r"(?!dm_env_rpc/).*\.pb\.h$", ("server/rpc", "server/fleet", "clients", "tests"),
+    (r"(?!dm_env_rpc/).*\.pb\.h$", ("server/rpc", "server/fleet", "server/web", "clients", "tests"),
      "messages of the wire stop at server/rpc; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),
+    (r"boost/", ("server/web", "tests"),
+     "only server/web knows Boost, for HTTP and WebSocket"),
     (r"prometheus/", ("server/metrics", "tests"),
      "only server/metrics knows Prometheus; count what you do with class Metrics"),
 )
@@ -164,7 +170,7 @@ def check_engine_purity(tree):
 _LINK = re.compile(r"target_link_libraries\s*\(([^)]*)\)")
 _TARGET = re.compile(r"procgen::(\w+)")
 _ENGINE_TARGETS = ("state", "random", "world", "level", "scene", "games", "art", "render",
-                   "environment", "pool")
+                   "environment", "pool", "trace")
 
 
 def check_link_arrows(tree):

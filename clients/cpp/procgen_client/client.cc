@@ -76,6 +76,11 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   return std::unique_ptr<Client>(new Client(channel, credentials->token, options.call_timeout));
 }
 
+std::unique_ptr<Client> Client::OfChannel(const std::shared_ptr<grpc::Channel>& channel,
+                                          std::string token, absl::Duration call_timeout) {
+  return std::unique_ptr<Client>(new Client(channel, std::move(token), call_timeout));
+}
+
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
                absl::Duration call_timeout)
     : terms_{std::move(token), call_timeout},
@@ -102,7 +107,9 @@ absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
 }
 
 std::unique_ptr<NodeWatch> Client::WatchNodes() {
-  return std::make_unique<NodeWatch>(cluster_.get(), terms_.token);
+  return std::make_unique<NodeWatch>(terms_.token, [this](grpc::ClientContext* context) {
+    return cluster_->WatchNodes(context, v1::WatchNodesRequest());
+  });
 }
 
 absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std::string& pool_id) {
@@ -225,13 +232,31 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   return CallUnary(terms_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
 }
 
+absl::StatusOr<v1::Episode> Client::ReadEpisode(const std::string& pool, int32_t environment,
+                                                v1::WhichEpisode which) {
+  v1::ReadEpisodeRequest request;
+  request.set_pool(pool);
+  request.set_environment(environment);
+  request.set_which(which);
+  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::ReadEpisode, request);
+}
+
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
-    const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px) {
+    const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px,
+    v1::FrameFormat format, v1::FrameView view) {
   v1::RenderEnvironmentsRequest request;
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
   request.set_side_px(side_px);
+  request.set_format(format);
+  request.set_view(view);
   return CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+}
+
+std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
+  return std::make_unique<PoolWatch>(terms_.token, [&](grpc::ClientContext* context) {
+    return render_->WatchPool(context, request);
+  });
 }
 
 }  // namespace procgen_client

@@ -20,8 +20,8 @@
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/credentials.h"
-#include "procgen_client/node_watch.h"
 #include "procgen_client/step_stream.h"
+#include "procgen_client/watch.h"
 
 namespace procgen_client {
 
@@ -62,6 +62,12 @@ class Client {
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
+  // A client on a channel that there is, such as one within a server's own process; `token`: empty,
+  // none; `call_timeout`: as in ConnectOptions.
+  static std::unique_ptr<Client> OfChannel(const std::shared_ptr<grpc::Channel>& channel,
+                                           std::string token,
+                                           absl::Duration call_timeout = absl::InfiniteDuration());
+
   // What the server offers, and how busy it is.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
   absl::StatusOr<procgen::v1::Load> GetLoad();
@@ -99,9 +105,21 @@ class Client {
   absl::Status CloneStates(const std::string& pool, absl::Span<const procgen::v1::ClonePair> pairs,
                            const CloneSource& source = {});
 
-  // Draws environments for people: square frames, RGB, top row first.
+  // What happened in an episode of an environment: the last that ended, or the one under way. Its
+  // comments tell how to play it again.
+  absl::StatusOr<procgen::v1::Episode> ReadEpisode(
+      const std::string& pool, int32_t environment,
+      procgen::v1::WhichEpisode which = procgen::v1::WHICH_EPISODE_LAST);
+
+  // Draws environments for people, or (side_px 0) as agents see them: square frames, RGB with the
+  // top row first, or PNG files.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
-      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512);
+      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512,
+      procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB,
+      procgen::v1::FrameView view = procgen::v1::FRAME_VIEW_HUMAN);
+  // Watches environments while somebody steps them: Next waits for the next frames. Who asks for
+  // more bytes in a response than 4 MiB needs as many in ConnectOptions::response_bytes_max.
+  std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
  private:
   Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,

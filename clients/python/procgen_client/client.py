@@ -165,15 +165,7 @@ class Client:
             UnavailableError: The server stops, or the connection broke.
             CancelledError: This client was closed.
         """
-        call = self._unary(
-            self._cluster_stub.WatchNodes, cluster_pb2.WatchNodesRequest(), timeout=None
-        )
-        try:
-            yield from call
-        except grpc.RpcError as error:
-            raise from_rpc_error(error) from None
-        finally:
-            call.cancel()
+        return self._watch(self._cluster_stub.WatchNodes, cluster_pb2.WatchNodesRequest())
 
     def create_pool(
         self,
@@ -336,10 +328,30 @@ class Client:
     def _clone_states(self, request: states_pb2.CloneStatesRequest) -> None:
         self._unary(self._state_stub.CloneStates, request)
 
+    def _read_episode(self, request: states_pb2.ReadEpisodeRequest) -> states_pb2.Episode:
+        return self._unary(self._state_stub.ReadEpisode, request)
+
     def _render_environments(
         self, request: render_pb2.RenderEnvironmentsRequest
     ) -> render_pb2.RenderEnvironmentsResponse:
         return self._unary(self._render_stub.RenderEnvironments, request)
+
+    def _watch_pool(
+        self, request: render_pb2.WatchPoolRequest
+    ) -> Iterator[render_pb2.WatchPoolResponse]:
+        return self._watch(self._render_stub.WatchPool, request)
+
+    def _watch(
+        self, method: Callable[..., Any], request: protobuf_message.Message
+    ) -> Iterator[Any]:
+        """Gives what a server tells from time to time, until it ends or is closed."""
+        call = self._unary(method, request, timeout=None)
+        try:
+            yield from call
+        except grpc.RpcError as error:
+            raise from_rpc_error(error) from None
+        finally:
+            call.cancel()
 
     def _unary(
         self, method: Callable[..., Any], request: protobuf_message.Message, **arguments: Any

@@ -10,6 +10,7 @@ import numpy as np
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
+from procgen_client.errors import InvalidArgumentError
 from procgen_client.options import duration
 
 if TYPE_CHECKING:
@@ -18,6 +19,13 @@ if TYPE_CHECKING:
 # Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
 _RENDER_BYTES = 4 * 1024 * 1024
 _RENDER_OVERHEAD_BYTES = 4096
+# Which episode, by its name here.
+_WHICH_EPISODE = {
+    "last": states_pb2.WHICH_EPISODE_LAST,
+    "current": states_pb2.WHICH_EPISODE_CURRENT,
+}
+# What a server sends to who watches, at most. In bytes.
+_WATCH_BYTES = 16 * 1024 * 1024
 # What a state has in a request besides its own bytes, at most: a tag and a length.
 _STATE_OVERHEAD_BYTES = 8
 
@@ -147,6 +155,32 @@ class PoolResource(abc.ABC):
             )
         )
 
+    def read_episode(self, environment: int, which: str = "last") -> states_pb2.Episode:
+        """Tells what happened in an episode of an environment, so that it can be played again.
+
+        Args:
+            environment: Index in the pool.
+            which: "last", the last episode that ended, or "current", the one under way.
+
+        Returns:
+            The message of proto/procgen/v1/states.proto, whose comments describe its fields (game,
+            options, level_seed, actions, rewards, how it ended) and how it is played again.
+
+        Raises:
+            InvalidArgumentError: The environment is out of range, or there is no such `which`.
+            FailedPreconditionError: No episode has ended yet, or the next has not begun.
+            UnimplementedError: The server remembers no episodes.
+        """
+        if which not in _WHICH_EPISODE:
+            raise InvalidArgumentError(f'which is {which!r}; it is "last" or "current"')
+        request = message_of(
+            states_pb2.ReadEpisodeRequest,
+            pool=self.name,
+            environment=environment,
+            which=_WHICH_EPISODE[which],
+        )
+        return self._client._read_episode(request)
+
     # The lease.
 
     def renew(self, lease_duration: float | None = None) -> None:
@@ -199,13 +233,58 @@ class PoolResource(abc.ABC):
                 response_bytes_max=limit,
             )
             for frame in self._client._render_environments(request).frames:
-                pixels = np.frombuffer(frame.image, np.uint8)
-                frames.append(pixels.reshape(frame.height_px, frame.width_px, 3))
+                frames.append(_pixels_of(frame))
         return frames
+
+    def watch(
+        self,
+        environments: Sequence[int] | None = None,
+        *,
+        side_px: int = 256,
+        frames_per_second_max: float = 15.0,
+    ) -> Iterator[list[np.ndarray]]:
+        """Shows environments while somebody steps them, without slowing who does.
+
+        At first as they are now, then as they are after something has changed, at a bounded rate:
+        whoever takes long between two moments misses those in between. Ends with an error, or when
+        it is closed; breaking out of a loop over it closes it.
+
+        Args:
+            environments: Indices in the pool, in the order wanted, at most 64. None: the first 16.
+            side_px: Side of the square pictures in pixels, in [16, 2048]. 64: what the agent sees.
+            frames_per_second_max: Moments in a second at most, above 0 and at most 60.
+
+        Yields:
+            For each moment, arrays as those of :meth:`render`.
+
+        Raises:
+            InvalidArgumentError: An environment, the size or the rate is out of range.
+            ResourceExhaustedError: The pictures of a moment are more than 16 MiB, or too much is
+                watched at a time (``catalog().limits.owner_watch_count_max``).
+            AbortedError: The pool is gone.
+            UnavailableError: The server drains, or the connection broke.
+        """
+        wanted = range(min(self.env_count, 16)) if environments is None else environments
+        request = message_of(
+            render_pb2.WatchPoolRequest,
+            pool=self.name,
+            environments=list(wanted),
+            side_px=in_range("side_px", side_px, 16, 2048),
+            format=render_pb2.FRAME_FORMAT_RGB,
+            frames_per_second_max=frames_per_second_max,
+            response_bytes_max=_WATCH_BYTES,
+        )
+        for moment in self._client._watch_pool(request):
+            yield [_pixels_of(frame) for frame in moment.frames]
 
     @abc.abstractmethod
     def _require_nothing_in_flight(self) -> None:
         """Raises FailedPreconditionError where requests are unanswered."""
+
+
+def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
+    pixels = np.frombuffer(frame.image, np.uint8)
+    return pixels.reshape(frame.height_px, frame.width_px, 3)
 
 
 def restore_requests(

@@ -1,4 +1,4 @@
-// A recording of the released benchmark (tests/conformance/trace.h tells the format), read in C.
+// A recording of the released benchmark (envcore/trace/trace.h tells the format), read in C.
 #ifndef TESTS_CLIENTS_LIBENV_RECORDING_H_
 #define TESTS_CLIENTS_LIBENV_RECORDING_H_
 

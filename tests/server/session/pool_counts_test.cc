@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/session/row_memory.h"
 
 namespace procgen {
 namespace {
@@ -35,11 +36,12 @@ std::string Episode(const std::string& what, const std::string& game, int64_t va
 
 TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
   Metrics metrics("test");
+  RowMemory memory;
   PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_environment=*/1), &metrics);
   // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
-  EXPECT_EQ(counts.Add({2, 4}, {}, counts.WithMemory({}, 4)), 4);
+  EXPECT_EQ(counts.Add({2, 4}, {}, memory.LendTo({}, 4)), 4);
   // Environment 0 is heist.
-  EXPECT_EQ(counts.Add({0, 1}, {}, counts.WithMemory({}, 1)), 1);
+  EXPECT_EQ(counts.Add({0, 1}, {}, memory.LendTo({}, 1)), 1);
   EXPECT_EQ(counts.step_count(), 5);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 2)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 2)));
@@ -48,18 +50,20 @@ TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
 
 TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
   Metrics metrics("test");
+  RowMemory memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
   Reset reset;
   reset.environment = 3;
-  EXPECT_EQ(counts.Add({0, 8}, {reset}, counts.WithMemory({}, 8)), 7);
+  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.LendTo({}, 8)), 7);
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 4)));
   EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 3)));
 }
 
 TEST(PoolCountsTest, EpisodesCountWhereTheyEnd) {
   Metrics metrics("test");
+  RowMemory memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
-  const Batch batch = counts.WithMemory({}, 4);
+  const Batch batch = memory.LendTo({}, 4);
   std::fill(batch.terminated.begin(), batch.terminated.end(), 0);
   std::fill(batch.truncated.begin(), batch.truncated.end(), 0);
   batch.terminated[1] = 1;  // environment 3, heist
@@ -75,20 +79,10 @@ TEST(PoolCountsTest, EpisodesCountWhereTheyEnd) {
   EXPECT_THAT(text, HasSubstr(Episode("length_steps_sum", "heist", 70)));
   EXPECT_THAT(text, HasSubstr(Episode("return_count", "maze", 1)));
   EXPECT_THAT(text, HasSubstr(Episode("length_steps_sum", "maze", 500)));
-}
-
-TEST(PoolCountsTest, MemoryIsLentOnlyWhereNoneIsGiven) {
-  Metrics metrics("test");
-  PoolCounts counts(OptionsOf({"maze"}, 0), &metrics);
-  std::vector<uint8_t> terminated(8);
-  Batch given;
-  given.terminated = absl::MakeSpan(terminated);
-  const Batch batch = counts.WithMemory(given, 8);
-  EXPECT_EQ(batch.terminated.data(), terminated.data());
-  EXPECT_EQ(batch.truncated.size(), 8);
-  EXPECT_EQ(batch.episode_returns.size(), 8);
-  EXPECT_EQ(batch.episode_lengths.size(), 8);
-  EXPECT_TRUE(batch.observations.empty());
+  const RecentEpisodes::Summary episodes = counts.episodes().Read();
+  EXPECT_EQ(episodes.count, 2);
+  EXPECT_FLOAT_EQ(episodes.mean_return, 5);
+  EXPECT_FLOAT_EQ(episodes.mean_length, 285);
 }
 
 }  // namespace

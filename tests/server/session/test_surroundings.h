@@ -35,8 +35,8 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners,     &side_crew, &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
-            &step_count, &metrics};
+    return {&owners,        &side_crew,  &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
+            &episode_bytes, &step_count, &metrics};
   }
 
   // A pool as a session has it.
@@ -50,10 +50,11 @@ struct TestSurroundings {
   Owners owners;
   ByteBudget kept_answer_bytes{int64_t{1} << 30};
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
+  ByteBudget episode_bytes{int64_t{1} << 30};
   SideCrew side_crew{1};
   // Rings for nobody: the test asks the pool itself.
-  LeaseAlarm lease_alarm{[this] { return clock.Now(); },
-                         [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
+  Alarm lease_alarm{[this] { return clock.Now(); },
+                    [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
 };
 
 }  // namespace procgen

@@ -1,4 +1,4 @@
-#include "server/session/lease_alarm.h"
+#include "server/session/alarm.h"
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
@@ -7,25 +7,25 @@
 namespace procgen {
 namespace {
 
-TEST(LeaseAlarmTest, RingsWhenItsTimeHasCome) {
+TEST(AlarmTest, RingsWhenItsTimeHasCome) {
   TestClock clock;
   absl::Notification rung;
   absl::Time time;
-  LeaseAlarm alarm([&] { return clock.Now(); },
-                   [&](absl::Time now) {
-                     time = now;
-                     rung.Notify();
-                     return absl::InfiniteFuture();
-                   });
+  Alarm alarm([&] { return clock.Now(); },
+              [&](absl::Time now) {
+                time = now;
+                rung.Notify();
+                return absl::InfiniteFuture();
+              });
   alarm.RingBy(clock.Now());
   rung.WaitForNotification();
   EXPECT_EQ(time, clock.Now());
 }
 
-TEST(LeaseAlarmTest, RingsAgainWhenTheRingAsksForIt) {
+TEST(AlarmTest, RingsAgainWhenTheRingAsksForIt) {
   absl::Notification rung_twice;
   int count = 0;
-  LeaseAlarm alarm(SteadyNow, [&](absl::Time now) {
+  Alarm alarm(SteadyNow, [&](absl::Time now) {
     if (++count == 2) {
       rung_twice.Notify();
     }
@@ -35,22 +35,22 @@ TEST(LeaseAlarmTest, RingsAgainWhenTheRingAsksForIt) {
   rung_twice.WaitForNotification();
 }
 
-TEST(LeaseAlarmTest, AnEarlierTimeGoesBeforeALaterOne) {
+TEST(AlarmTest, AnEarlierTimeGoesBeforeALaterOne) {
   TestClock clock;
   absl::Notification rung;
-  LeaseAlarm alarm([&] { return clock.Now(); },
-                   [&](absl::Time) {
-                     rung.Notify();
-                     return absl::InfiniteFuture();
-                   });
+  Alarm alarm([&] { return clock.Now(); },
+              [&](absl::Time) {
+                rung.Notify();
+                return absl::InfiniteFuture();
+              });
   alarm.RingBy(clock.Now() + absl::Hours(1));
   alarm.RingBy(clock.Now());
   alarm.RingBy(clock.Now() + absl::Hours(2));
   rung.WaitForNotification();
 }
 
-TEST(LeaseAlarmTest, EndsWithoutRinging) {
-  LeaseAlarm alarm(SteadyNow, [](absl::Time) {
+TEST(AlarmTest, EndsWithoutRinging) {
+  Alarm alarm(SteadyNow, [](absl::Time) {
     ADD_FAILURE() << "it rang";
     return absl::InfiniteFuture();
   });

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_LEASE_ALARM_H_
-#define SERVER_SESSION_LEASE_ALARM_H_
+#ifndef SERVER_SESSION_ALARM_H_
+#define SERVER_SESSION_ALARM_H_
 
 #include <functional>
 #include <thread>
@@ -18,19 +18,20 @@ using Clock = std::function<absl::Time()>;
 // machine's clock, no lease ends early or late.
 absl::Time SteadyNow();
 
-// One thread that rings when the next lease of all pools runs out.
+// One thread that rings when it is time: that the next lease runs out, that somebody is to be shown
+// something.
 // Threads: any method from any thread.
-class LeaseAlarm {
+class Alarm {
  public:
   // Calls, on the alarm's thread, that are told the time and return when they want the next one;
   // InfiniteFuture: only once somebody asks for it.
   using Ring = absl::AnyInvocable<absl::Time(absl::Time now)>;
 
-  LeaseAlarm(Clock clock, Ring ring);
+  Alarm(Clock clock, Ring ring);
   // Waits for a ring under way.
-  ~LeaseAlarm();
-  LeaseAlarm(const LeaseAlarm&) = delete;
-  LeaseAlarm& operator=(const LeaseAlarm&) = delete;
+  ~Alarm();
+  Alarm(const Alarm&) = delete;
+  Alarm& operator=(const Alarm&) = delete;
 
   absl::Time Now() const { return clock_(); }
   // Rings at `time`, or before.
@@ -50,4 +51,4 @@ class LeaseAlarm {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_LEASE_ALARM_H_
+#endif  // SERVER_SESSION_ALARM_H_

@@ -1,11 +1,12 @@
-#ifndef TESTS_CONFORMANCE_TRACE_H_
-#define TESTS_CONFORMANCE_TRACE_H_
+#ifndef ENVCORE_TRACE_TRACE_H_
+#define ENVCORE_TRACE_TRACE_H_
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "envcore/environment/environment_options.h"
 
 namespace procgen {
@@ -26,6 +27,9 @@ struct Trace {
   std::vector<int32_t> prev_level_seeds;      // [T + 1, E]
   std::vector<uint8_t> prev_level_complete;   // [T + 1, E]
   std::vector<uint32_t> observation_digests;  // [T + 1, E] FNV-1a, or empty
+  // Hashes of the episodes that ended, in order, of each environment (class Fingerprint tells what
+  // of), or empty: [E] lists.
+  std::vector<std::vector<uint64_t>> fingerprints;
 
   // Whether there are digests of pictures that can be compared: those that the recording drew
   // without an art folder always, the others where the player draws `with_released_art`.
@@ -39,10 +43,16 @@ struct Trace {
 // Reads a trace file. Errors: NOT_FOUND no such file; DATA_LOSS it is not a trace, or not whole
 // (the message says what is wrong).
 absl::StatusOr<Trace> ReadTrace(const std::string& path);
+// The same of a file's contents, whoever wrote them: no more memory is taken than a few times their
+// size.
+absl::StatusOr<Trace> ParseTrace(absl::string_view contents);
+
+// The contents of a trace's file. REQUIRES: arrays of the sizes that env_count and step_count say.
+std::string TraceFileOf(const Trace& trace);
 
 // The digest of an observation's bytes: 32-bit FNV-1a.
 uint32_t ObservationDigest(const uint8_t* bytes, size_t size);
 
 }  // namespace procgen
 
-#endif  // TESTS_CONFORMANCE_TRACE_H_
+#endif  // ENVCORE_TRACE_TRACE_H_

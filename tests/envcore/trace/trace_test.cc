@@ -1,4 +1,4 @@
-#include "tests/conformance/trace.h"
+#include "envcore/trace/trace.h"
 
 #include <fstream>
 #include <sstream>
@@ -101,9 +101,47 @@ TEST(TraceTest, ImpossibleNumbersAreRefused) {
   ExpectDataLoss(Changed("\"steps\":59", "\"steps\":-1"), "steps is -1, must be at least 0");
   ExpectDataLoss(Changed("\"steps\":59", "\"steps\":58"), "another number of rows");
   ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u1\",9223372036854775807]"),
-                 "array action has type u1 and 9223372036854775807 rows of 1");
+                 "within array action, which has 9223372036854775807 rows of 1");
   ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u9\",59]"),
                  "array action has type u9");
+}
+
+TEST(TraceTest, NumbersThatTheFileIsTooShortForTakeNoMemory) {
+  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":2147483647"), "ends within array action");
+}
+
+TEST(TraceTest, ArraysThatAreMissingOrOfAnotherTypeAreNamed) {
+  ExpectDataLoss(Changed("\"level_seed\"", "\"level_sead\""), "array level_seed is missing");
+  ExpectDataLoss(Changed("[\"reward\",\"f4\"", "[\"reward\",\"i4\""),
+                 "array reward has type i4, must be f4");
+}
+
+TEST(TraceTest, WhatIsWrittenIsReadAgain) {
+  absl::StatusOr<Trace> trace = ReadTrace(kGolden);
+  ASSERT_TRUE(trace.ok()) << trace.status();
+  // To the byte: the recordings were written by another program.
+  EXPECT_EQ(TraceFileOf(*trace), Contents(kGolden));
+
+  trace->actions[3] = kEndEpisodeAction;
+  trace->observation_digests.assign(60, 7);
+  trace->fingerprints = {{0xffffffffffffffffU, 1}};
+  const absl::StatusOr<Trace> again = ParseTrace(TraceFileOf(*trace));
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->actions, trace->actions);
+  EXPECT_EQ(again->observation_digests, trace->observation_digests);
+  EXPECT_EQ(again->fingerprints, trace->fingerprints);
+}
+
+TEST(TraceTest, FingerprintsThatAreNoneAreRefused) {
+  const auto with = [](const std::string& fingerprints) {
+    return Changed("\"num_envs\":1",
+                   absl::StrCat("\"num_envs\":1,\"fingerprints\":", fingerprints));
+  };
+  EXPECT_TRUE(ReadContents(with("[[\"0123456789abcdef\"]]")).ok());
+  ExpectDataLoss(with("[[\"0123456789abcde\"]]"), "\"0123456789abcde\" is no fingerprint");
+  ExpectDataLoss(with("[[\"0123456789abcdeg\"]]"), "is no fingerprint");
+  ExpectDataLoss(with("[]"), "fingerprints are of 0 environments, must be of 1");
+  ExpectDataLoss(with("[[7]]"), "the header is not a trace's");
 }
 
 TEST(TraceTest, AnUnknownModeIsNamed) {

@@ -1,4 +1,4 @@
-#include "server/session/lease_alarm.h"
+#include "server/session/alarm.h"
 
 #include <algorithm>
 #include <chrono>
@@ -15,10 +15,10 @@ absl::Time SteadyNow() {
   return begin + absl::FromChrono(Steady::now() - steady_begin);
 }
 
-LeaseAlarm::LeaseAlarm(Clock clock, Ring ring)
+Alarm::Alarm(Clock clock, Ring ring)
     : clock_(std::move(clock)), ring_(std::move(ring)), thread_([this] { RingUntilStopped(); }) {}
 
-LeaseAlarm::~LeaseAlarm() {
+Alarm::~Alarm() {
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;
@@ -27,7 +27,7 @@ LeaseAlarm::~LeaseAlarm() {
   thread_.join();
 }
 
-void LeaseAlarm::RingBy(absl::Time time) {
+void Alarm::RingBy(absl::Time time) {
   absl::MutexLock lock(&mutex_);
   if (time < next_ring_) {
     next_ring_ = time;
@@ -35,7 +35,7 @@ void LeaseAlarm::RingBy(absl::Time time) {
   }
 }
 
-void LeaseAlarm::RingUntilStopped() {
+void Alarm::RingUntilStopped() {
   mutex_.Lock();
   while (!stops_) {
     const absl::Time now = clock_();

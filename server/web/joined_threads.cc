@@ -1,0 +1,50 @@
+#include "server/web/joined_threads.h"
+
+#include <utility>
+
+namespace procgen::web {
+
+JoinedThreads::~JoinedThreads() {
+  absl::MutexLock lock(&mutex_);
+  for (Entry& entry : entries_) {
+    entry.thread.join();
+  }
+}
+
+bool JoinedThreads::Start(std::function<void()> work) {
+  absl::MutexLock lock(&mutex_);
+  Reap();
+  if (entries_.size() >= count_max_) {
+    return false;
+  }
+  auto has_ended = std::make_shared<std::atomic<bool>>(false);
+  entries_.push_back({std::thread([work = std::move(work), has_ended]() mutable {
+                        work();
+                        work = nullptr;  // what it holds ends on this thread, too
+                        *has_ended = true;
+                      }),
+                      has_ended});
+  return true;
+}
+
+bool JoinedThreads::HasRoom() const {
+  absl::MutexLock lock(&mutex_);
+  size_t count = 0;
+  for (const Entry& entry : entries_) {
+    count += *entry.has_ended ? 0 : 1;
+  }
+  return count < count_max_;
+}
+
+void JoinedThreads::Reap() {
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    if (*entry->has_ended) {
+      entry->thread.join();
+      entry = entries_.erase(entry);
+    } else {
+      ++entry;
+    }
+  }
+}
+
+}  // namespace procgen::web

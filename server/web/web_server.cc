@@ -1,0 +1,150 @@
+#include "server/web/web_server.h"
+
+#include <unistd.h>
+
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "boost/asio/executor_work_guard.hpp"
+#include "boost/asio/io_context.hpp"
+#include "boost/asio/ip/tcp.hpp"
+#include "boost/asio/strand.hpp"
+#include "server/rpc/address.h"
+#include "server/rpc/listener.h"
+#include "server/web/connection.h"
+#include "server/web/embedded_pages.h"
+#include "server/web/joined_threads.h"
+#include "server/web/pool_news.h"
+#include "server/web/site.h"
+#include "server/web/socket.h"
+#include "server/web/tls_contexts.h"
+#include "server/web/viewer.h"
+
+namespace procgen::web {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr int kIoThreadCount = 2;
+// Besides those of viewers: of pages and pictures, and of whoever has said nothing yet.
+constexpr int32_t kOtherConnectionsMax = 192;
+// More than an answer within the process ever takes.
+constexpr absl::Duration kCallTimeout = absl::Seconds(60);
+// What sockets have at the end, besides their own timeout.
+constexpr absl::Duration kCloseTimeout = absl::Seconds(3);
+
+std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
+  const bool is_ipv6 = absl::StrContains(address.host, ':');
+  return absl::StrCat(is_secure ? "https://" : "http://", is_ipv6 ? "[" : "", address.host,
+                      is_ipv6 ? "]" : "", ":", port, "/");
+}
+
+ViewerTerms TermsOf(const WebOptions& options, PoolNews* news, JoinedThreads* watch_threads) {
+  ViewerTerms terms;
+  terms.version = options.version;
+  terms.asks_token = options.asks_token;
+  terms.viewers_max = options.viewers_max;
+  terms.connect = [channel = options.channel](const std::string& token) {
+    return procgen_client::Client::OfChannel(channel, token, kCallTimeout);
+  };
+  terms.news = news;
+  terms.watch_threads = watch_threads;
+  return terms;
+}
+
+std::vector<std::string> HostsOf(const WebOptions& options, const Address& address) {
+  std::vector<std::string> hosts = options.hosts;
+  hosts.push_back(address.host);
+  return hosts;
+}
+
+class BeastServer final : public WebServer {
+ public:
+  BeastServer(const WebOptions& options, const Address& address, std::unique_ptr<Listener> listener)
+      : url_(UrlOf(address, listener->port(), options.tls != nullptr)),
+        site_(HostsOf(options, address), EmbeddedPages()),
+        tls_(options.tls),
+        news_(std::make_unique<PoolNews>(options.list_pools)),
+        watch_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max) *
+                                                       kWatchesMax)),
+        viewer_terms_(TermsOf(options, news_.get(), watch_threads_.get())),
+        viewer_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max))),
+        sockets_(viewer_terms_, viewer_threads_.get()),
+        connection_terms_{&site_, &sockets_, viewer_threads_.get()},
+        work_(asio::make_work_guard(io_)),
+        listener_(std::move(listener)) {
+    for (int i = 0; i < kIoThreadCount; ++i) {
+      io_threads_.emplace_back([this] { io_.run(); });
+    }
+    listener_->Start([this](int /*listening*/, int connection) { Take(connection); });
+  }
+
+  ~BeastServer() override {
+    listener_.reset();
+    sockets_.BeginClose();
+    sockets_.AwaitClosed(kCloseTimeout);
+    io_.stop();
+    for (std::thread& thread : io_threads_) {
+      thread.join();
+    }
+    viewer_threads_.reset();  // all were told to stop; what they still send goes nowhere
+    watch_threads_.reset();
+    news_.reset();
+  }
+
+  const std::string& url() const override { return url_; }
+
+ private:
+  // On the listener's thread.
+  void Take(int connection) {
+    asio::ip::tcp::socket socket(asio::make_strand(io_));
+    sockaddr_storage local = {};
+    socklen_t size = sizeof(local);
+    boost::system::error_code error;
+    if (getsockname(connection, reinterpret_cast<sockaddr*>(&local), &size) == 0) {
+      socket.assign(local.ss_family == AF_INET6 ? asio::ip::tcp::v6() : asio::ip::tcp::v4(),
+                    connection, error);
+    }
+    if (!socket.is_open()) {
+      close(connection);
+      return;
+    }
+    socket.set_option(asio::ip::tcp::no_delay(true), error);
+    StartConnection(std::move(socket), tls_.Current(), connection_terms_);
+  }
+
+  const std::string url_;
+  const Site site_;
+  TlsContexts tls_;  // of the listener's thread
+  std::unique_ptr<PoolNews> news_;
+  std::unique_ptr<JoinedThreads> watch_threads_;
+  const ViewerTerms viewer_terms_;
+  std::unique_ptr<JoinedThreads> viewer_threads_;
+  OpenSockets sockets_;
+  const ConnectionTerms connection_terms_;
+  asio::io_context io_;  // what it still holds at the end ends before the others
+  asio::executor_work_guard<asio::io_context::executor_type> work_;
+  std::vector<std::thread> io_threads_;
+  std::unique_ptr<Listener> listener_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options) {
+  const absl::StatusOr<Address> address = ParseAddress(options.address);
+  if (!address.ok()) {
+    return address.status();
+  }
+  absl::StatusOr<std::unique_ptr<Listener>> listener =
+      Listener::Listen(*address, options.viewers_max + kOtherConnectionsMax);
+  if (!listener.ok()) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve pages at ", options.address, ": ", listener.status().message()));
+  }
+  return std::make_unique<BeastServer>(options, *address, *std::move(listener));
+}
+
+}  // namespace procgen::web

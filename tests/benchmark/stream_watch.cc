@@ -1,0 +1,179 @@
+// watch/...: a learner while somebody watches its pool, beside the same one while nobody does.
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "benchmark/benchmark.h"
+#include "procgen_client/client.h"
+#include "tests/benchmark/remote_learner.h"
+#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/time_now.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kWatchedCount = 16;
+constexpr float kFramesPerSecond = 15;
+constexpr int32_t kResponseBytesMax = 16 << 20;
+// Of each of the two in a round: some moments long.
+constexpr absl::Duration kShare = absl::Milliseconds(400);
+// Machines are now faster and now slower; the median of so many rounds is not.
+constexpr int kRounds = 15;
+
+// Somebody who watches the pool of a server that has one, as long as this lives.
+class Viewer {
+ public:
+  Viewer(procgen_client::Client* client, const v1::WatchPoolRequest& request)
+      : watch_(client->Watch(request)), thread_([this] {
+          while (watch_->Next().ok()) {
+            ++moment_count_;
+          }
+        }) {}
+  ~Viewer() {
+    watch_->Stop();
+    thread_.join();
+  }
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+
+  int64_t moment_count() const { return moment_count_; }
+
+ private:
+  std::atomic<int64_t> moment_count_ = 0;
+  const std::unique_ptr<procgen_client::PoolWatch> watch_;
+  std::thread thread_;
+};
+
+// Steps per second.
+absl::StatusOr<double> RateOf(RemoteLearner* learner) {
+  int64_t step_count = 0;
+  const absl::Duration begin = TimeNow(TimeKind::kWall);
+  absl::Duration time;
+  while ((time = TimeNow(TimeKind::kWall) - begin) < kShare) {
+    if (absl::Status status = learner->Step(); !status.ok()) {
+      return status;
+    }
+    ++step_count;
+  }
+  return static_cast<double>(step_count) / absl::ToDoubleSeconds(time);
+}
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+class WatchContest {
+ public:
+  static absl::StatusOr<std::unique_ptr<WatchContest>> Start(int32_t env_count, int32_t side_px) {
+    auto contest = std::make_unique<WatchContest>();
+    absl::Status status = contest->Begin(env_count, side_px);
+    if (!status.ok()) {
+      return status;
+    }
+    return contest;
+  }
+
+  // First the one and then the other, and the next time the other way round.
+  absl::Status RunRound() {
+    const bool watched_first = ratios_.size() % 2 == 0;
+    absl::StatusOr<double> first = Measure(watched_first);
+    absl::StatusOr<double> second = first.ok() ? Measure(!watched_first) : first;
+    if (!second.ok()) {
+      return second.status();
+    }
+    rates_.push_back(watched_first ? *first : *second);
+    ratios_.push_back(watched_first ? *first / *second : *second / *first);
+    return absl::OkStatus();
+  }
+
+  void Report(int32_t env_count, benchmark::State& state) const {
+    state.counters["watched_ratio"] = MedianOf(ratios_);
+    state.counters["watched_ratio_least"] = *std::min_element(ratios_.begin(), ratios_.end());
+    state.counters["moments_per_second"] =
+        static_cast<double>(moment_count_) /
+        (absl::ToDoubleSeconds(kShare) * static_cast<double>(ratios_.size()));
+    state.counters["items_per_second"] = MedianOf(rates_) * env_count;
+  }
+
+ private:
+  absl::Status Begin(int32_t env_count, int32_t side_px) {
+    auto server = StartStreamServer();
+    if (!server.ok()) {
+      return server.status();
+    }
+    server_ = *std::move(server);
+    auto learner = RemoteLearner::Start(server_->address(), {.env_count = env_count});
+    auto client = procgen_client::Client::Connect(server_->address(),
+                                                  {.response_bytes_max = kResponseBytesMax});
+    if (!learner.ok() || !client.ok()) {
+      return learner.ok() ? client.status() : learner.status();
+    }
+    learner_ = *std::move(learner);
+    client_ = *std::move(client);
+    const auto pools = client_->ListPools();
+    if (!pools.ok()) {
+      return pools.status();
+    }
+    request_.set_pool(pools->front().name());
+    for (int32_t i = 0; i < kWatchedCount; ++i) {
+      request_.add_environments(i);
+    }
+    request_.set_side_px(side_px);
+    request_.set_frames_per_second_max(kFramesPerSecond);
+    request_.set_response_bytes_max(kResponseBytesMax);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<double> Measure(bool watched) {
+    if (!watched) {
+      return RateOf(learner_.get());
+    }
+    const Viewer viewer(client_.get(), request_);
+    absl::StatusOr<double> rate = RateOf(learner_.get());
+    moment_count_ += viewer.moment_count();
+    return rate;
+  }
+
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<procgen_client::Client> client_;
+  std::unique_ptr<RemoteLearner> learner_;
+  v1::WatchPoolRequest request_;
+  std::vector<double> ratios_;
+  std::vector<double> rates_;  // watched
+  int64_t moment_count_ = 0;
+};
+
+void RunWatch(int32_t env_count, int32_t side_px, benchmark::State& state) {
+  const auto contest = WatchContest::Start(env_count, side_px);
+  if (RunRounds(
+          contest.status(), [&] { return (*contest)->RunRound(); }, state)) {
+    (*contest)->Report(env_count, state);
+  }
+}
+
+}  // namespace
+
+void RegisterWatches() {
+  for (const int32_t side_px : {kObservationSidePx, 256}) {
+    for (const int32_t env_count : {64, 256}) {
+      benchmark::RegisterBenchmark(
+          absl::StrCat("watch/side_px:", side_px, "/environments:", env_count).c_str(),
+          [env_count, side_px](benchmark::State& state) { RunWatch(env_count, side_px, state); })
+          ->Iterations(kRounds)
+          ->UseManualTime();
+    }
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,60 @@
+"""Watching pools, and reading what happened in their episodes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from procgen_client import Client, FailedPreconditionError, InvalidArgumentError, NotFoundError
+
+
+def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
+    with client.create_pool("maze", 4, rand_seed=3, distribution_mode="easy") as pool:
+        moments = pool.watch([3, 0], side_px=64, frames_per_second_max=60)
+        assert [frame.shape for frame in next(moments)] == [(64, 64, 3)] * 2
+        batch = pool.step([7, 4, 5, 1])
+        frames = next(moments)
+        assert np.array_equal(frames[0], batch.observations[3])
+        assert np.array_equal(frames[1], batch.observations[0])
+        moments.close()
+        assert next(pool.watch())[0].shape == (256, 256, 3)
+
+
+def test_a_watch_ends_with_an_error(client: Client) -> None:
+    with client.create_pool("maze", 1) as pool:
+        with pytest.raises(InvalidArgumentError, match="environments"):
+            next(pool.watch([1]))
+        with pytest.raises(InvalidArgumentError, match="frames_per_second_max"):
+            next(pool.watch(frames_per_second_max=61))
+    with pytest.raises(NotFoundError):
+        next(pool.watch())
+
+
+def test_an_episode_is_played_again(client: Client) -> None:
+    with client.create_pool("coinrun", 2, rand_seed=1) as pool:
+        with pytest.raises(FailedPreconditionError, match="ended no episode"):
+            pool.read_episode(1)
+        rewards = [pool.step([4, action]).rewards[1] for action in (7, 8, 7, -1)]
+        episode = pool.read_episode(1)
+        assert list(episode.actions) == [7, 8, 7, 255]
+        assert list(episode.rewards) == rewards
+        assert list(pool.read_episode(0, "current").actions) == [4] * 4
+        with pytest.raises(InvalidArgumentError, match="current"):
+            pool.read_episode(0, "next")
+    with client.create_pool(
+        episode.game, 1, start_level=episode.level_seed, num_levels=1
+    ) as again:
+        for action, reward in zip([7, 8, 7, -1], rewards, strict=True):
+            batch = again.step([action])
+            assert batch.rewards[0] == reward
+        assert batch.fingerprints[0] == np.uint64(episode.fingerprint & (2**64 - 1))
+
+
+def test_pools_tell_how_they_go(client: Client) -> None:
+    with client.create_pool("maze", 2) as pool:
+        pool.step([7, -1])
+        told = next(each for each in client.list_pools() if each.name == pool.name)
+        assert told.episode_count == 1
+        assert told.mean_episode_length == 1
+        assert told.request_count == 1
+        assert told.request_duration_p99.ToTimedelta() == told.request_duration.ToTimedelta()

@@ -1,0 +1,131 @@
+// Fuzz target: what a page sends. An input is pieces (fuzzed_server.h): each is a message, of text
+// or, after a mark, binary. A viewer carries them out, against the real services. Aborts where
+//   a message is not answered, neither by an answer nor by the end of the socket;
+//   an answer is no JSON, has no id, or has an error that is not promised;
+//   pools of the page are left when it has gone.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "procgen_client/client.h"
+#include "server/web/joined_threads.h"
+#include "server/web/pool_news.h"
+#include "server/web/viewer.h"
+#include "tests/fuzz/fuzzed_server.h"
+
+namespace procgen {
+namespace {
+
+// Fewer than a viewer may send without waiting.
+constexpr size_t kPiecesMax = 24;
+constexpr size_t kThreadsMax = 64;
+
+// The header of a message.
+web::Json HeaderOf(const web::Wire& wire) {
+  absl::string_view text = wire.bytes;
+  if (wire.is_binary) {
+    uint32_t length = 0;
+    Require(text.size() >= sizeof(length), "a binary message has a length");
+    std::memcpy(&length, text.data(), sizeof(length));
+    Require(length <= text.size() - sizeof(length), "a binary message has a header");
+    text = text.substr(sizeof(length), length);
+  }
+  return web::Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
+}
+
+// A socket that checks what goes out, and waits for answers.
+class CheckedOutbox final : public web::Outbox {
+ public:
+  void Answer(web::Wire wire) override {
+    const web::Json header = HeaderOf(wire);
+    Require(header.is_object() && header.contains("id"), "an answer has an id");
+    Require(header.contains("result") != header.contains("error"), "an answer answers");
+    if (header.contains("error")) {
+      Require(header["error"]["code"] != "INTERNAL" && header["error"]["code"] != "UNKNOWN",
+              header.dump());
+      Require(header["error"]["message"] != "", "an error says what is wrong");
+    }
+    absl::MutexLock lock(&mutex_);
+    ++answer_count_;
+  }
+  void Tell(web::Wire wire) override {
+    Require(HeaderOf(wire).contains("event"), "an event has a name");
+  }
+  void TellLatest(const std::string& /*key*/, web::Wire wire) override { Tell(std::move(wire)); }
+  void Forget(const std::string& /*key*/) override {}
+  void Welcome() override {}
+  void Close(int /*code*/, std::string reason) override {
+    Require(!reason.empty(), "the end of a socket has a reason");
+    absl::MutexLock lock(&mutex_);
+    is_closed_ = true;
+  }
+
+  // Waits until so many messages are answered, or the socket is closed.
+  void Await(size_t count) {
+    absl::MutexLock lock(&mutex_);
+    const auto is_done = [this, count]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
+      return is_closed_ || answer_count_ == count;
+    };
+    mutex_.Await(absl::Condition(&is_done));
+  }
+
+ private:
+  absl::Mutex mutex_;
+  size_t answer_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+// What all viewers of the run share.
+struct Surroundings {
+  web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
+  web::JoinedThreads watch_threads{kThreadsMax};
+  web::ViewerTerms terms{.version = "fuzzed",
+                         .asks_token = false,
+                         .viewers_max = 1,
+                         .connect =
+                             [](const std::string& token) {
+                               return procgen_client::Client::OfChannel(TheFuzzedServer().channel(),
+                                                                        token);
+                             },
+                         .news = &news,
+                         .watch_threads = &watch_threads};
+};
+
+void Play(const std::vector<Piece>& pieces) {
+  static Surroundings& surroundings = *new Surroundings();
+  TheFuzzedServer().ResetPools();
+  const auto outbox = std::make_shared<CheckedOutbox>();
+  const auto viewer = std::make_shared<web::Viewer>(surroundings.terms, outbox);
+  std::thread thread([viewer] { viewer->Run(); });
+  viewer->Take({R"({"id":0,"method":"hello"})", false});
+  size_t count = 1;
+  bool is_binary = false;
+  for (size_t i = 0; i < pieces.size() && i < kPiecesMax; ++i) {
+    if (!pieces[i].is_mark) {
+      viewer->Take({pieces[i].bytes, is_binary});
+      ++count;
+    }
+    is_binary = pieces[i].is_mark;
+  }
+  outbox->Await(count);
+  viewer->Stop();
+  thread.join();
+  const auto client = procgen_client::Client::OfChannel(TheFuzzedServer().channel(), "");
+  const auto pools = client->ListPools();
+  Require(pools.ok() && pools->size() == 2, "a page leaves no pools");
+}
+
+}  // namespace
+}  // namespace procgen
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  procgen::Play(procgen::PiecesOf(bytes, size));
+  return 0;
+}

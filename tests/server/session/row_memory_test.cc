@@ -1,0 +1,25 @@
+#include "server/session/row_memory.h"
+
+#include <vector>
+
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+TEST(RowMemoryTest, MemoryIsLentOnlyWhereNoneIsGiven) {
+  RowMemory memory;
+  std::vector<uint8_t> terminated(8);
+  Batch given;
+  given.terminated = absl::MakeSpan(terminated);
+  const Batch batch = memory.LendTo(given, 8);
+  EXPECT_EQ(batch.terminated.data(), terminated.data());
+  EXPECT_EQ(batch.truncated.size(), 8);
+  EXPECT_EQ(batch.rewards.size(), 8);
+  EXPECT_EQ(batch.fingerprints.size(), 8);
+  EXPECT_TRUE(batch.observations.empty());
+  EXPECT_TRUE(batch.final_observations.empty());
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,248 @@
+// Watching pools while learners step them.
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::PoolWatch;
+using testing::HasSubstr;
+
+constexpr size_t kAgentFrameBytes = size_t{64} * 64 * 3;
+
+v1::WatchPoolRequest WatchRequest(const std::string& pool, const std::vector<int32_t>& environments,
+                                  int32_t side_px = 64) {
+  v1::WatchPoolRequest request;
+  request.set_pool(pool);
+  request.mutable_environments()->Add(environments.begin(), environments.end());
+  request.set_side_px(side_px);
+  request.set_frames_per_second_max(60);
+  return request;
+}
+
+// How a watch ends that shows whatever it shows.
+absl::Status EndOf(PoolWatch* watch) {
+  absl::Status status;
+  while (status.ok()) {
+    status = watch->Next().status();
+  }
+  return status;
+}
+
+// The first moment after request `sequence_number`.
+v1::WatchPoolResponse MomentAfter(int64_t sequence_number, PoolWatch* watch) {
+  while (true) {
+    auto moment = watch->Next();
+    EXPECT_THAT(moment, IsOk());
+    if (!moment.ok() || moment->sequence_number() >= sequence_number) {
+      return moment.value_or(v1::WatchPoolResponse());
+    }
+  }
+}
+
+std::string ObservationOf(const procgen_client::Batch& batch, size_t environment) {
+  const absl::Span<const uint8_t> row =
+      batch.observations().subspan(environment * kAgentFrameBytes, kAgentFrameBytes);
+  return {row.begin(), row.end()};
+}
+
+class WatchTest : public ServiceTest {};
+
+TEST_F(WatchTest, AgentsAreSeenAsTheyAreObserved) {
+  const auto stream = CreateAndAttach(MazeSpec(4));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {3, 0, 3}));
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  for (int32_t step = 0; step < 20; ++step) {
+    ASSERT_THAT(stream->Step({step % 9, 4, 7, (step + 3) % 9}, &batch), IsOk());
+    const v1::WatchPoolResponse moment = MomentAfter(step + 2, watch.get());
+    ASSERT_EQ(moment.sequence_number(), step + 2);
+    ASSERT_EQ(moment.frames_size(), 3);
+    EXPECT_EQ(moment.frames(0).environment(), 3);
+    EXPECT_EQ(moment.frames(1).environment(), 0);
+    EXPECT_EQ(moment.frames(0).image(), ObservationOf(batch, 3));
+    EXPECT_EQ(moment.frames(1).image(), ObservationOf(batch, 0));
+    EXPECT_EQ(moment.frames(2).image(), moment.frames(0).image());
+  }
+}
+
+TEST_F(WatchTest, AgentsAreSeenAlsoWhereNobodyObservesThem) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0, 1}));
+  v1::StepPoolRequest step = StepRequest({7, 4});
+  step.mutable_step()->set_observation(v1::OBSERVATION_NONE);
+  procgen_client::Batch batch;
+  for (int32_t i = 0; i < 3; ++i) {
+    ASSERT_THAT(stream->Call(step, &batch), IsOk());
+  }
+  const v1::WatchPoolResponse moment = MomentAfter(3, watch.get());
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  EXPECT_EQ(moment.frames(0).image(), ObservationOf(batch, 0));
+  EXPECT_EQ(moment.frames(1).image(), ObservationOf(batch, 1));
+}
+
+TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
+  const auto plain = CreateAndAttach(MazeSpec(1));
+  procgen_client::Batch batch;
+  ASSERT_THAT(plain->Step({5}, &batch), IsOk());
+  for (const v1::Color color : {v1::COLOR_RGB, v1::COLOR_GRAYSCALE}) {
+    for (const int32_t stack : {1, 3}) {
+      v1::PoolSpec spec = MazeSpec(1);
+      spec.mutable_observation_format()->set_color(color);
+      spec.mutable_observation_format()->set_frame_stack(stack);
+      const auto stream = CreateAndAttach(spec);
+      const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+      procgen_client::Batch other;
+      ASSERT_THAT(stream->Step({5}, &other), IsOk());
+      EXPECT_EQ(MomentAfter(1, watch.get()).frames(0).image(), ObservationOf(batch, 0));
+      ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+    }
+  }
+}
+
+TEST_F(WatchTest, PeopleAreShownWhatIsRenderedForThem) {
+  const std::string pool = CreatePool(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(pool, {1}, 100));
+  const auto moment = watch->Next();
+  ASSERT_THAT(moment, IsOk());
+  EXPECT_EQ(moment->sequence_number(), 0);
+  const auto rendered = client_->RenderEnvironments(pool, {1}, 100);
+  ASSERT_THAT(rendered, IsOk());
+  EXPECT_EQ(moment->frames(0).image(), rendered->frames(0).image());
+  EXPECT_EQ(moment->frames(0).width_px(), 100);
+}
+
+TEST_F(WatchTest, NothingIsSentWhereNothingChanges) {
+  const auto stream = CreateAndAttach(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  // A second watcher is shown at once what the first one saw, and then both the next moment.
+  const auto second = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  ASSERT_THAT(second->Next(), IsOk());
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7}, &batch), IsOk());
+  for (PoolWatch* each : {watch.get(), second.get()}) {
+    const auto moment = each->Next();
+    ASSERT_THAT(moment, IsOk());
+    EXPECT_EQ(moment->sequence_number(), 1);
+  }
+}
+
+TEST_F(WatchTest, RestoredStatesAreShown) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
+  const std::string before = MomentAfter(1, watch.get()).frames(0).image();
+  ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(1, 0)}), IsOk());
+  const auto moment = watch->Next();
+  ASSERT_THAT(moment, IsOk());
+  EXPECT_NE(moment->frames(0).image(), before);
+  EXPECT_EQ(moment->frames(0).image(), ObservationOf(batch, 1));
+}
+
+TEST_F(WatchTest, EndsWithThePool) {
+  const std::string pool = CreatePool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(pool, {0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  ASSERT_THAT(client_->DeletePool(pool), IsOk());
+  EXPECT_THAT(EndOf(watch.get()),
+              StatusIs(absl::StatusCode::kAborted, "pool " + pool + " was deleted"));
+}
+
+TEST_F(WatchTest, EndsWhenTheServerDrains) {
+  const std::string pool = CreatePool(MazeSpec(1));
+  const auto watch = client_->Watch(WatchRequest(pool, {0}));
+  ASSERT_THAT(watch->Next(), IsOk());
+  server_->BeginDrain();
+  EXPECT_THAT(EndOf(watch.get()), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  EXPECT_THAT(EndOf(client_->Watch(WatchRequest(pool, {0})).get()),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
+  server_goes_on_ = false;
+}
+
+TEST_F(WatchTest, TwentyWatchersOfALearnerThatGoesOn) {
+  const auto stream = CreateAndAttach(MazeSpec(16));
+  std::vector<std::unique_ptr<PoolWatch>> watches;
+  for (int32_t i = 0; i < 20; ++i) {
+    watches.push_back(client_->Watch(WatchRequest(stream->pool().name(), {0, 5, 15})));
+  }
+  std::thread learner([&] {
+    procgen_client::Batch batch;
+    for (int32_t step = 0; step < 200; ++step) {
+      ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
+    }
+  });
+  for (const std::unique_ptr<PoolWatch>& watch : watches) {
+    EXPECT_EQ(MomentAfter(200, watch.get()).sequence_number(), 200);
+  }
+  learner.join();
+}
+
+TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
+  const auto stream = CreateAndAttach(MazeSpec(16));
+  v1::WatchPoolRequest large = WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256);
+  const auto silent = client_->Watch(large);
+  const auto reader = client_->Watch(large);
+  procgen_client::Batch batch;
+  for (int32_t step = 0; step < 50; ++step) {
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
+    EXPECT_EQ(MomentAfter(step + 1, reader.get()).sequence_number(), step + 1);
+  }
+  ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+  EXPECT_THAT(EndOf(reader.get()), StatusIs(absl::StatusCode::kAborted));
+  EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted));
+}
+
+TEST_F(WatchTest, WatchesOfOneOwnerAreLimited) {
+  const std::string pool = CreatePool(MazeSpec(1));
+  std::vector<std::unique_ptr<PoolWatch>> watches;
+  for (int32_t i = 0; i < TestLimits().owner_watch_count_max; ++i) {
+    watches.push_back(client_->Watch(WatchRequest(pool, {0})));
+    ASSERT_THAT(watches.back()->Next(), IsOk());
+  }
+  EXPECT_THAT(client_->Watch(WatchRequest(pool, {0}))->Next(),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner_watch_count_max")));
+  watches.pop_back();
+  absl::Status status = absl::ResourceExhaustedError("");
+  while (absl::IsResourceExhausted(status)) {  // until the server has noticed
+    status = client_->Watch(WatchRequest(pool, {0}))->Next().status();
+  }
+  EXPECT_THAT(status, IsOk());
+}
+
+TEST_F(WatchTest, WrongInputsAreRefused) {
+  const std::string pool = CreatePool(MazeSpec(2));
+  const auto refused = [&](const v1::WatchPoolRequest& request) {
+    return client_->Watch(request)->Next().status();
+  };
+  EXPECT_THAT(refused(WatchRequest("pools/nothing", {0})), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(refused(WatchRequest(pool, {})),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
+  EXPECT_THAT(refused(WatchRequest(pool, {2})),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments[0] is 2")));
+  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(65, 0))),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "environments has 65 entries, allowed: 1 to 64"));
+  EXPECT_THAT(refused(WatchRequest(pool, {0}, 15)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("side_px is 15")));
+  v1::WatchPoolRequest request = WatchRequest(pool, {0});
+  for (const float rate : {-1.0F, 61.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    request.set_frames_per_second_max(rate);
+    EXPECT_THAT(refused(request),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: above 0 to 60")));
+  }
+  EXPECT_THAT(refused(WatchRequest(pool, std::vector<int32_t>(64, 0), 256)),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("response_bytes_max")));
+}
+
+}  // namespace
+}  // namespace procgen

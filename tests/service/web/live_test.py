@@ -1,0 +1,245 @@
+"""The live view: pools of the server as they are stepped, their history, and what they look like."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from page import PageError, WebServer, open_page
+
+from procgen_client import Client, Pool
+
+
+class Learner:
+    """Steps a pool on a thread of its own until it is stopped."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.pool = pool
+        self._stops = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        actions = np.full(self.pool.env_count, 7)
+        while not self._stops.is_set():
+            self.pool.step(actions)
+
+    def stop(self) -> None:
+        self._stops.set()
+        self._thread.join()
+
+
+@pytest.fixture
+def learner(server: WebServer) -> Iterator[Learner]:
+    with Client(server.process.address) as client, client.create_pool(
+        "coinrun", 20, pool_id="learning", distribution_mode="easy"
+    ) as pool:
+        running = Learner(pool)
+        yield running
+        running.stop()
+
+
+def run(test: Any) -> None:
+    asyncio.run(test)
+
+
+def test_pools_are_told_once_a_second(server: WebServer, learner: Learner) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            begun = time.monotonic()
+            await page.call("pools.follow")
+            first = await page.event("pools")
+            for _ in range(3):
+                last = await page.event("pools")
+            assert 1.5 < time.monotonic() - begun < 30
+            (pool,) = last.result["pools"]
+            assert pool["name"] == "pools/learning" and pool["kind"] == "pool"
+            assert pool["games"] == ["coinrun"] and pool["mode"] == "easy"
+            assert pool["env_count"] == 20 and pool["attached"] is True
+            assert pool["owner"] == "" and pool["expire_time_s"] is None
+            assert pool["steps_per_second"] > 0
+            assert pool["step_count"] > first.result["pools"][0]["step_count"]
+            assert pool["episode_count"] > 0 and 0 <= pool["mean_return"] <= 10
+            assert 0 < pool["mean_length"] <= 1000
+            assert 0 < pool["request_p50_ms"] <= pool["request_p99_ms"]
+            assert pool["create_time_s"] <= last.result["time_s"]
+            load = last.result["server"]["load"]
+            assert load["pool_count"] == 1 and load["environment_count"] == 20
+            assert load["worker_count"] == 2 and load["draining"] is False
+            (node,) = last.result["nodes"]
+            assert node["role"] == "host" and node["healthy"] is True
+            await page.call("pools.unfollow")
+            while page.has_event("pools"):
+                await page.event("pools")
+            await asyncio.sleep(1.5)
+            assert not page.has_event("pools")
+
+    run(test())
+
+
+def test_a_page_that_comes_late_has_what_went_before(server: WebServer, learner: Learner) -> None:
+    async def test() -> None:
+        # Nobody looks meanwhile.
+        await asyncio.sleep(3)
+        async with open_page(server.url) as page:
+            told = (await page.call("pool.history", pool="pools/learning")).result
+            assert told["columns"] == [
+                "time_s", "steps_per_second", "episode_count", "mean_return", "mean_length",
+                "request_p50_ms", "request_p99_ms",
+            ]  # fmt: skip
+            assert told["interval_s"] == 1 and 2 <= len(told["rows"]) <= 600
+            times = [row[0] for row in told["rows"]]
+            assert times == sorted(times)
+            assert told["rows"][-1][1] > 0 and told["rows"][-1][5] > 0
+
+    run(test())
+
+
+def test_frames_are_what_the_environments_show(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool("maze", 6) as pool:
+            seen = pool.step(np.full(6, 4)).observations
+            async with open_page(server.url) as page:
+                watch = (
+                    await page.call(
+                        "watch.start", pool=pool.name, environments=[4, 1], side_px=64,
+                        frames_per_second_max=60,
+                    )
+                ).result["watch"]  # fmt: skip
+                frames = await page.event("frames")
+                assert frames.result["watch"] == watch
+                assert [it["environment"] for it in frames.entries] == [4, 1]
+                assert {it["format"] for it in frames.entries} == {"rgb"}
+                assert frames.parts["environment-4"] == seen[4].tobytes()
+                # Nothing has changed, so nothing comes; then something does.
+                await asyncio.sleep(0.3)
+                assert not page.has_event("frames")
+                seen = pool.step(np.full(6, 7)).observations
+                frames = await page.event("frames")
+                assert frames.result["sequence_number"] == 2
+                assert frames.parts["environment-1"] == seen[1].tobytes()
+                await page.call("watch.stop", watch=watch)
+                pool.step(np.full(6, 1))
+                await asyncio.sleep(0.3)
+                assert not page.has_event("frames") and not page.has_event("watch_ended")
+
+                await page.call("watch.start", pool=pool.name, environments=[0], side_px=128)
+                (entry,) = (frames := await page.event("frames")).entries
+                assert (entry["format"], entry["width"]) == ("png", 128)
+                assert frames.parts["environment-0"].startswith(b"\x89PNG")
+
+    run(test())
+
+
+def test_a_watch_ends_with_its_pool_and_says_so(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client:
+            pool = client.create_pool("maze", 1)
+            async with open_page(server.url) as page:
+                started = await page.call(
+                    "watch.start", pool=pool.name, environments=[0], side_px=64
+                )
+                await page.event("frames")
+                pool.close()
+                ended = (await page.event("watch_ended")).result
+                assert ended["watch"] == started.result["watch"]
+                assert ended["code"] == "ABORTED" and pool.name in ended["message"]
+                await page.call("watch.stop", watch=ended["watch"])
+
+    run(test())
+
+
+def test_wrong_watches_are_refused(server: WebServer) -> None:
+    right = {"environments": [0], "side_px": 64}
+    wrong: list[tuple[dict[str, Any], str, str]] = [
+        ({"environments": []}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
+        ({"environments": [0] * 65}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
+        ({"environments": [-1]}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
+        ({"environments": [2]}, "INVALID_ARGUMENT", "has environments 0 to 1"),
+        ({"environments": 0}, "INVALID_ARGUMENT", "no list"),
+        ({"side_px": 8}, "INVALID_ARGUMENT", "side_px is 8"),
+        ({"side_px": 512, "environments": [0, 1] * 16}, "INVALID_ARGUMENT", "at most 21"),
+        ({"frames_per_second_max": 61}, "INVALID_ARGUMENT", "frames_per_second_max is 61"),
+        ({"frames_per_second_max": 0}, "INVALID_ARGUMENT", "frames_per_second_max is 0"),
+        ({"format": "jpeg"}, "INVALID_ARGUMENT", "allowed: 'rgb', 'png'"),
+        ({"pool": "pools/none"}, "NOT_FOUND", "pools/none"),
+    ]
+
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool("maze", 2) as pool:
+            async with open_page(server.url) as page:
+                for members, code, message in wrong:
+                    with pytest.raises(PageError) as refused:
+                        await page.call("watch.start", **{"pool": pool.name, **right, **members})
+                    assert refused.value.code == code, members
+                    assert message in refused.value.message, (members, refused.value)
+                with pytest.raises(PageError, match="no watch 7"):
+                    await page.call("watch.stop", watch=7)
+                for _ in range(4):
+                    await page.call("watch.start", pool=pool.name, **right)
+                with pytest.raises(PageError, match="4 watches, which is the limit"):
+                    await page.call("watch.start", pool=pool.name, **right)
+
+    run(test())
+
+
+def test_twenty_pages_at_once_see_the_same(server: WebServer, learner: Learner) -> None:
+    async def one(number: int) -> int:
+        async with open_page(server.url) as page:
+            await page.call("pools.follow")
+            await page.call(
+                "watch.start", pool="pools/learning", environments=list(range(16)), side_px=64
+            )
+            play = await page.call(
+                "play.start", game="maze", mode="easy", level_seed=number, human_side_px=64
+            )
+            for action in (7, 1, 7, 1):
+                view = await page.call("play.step", play=play.result["play"], action=action)
+            assert view.result["step"] == 4 and view.result["level_seed"] == number
+            await page.event("pools")
+            numbers = []
+            while len(numbers) < 5:
+                frames = await page.event("frames")
+                assert len(frames.parts) == 16
+                numbers.append(frames.result["sequence_number"])
+            assert numbers == sorted(set(numbers))
+            return len(numbers)
+
+    async def test() -> None:
+        assert await asyncio.gather(*(one(number) for number in range(20))) == [5] * 20
+
+    run(test())
+
+
+def test_a_page_that_does_not_read_holds_up_nobody(server: WebServer, learner: Learner) -> None:
+    def resident_bytes() -> int:
+        with open(f"/proc/{server.process.process_id}/statm") as numbers:
+            return int(numbers.read().split()[1]) * 4096
+
+    async def test() -> None:
+        async with open_page(server.url, max_queue=1, read_limit=1024) as slow:
+            everything = {"pool": "pools/learning", "environments": list(range(20))}
+            for _ in range(4):
+                await slow.call("watch.start", **everything, side_px=256, format="rgb")
+            await slow.call("pools.follow")
+            slow.socket.transport.pause_reading()
+            for number in range(1, 40):
+                slow.send("gallery.page", game="maze", mode="easy", first_level_seed=number,
+                          count=1, side_px=64)  # fmt: skip
+            async with open_page(server.url) as other:
+                await other.call("watch.start", **everything, side_px=64)
+                for _ in range(5):
+                    await other.event("frames")
+                before = resident_bytes()
+                for _ in range(45):
+                    await other.event("frames")
+                # Three seconds of 4 x 20 x 196,608 bytes, 15 times each, would be 700 MB.
+                assert resident_bytes() - before < 64 << 20
+            slow.socket.transport.abort()
+
+    run(test())

@@ -1,0 +1,202 @@
+"""What pages may say: requests that are right, and all that are wrong."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import struct
+import time
+from typing import Any
+
+import pytest
+from page import PageError, WebServer, binary, open_page
+from websockets import ConnectionClosed
+
+
+def run(test: Any) -> None:
+    asyncio.run(test)
+
+
+def test_hello_tells_what_there_is(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url, says_hello=False) as page:
+            told = (await page.call("hello")).result
+        assert told["asks_token"] is False and told["is_fleet"] is False
+        assert told["version"] and told["node"].startswith("nodes/")
+        games = {game["name"]: game for game in told["catalog"]["games"]}
+        assert len(games) == 16 and "coinrun" in games
+        modes = {mode["name"]: mode for mode in games["coinrun"]["modes"]}
+        assert modes["easy"]["time_limit_steps"] == 1000
+        assert modes["easy"]["return_range"] == {"min": 5, "max": 10}
+        assert "level_seed" in modes["exploration"]
+        options = {option["name"]: option for option in told["catalog"]["options"]}
+        assert options["use_backgrounds"] == {
+            "name": "use_backgrounds", "type": "boolean", "default": True,
+            "description": options["use_backgrounds"]["description"],
+        }  # fmt: skip
+        assert not options.keys() & {"num_levels", "start_level", "rand_seed", "distribution_mode"}
+        assert told["catalog"]["actions"][7] == {"number": 7, "name": "RIGHT", "keys": ["RIGHT"]}
+        assert told["limits"]["viewers"] == 64
+
+    run(test())
+
+
+# Method, members, code, and a part of the message.
+REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
+    ("nothing", {}, "UNIMPLEMENTED", "there is no method 'nothing'"),
+    ("hello", {}, "FAILED_PRECONDITION", "has said hello"),
+    ("hello", {"token": 7}, "INVALID_ARGUMENT", "token is 7"),
+    ("hello", {"token": "a\nb"}, "INVALID_ARGUMENT", "characters that no token has"),
+    ("hello", {"token": "x" * 200}, "INVALID_ARGUMENT", "a text of 200 bytes"),
+    ("pools.follow", {"fast": True}, "INVALID_ARGUMENT", "'fast' is no member"),
+    ("pools.unfollow", {"pool": "x"}, "INVALID_ARGUMENT", "'pool' is no member"),
+    ("pool.history", {}, "INVALID_ARGUMENT", "pool is missing"),
+    ("pool.history", {"pool": "maze"}, "INVALID_ARGUMENT", "pools/"),
+    ("pool.history", {"pool": "pools/none"}, "NOT_FOUND", "pools/none"),
+    ("pool.history", {"pool": ["pools/none"]}, "INVALID_ARGUMENT", "pool is array"),
+    ("play.start", {}, "INVALID_ARGUMENT", "game is missing"),
+    ("play.start", {"game": "chess", "mode": "easy", "level_seed": 0}, "INVALID_ARGUMENT",
+     "game is 'chess', allowed: 'bigfish'"),
+    ("play.start", {"game": "coinrun", "mode": "memory", "level_seed": 0}, "INVALID_ARGUMENT",
+     "mode is 'memory', allowed: 'easy'"),
+    ("play.start", {"game": "coinrun", "mode": "easy"}, "INVALID_ARGUMENT", "level_seed is missing"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": -1}, "INVALID_ARGUMENT",
+     "level_seed is -1, allowed: integers from 0 to 2147483646"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 2**63}, "INVALID_ARGUMENT",
+     "level_seed is 9223372036854775808"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 1.5}, "INVALID_ARGUMENT", "1.5"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": "1"}, "INVALID_ARGUMENT", "'1'"),
+    ("play.start", {"game": "coinrun", "mode": "exploration", "level_seed": 3}, "INVALID_ARGUMENT",
+     "level_seed is 3"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "human_side_px": 63},
+     "INVALID_ARGUMENT", "human_side_px is 63, allowed: 0, or integers from 64 to 1024"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "options": []},
+     "INVALID_ARGUMENT", "options is array"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "options": {"speed": 1}},
+     "INVALID_ARGUMENT", "none of the catalog's options"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
+                    "options": {"num_levels": 1}}, "INVALID_ARGUMENT", "none of the catalog's"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
+                    "options": {"use_backgrounds": 1}}, "INVALID_ARGUMENT", "no boolean"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0,
+                    "options": {"debug_mode": 2**40}}, "INVALID_ARGUMENT", "options.debug_mode is"),
+    ("play.step", {"play": 1, "action": 7}, "NOT_FOUND", "no play 1"),
+    ("play.step", {"play": 1, "action": 15}, "INVALID_ARGUMENT", "integers from 0 to 14"),
+    ("play.step", {"play": 1, "action": -1}, "INVALID_ARGUMENT", "action is -1"),
+    ("play.step", {"play": True, "action": 1}, "INVALID_ARGUMENT", "play is true"),
+    ("play.restart", {"play": 9}, "NOT_FOUND", "no play 9"),
+    ("play.next_level", {"play": 9}, "NOT_FOUND", "no play 9"),
+    ("play.trace", {"play": None}, "INVALID_ARGUMENT", "play is null"),
+    ("play.close", {"play": 9}, "NOT_FOUND", "no play 9"),
+    ("replay.open", {}, "INVALID_ARGUMENT", "play is missing"),
+    ("replay.open", {"play": 1}, "NOT_FOUND", "no play 1"),
+    ("replay.seek", {"replay": 1, "row": 0}, "NOT_FOUND", "no replay 1"),
+    ("replay.seek", {"replay": 1, "row": -1}, "INVALID_ARGUMENT", "row is -1"),
+    ("replay.trace", {"replay": 1}, "NOT_FOUND", "no replay 1"),
+    ("replay.close", {"replay": 1}, "NOT_FOUND", "no replay 1"),
+    ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 0, "count": 25,
+                      "side_px": 64}, "INVALID_ARGUMENT", "count is 25, allowed: integers from 1 to 24"),
+    ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 2147483646, "count": 2,
+                      "side_px": 64}, "INVALID_ARGUMENT", "count is 2"),
+    ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 0, "count": 1,
+                      "side_px": 2000}, "INVALID_ARGUMENT", "side_px is 2000"),
+]  # fmt: skip
+
+
+def test_every_wrong_request_is_refused_by_name_and_the_socket_goes_on(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            for method, members, code, message in REFUSALS:
+                with pytest.raises(PageError) as refused:
+                    await page.call(method, **members)
+                assert refused.value.code == code, (method, members, refused.value)
+                assert message in refused.value.message, (method, members, refused.value)
+
+    run(test())
+
+
+def test_hello_comes_first(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url, says_hello=False) as page:
+            for method in ("pools.follow", "play.start", "gallery.page"):
+                with pytest.raises(PageError, match="hello must come first"):
+                    await page.call(method)
+
+    run(test())
+
+
+# What closes the socket, as text or binary.
+BROKEN: list[str | bytes] = [
+    "", "hello", "[]", "7", "{", '{"id": 1}', '{"method": "hello"}', '{"id": -1, "method": "hello"}',
+    '{"id": "1", "method": "hello"}', '{"id": 1.5, "method": "hello"}', '{"id": 1, "method": 7}',
+    '{"id": 99999999999999999999, "method": "hello"}', '{"id": 9007199254740993, "method": "hello"}',
+    "[" * 1000, '{"a":' * 1000, json.dumps({"id": 1, "method": "x" * 1000}),
+    b"", b"\x01", struct.pack("<I", 100) + b"{}", struct.pack("<I", 0xFFFFFFFF) + b"{}",
+    struct.pack("<I", 2) + b"{}",
+    binary({"id": 1, "method": "replay.open"}, [{"name": "a", "format": "trace", "bytes": 5}], b"1234"),
+    binary({"id": 1, "method": "replay.open"}, [{"name": "a", "format": "trace", "bytes": 3}], b"1234"),
+    binary({"id": 1, "method": "replay.open"}, [{"name": "a", "format": "trace", "bytes": -1}]),
+    binary({"id": 1, "method": "replay.open"}, [{"name": "a", "format": "trace", "bytes": 2**62}]),
+    binary({"id": 1, "method": "replay.open"}, [{"name": 7, "format": "trace", "bytes": 0}]),
+    binary({"id": 1, "method": "replay.open"}, [{"name": "a", "format": "b", "bytes": 0}] * 5),
+    b"\x02\x00\x00\x00\xff\xfe",
+]  # fmt: skip
+
+
+def test_what_is_no_message_closes_the_socket_and_nothing_else(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as other:
+            for message in BROKEN:
+                async with open_page(server.url) as page:
+                    await page.socket.send(message)
+                    code, reason = await page.closed()
+                    assert code == 1007 and reason, (message[:60], code, reason)
+            assert (await other.call("pools.unfollow")).result == {}
+
+    run(test())
+
+
+def test_messages_are_no_larger_than_told(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            with contextlib.suppress(ConnectionClosed):  # before all of it was sent
+                await page.socket.send(b"x" * ((4 << 20) + 1))
+            assert (await page.closed())[0] == 1009
+        async with open_page(server.url, says_hello=False) as page:
+            await page.socket.send("x" * 5000)
+            assert (await page.closed())[0] == 1009
+
+    run(test())
+
+
+def test_parts_go_with_traces_alone(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            with pytest.raises(PageError, match="takes no parts"):
+                await page.call("play.close", b"bytes", play=1)
+
+    run(test())
+
+
+def test_who_says_nothing_is_let_go(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url, says_hello=False) as page:
+            begun = time.monotonic()
+            code, reason = await page.closed()
+            assert (code, reason) == (1008, "no hello that was accepted within 10 seconds")
+            assert time.monotonic() - begun >= 9
+
+    run(test())
+
+
+def test_requests_beyond_the_rate_wait(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            begun = time.monotonic()
+            answers = [page.send("pools.unfollow") for _ in range(400)]
+            await asyncio.gather(*answers)
+            # 200 may be saved up, and 100 a second come after them.
+            assert time.monotonic() - begun >= 1.8
+
+    run(test())

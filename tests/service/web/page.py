@@ -1,0 +1,158 @@
+"""A page as the server sees it: a WebSocket, and the messages of server/web/README.md."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+import struct
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import websockets
+from websockets.legacy.client import WebSocketClientProtocol
+
+from procgen_client import ServerProcess
+
+# No answer of these tests takes so long, on the slowest machine and under the sanitizers.
+TIMEOUT_S = 60.0
+
+
+class PageError(Exception):
+    """An answer that is an error."""
+
+    def __init__(self, error: dict[str, str]) -> None:
+        super().__init__(f"{error['code']}: {error['message']}")
+        self.code = error["code"]
+        self.message = error["message"]
+
+
+class Answer(NamedTuple):
+    """A result, and the bytes of its parts by their names."""
+
+    result: dict[str, Any]
+    parts: dict[str, bytes]
+    entries: list[dict[str, Any]]
+
+
+def binary(header: dict[str, Any], parts: list[dict[str, Any]], *contents: bytes) -> bytes:
+    """Gives a binary message."""
+    text = json.dumps({**header, "parts": parts}).encode()
+    return struct.pack("<I", len(text)) + text + b"".join(contents)
+
+
+def parse(message: str | bytes) -> tuple[dict[str, Any], list[bytes]]:
+    """Takes a message apart: its JSON, and the bytes of its parts."""
+    if isinstance(message, str):
+        return json.loads(message), []
+    (length,) = struct.unpack_from("<I", message)
+    header = json.loads(message[4 : 4 + length])
+    contents, at = [], 4 + length
+    for part in header["parts"]:
+        contents.append(message[at : at + part["bytes"]])
+        at += part["bytes"]
+    assert at == len(message)
+    return header, contents
+
+
+class Page:
+    """An open socket. Answers and events are taken apart by a task of its own."""
+
+    def __init__(self, socket: WebSocketClientProtocol) -> None:
+        self.socket = socket
+        self._next_id = 1
+        self._answers: dict[int, asyncio.Future[Answer]] = {}
+        self._events: dict[str, asyncio.Queue[Answer]] = {}
+        self._reader = asyncio.create_task(self._read())
+
+    async def _read(self) -> None:
+        with contextlib.suppress(websockets.ConnectionClosed):
+            async for message in self.socket:
+                self._take(*parse(message))
+        for answer in self._answers.values():
+            if not answer.done():
+                answer.set_exception(ConnectionError("the socket was closed"))
+
+    def _take(self, header: dict[str, Any], contents: list[bytes]) -> None:
+        entries = header.get("parts", [])
+        parts = {entry["name"]: bytes_ for entry, bytes_ in zip(entries, contents)}
+        if "event" in header:
+            self._queue(header["event"]).put_nowait(Answer(header, parts, entries))
+            return
+        answer = self._answers.pop(header["id"])
+        if "error" in header:
+            answer.set_exception(PageError(header["error"]))
+        else:
+            answer.set_result(Answer(header["result"], parts, entries))
+
+    def _queue(self, event: str) -> asyncio.Queue[Answer]:
+        return self._events.setdefault(event, asyncio.Queue())
+
+    def send(self, method: str, *contents: bytes, **members: Any) -> asyncio.Future[Answer]:
+        """Sends a request; with contents, one whose parts are traces."""
+        request = {"id": self._next_id, "method": method, **members}
+        self._next_id += 1
+        answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
+        self._answers[request["id"]] = answer
+        parts = [{"name": "trace", "format": "trace", "bytes": len(it)} for it in contents]
+        message = binary(request, parts, *contents) if contents else json.dumps(request)
+        asyncio.ensure_future(self.socket.send(message))
+        return answer
+
+    async def call(self, method: str, *contents: bytes, **members: Any) -> Answer:
+        """Sends a request and waits for its answer."""
+        return await asyncio.wait_for(self.send(method, *contents, **members), TIMEOUT_S)
+
+    async def event(self, name: str) -> Answer:
+        """Waits for the next event of a name."""
+        return await asyncio.wait_for(self._queue(name).get(), TIMEOUT_S)
+
+    def has_event(self, name: str) -> bool:
+        return not self._queue(name).empty()
+
+    async def closed(self) -> tuple[int, str]:
+        """Waits until the server has closed the socket; gives its code and reason."""
+        await asyncio.wait_for(self.socket.wait_closed(), TIMEOUT_S)
+        return self.socket.close_code, self.socket.close_reason
+
+
+@contextlib.asynccontextmanager
+async def open_page(
+    url: str, *, token: str | None = None, says_hello: bool = True, **options: Any
+) -> AsyncIterator[Page]:
+    """Opens the socket of the page at `url`, "http://HOST:PORT/", and says hello."""
+    origin = url.rstrip("/")
+    address = origin.replace("http", "ws", 1) + "/socket"
+    connection = {"origin": origin, "max_size": None, "compression": None, **options}
+    async with websockets.connect(address, **connection) as socket:  # type: ignore[attr-defined]
+        page = Page(socket)
+        if says_hello:
+            await page.call("hello", **({} if token is None else {"token": token}))
+        yield page
+
+
+class WebServer(NamedTuple):
+    """A running server with pages."""
+
+    process: ServerProcess
+    url: str
+    log_path: Path
+
+    @property
+    def port(self) -> int:
+        return int(self.url.rstrip("/").rsplit(":", 1)[1])
+
+
+@contextlib.contextmanager
+def serve(binary_path: Path, folder: Path, *flags: str, web: str = "127.0.0.1:0") -> Any:
+    """Runs a server with pages, which must end well."""
+    log_path = folder / "server.log"
+    with ServerProcess(
+        binary_path, ["--workers=2", f"--web_address={web}", *flags], log_path=log_path
+    ) as process:
+        url = re.search(r" web=(\S+)", log_path.read_text())
+        assert url is not None, log_path.read_text()
+        yield WebServer(process, url.group(1), log_path)
+        assert process.stop() == 0, log_path.read_text()

@@ -1,0 +1,338 @@
+"""Play, replays and the gallery, over the wire that pages use."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import built
+from page import Answer, Page, PageError, WebServer, open_page
+
+from procgen_client import Client
+
+_GOLDEN = Path(__file__).resolve().parents[2] / "conformance" / "golden"
+# A walk that does something in every game.
+_ACTIONS = [7, 7, 8, 5, 2, 7, 1, 4, 6, 9, 0, 3] * 10
+
+
+def run(test: Any) -> None:
+    asyncio.run(test)
+
+
+async def play(page: Page, actions: list[int], **members: Any) -> tuple[int, list[Answer]]:
+    start = await page.call("play.start", **members)
+    number = start.result["play"]
+    return number, [start, *[await page.call("play.step", play=number, action=it) for it in actions]]
+
+
+def conformance(trace: bytes, folder: Path) -> str:
+    """What procgen-conformance, which knows nothing of the server, says of a trace."""
+    file = folder / "played.trace"
+    file.write_bytes(trace)
+    outcome = subprocess.run(
+        [built("procgen-conformance"), file], stdout=subprocess.PIPE, text=True, check=False
+    )
+    return outcome.stdout
+
+
+def without_pictures(answer: Answer) -> dict[str, Any]:
+    return {key: value for key, value in answer.result.items() if key not in ("play", "replay")}
+
+
+def test_a_play_is_a_pool_of_the_viewer_and_shows_both_views(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client:
+            async with open_page(server.url) as page:
+                number, views = await play(
+                    page, [7, 7], game="coinrun", mode="easy", level_seed=1000, human_side_px=128
+                )
+                (pool,) = client.list_pools()
+                assert pool.name.startswith("pools/web-play-") and pool.spec.env_count == 1
+                first, _, last = views
+                assert first.result["step"] == 0 and first.result["first"] is True
+                assert first.result["level_seed"] == 1000 and last.result["step"] == 2
+                assert last.result["first"] is False and last.result["fingerprint"] is None
+                assert last.result["episode_step"] == 2 and last.result["episode_count"] == 0
+                agent, human = last.entries
+                assert (agent["name"], agent["format"], agent["width"]) == ("agent", "rgb", 64)
+                assert (human["name"], human["format"], human["width"]) == ("human", "png", 128)
+                assert len(last.parts["agent"]) == 64 * 64 * 3
+                assert last.parts["human"].startswith(b"\x89PNG\r\n\x1a\n")
+                assert first.parts["agent"] != last.parts["agent"]
+                await page.call("play.close", play=number)
+                assert client.list_pools() == []
+                await play(page, [], game="maze", mode="easy", level_seed=1)
+                assert len(client.list_pools()) == 1
+            # The page has gone.
+            while client.list_pools():
+                await asyncio.sleep(0.01)
+
+    run(test())
+
+
+@pytest.mark.parametrize(
+    ("game", "mode", "options"),
+    [
+        ("coinrun", "easy", {}),
+        ("maze", "hard", {"use_sequential_levels": True}),
+        ("bigfish", "easy", {"use_monochrome_assets": True, "use_backgrounds": False}),
+        ("climber", "hard", {"paint_vel_info": True, "center_agent": False}),
+        ("miner", "memory", {"restrict_themes": True}),
+        ("starpilot", "extreme", {"use_generated_assets": True}),
+        ("heist", "exploration", {}),
+        ("coinrun", "hard", {"debug_mode": 14}),
+    ],
+)
+def test_what_was_played_is_replayed_bit_for_bit_by_another_program(
+    server: WebServer, tmp_path: Path, game: str, mode: str, options: dict[str, Any]
+) -> None:
+    async def test() -> None:
+        chosen = {} if mode == "exploration" else {"level_seed": 1000}
+        async with open_page(server.url) as page:
+            number, views = await play(
+                page, _ACTIONS, game=game, mode=mode, options=options, human_side_px=0, **chosen
+            )
+            saved = await page.call("play.trace", play=number)
+        assert saved.result["steps"] == len(_ACTIONS)
+        assert saved.result["file_name"].startswith(f"{game}.{mode}.")
+        trace = saved.parts["trace"]
+        assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
+        # And the program can tell: another action leads elsewhere, or another reward was recorded.
+        rewards_at = trace.index(b"\n") + 1 + len(_ACTIONS)
+        broken = trace[:rewards_at] + b"\x01" + trace[rewards_at + 1 :]
+        assert conformance(broken, tmp_path).endswith("0 passed, 1 failed, 0 skipped\n")
+        assert views[-1].result["step"] == len(_ACTIONS)
+
+    run(test())
+
+
+def golden(name: str) -> tuple[bytes, dict[str, Any], list[int]]:
+    """A recording of the released benchmark: its file, its header, and its actions."""
+    contents = (_GOLDEN / f"{name}.trace").read_bytes()
+    at = contents.index(b"\n") + 1
+    header = json.loads(contents[:at])
+    return contents, header, list(contents[at : at + header["steps"] * header["num_envs"]])
+
+
+def test_a_level_that_is_solved_in_the_page_is_told_so(server: WebServer, tmp_path: Path) -> None:
+    contents, header, actions = golden("coinrun.easy.solved-1001")
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            number, views = await play(
+                page, actions, game="coinrun", mode="easy", level_seed=1001, human_side_px=0
+            )
+            end = next(view.result for view in views if view.result["prev_level_complete"])
+            assert end["total_reward"] == 10 and end["reward"] == 10 and end["first"] is True
+            assert end["episode_count"] == 1 and len(end["fingerprint"]) == 16
+            # The same level again.
+            assert end["level_seed"] == end["prev_level_seed"] == 1001
+            saved = (await page.call("play.trace", play=number)).parts["trace"]
+            told = json.loads(saved[: saved.index(b"\n")])
+            assert told["fingerprints"][0][0] == end["fingerprint"]
+            # But for the fingerprints, it is what the released benchmark recorded.
+            assert saved[saved.index(b"\n") :] == contents[contents.index(b"\n") :]
+            assert {**told, "fingerprints": 0} == {**header, "fingerprints": 0}
+
+    run(test())
+
+
+def test_restart_begins_the_level_and_the_recording_anew(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            number, views = await play(
+                page, _ACTIONS[:20], game="starpilot", mode="easy", level_seed=5, human_side_px=64
+            )
+            again = await page.call("play.restart", play=number)
+            assert again == views[0]
+            for action, view in zip(_ACTIONS, views[1:]):
+                assert await page.call("play.step", play=number, action=action) == view
+            assert (await page.call("play.trace", play=number)).result["steps"] == 20
+
+    run(test())
+
+
+def test_the_next_level_is_that_of_the_next_seed(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            number, _ = await play(page, [7], game="maze", mode="easy", level_seed=41)
+            following = await page.call("play.next_level", play=number)
+            _, views = await play(page, [], game="maze", mode="easy", level_seed=42)
+            assert following.parts == views[0].parts
+            assert without_pictures(following) == without_pictures(views[0])
+            assert (await page.call("play.trace", play=number)).result["level_seed"] == 42
+            last, _ = await play(page, [], game="maze", mode="easy", level_seed=2147483646)
+            with pytest.raises(PageError, match="is the last one"):
+                await page.call("play.next_level", play=last)
+            only, _ = await play(page, [], game="coinrun", mode="exploration")
+            with pytest.raises(PageError, match="the only one of this mode"):
+                await page.call("play.next_level", play=only)
+            with pytest.raises(PageError, match="4 plays, which is the limit") as refused:
+                for _ in range(2):
+                    await play(page, [], game="maze", mode="easy", level_seed=1)
+            assert refused.value.code == "RESOURCE_EXHAUSTED"
+
+    run(test())
+
+
+@pytest.mark.parametrize(
+    ("name", "environments"),
+    [("coinrun.hard.mono", 2), ("maze.easy.sequential", 2), ("bigfish.easy.forced", 1)],
+)
+def test_recordings_of_the_released_benchmark_are_replayed_environment_by_environment(
+    server: WebServer, name: str, environments: int
+) -> None:
+    contents, header, actions = golden(name)
+    count = header["num_envs"]
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            for environment in range(min(environments, count)):
+                opened = (
+                    await page.call("replay.open", contents, environment=environment, human_side_px=0)
+                ).result
+                assert opened["difference"] is None
+                assert opened["rows"] == header["steps"] + 1
+                own = [255 if it == -1 else it for it in opened["actions"]]
+                assert own == actions[environment::count]
+                assert opened["header"]["env_count"] == count
+                assert opened["header"]["environment"] == environment
+                trace = await page.call("replay.trace", replay=opened["replay"])
+                assert trace.parts["trace"] == contents
+            with pytest.raises(PageError, match=f"environment is {count}, the trace has {count}"):
+                await page.call("replay.open", contents, environment=count)
+
+    run(test())
+
+
+def test_a_replay_shows_forward_and_backward_what_was_played(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            actions = _ACTIONS + _ACTIONS[::-1]
+            number, views = await play(
+                page, actions, game="bigfish", mode="easy", level_seed=7, human_side_px=64
+            )
+            trace = (await page.call("play.trace", play=number)).parts["trace"]
+            for opened in (
+                await page.call("replay.open", trace, human_side_px=64),
+                await page.call("replay.open", play=number, human_side_px=64),
+            ):
+                facts = opened.result
+                assert facts["difference"] is None and facts["rows"] == len(views)
+                assert facts["actions"] == actions
+                assert facts["rewards"] == [view.result["reward"] for view in views]
+                assert facts["first"] == [i for i, it in enumerate(views) if it.result["first"]]
+                assert facts["fingerprint"] == views[-1].result["fingerprint"]
+                assert facts["level_seeds"] == [[0, 7]]
+                rows = [*range(0, 240, 23), *range(240, 0, -17), 0, 1, 2, 1, 0, 65, 64, 63, 128, 240]
+                for row in rows:
+                    view = await page.call("replay.seek", replay=facts["replay"], row=row)
+                    assert view.parts == views[row].parts, row
+                    assert without_pictures(view) == without_pictures(views[row]), row
+                with pytest.raises(PageError, match="row is 241, the replay has rows 0 to 240"):
+                    await page.call("replay.seek", replay=facts["replay"], row=241)
+                await page.call("replay.close", replay=facts["replay"])
+
+    run(test())
+
+
+def test_a_recording_that_is_not_what_happens_is_told_by_row(server: WebServer) -> None:
+    contents, header, actions = golden("coinrun.easy.solved-1001")
+    steps = header["steps"]
+    rewards_at = contents.index(b"\n") + 1 + steps
+    row = 5
+    at = rewards_at + 4 * row
+    changed = contents[:at] + b"\x00\x00\x80\x3f" + contents[at + 4 :]
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            opened = await page.call("replay.open", changed, human_side_px=0)
+            assert opened.result["difference"] == {
+                "row": row, "field": "reward", "expected": 1.0, "got": 0.0,
+            }  # fmt: skip
+            assert opened.result["rewards"][row] == 0
+
+    run(test())
+
+
+def test_files_that_are_no_traces_are_refused(server: WebServer) -> None:
+    contents, header, _ = golden("coinrun.easy.solved-1001")
+    line, arrays = contents[: contents.index(b"\n")], contents[contents.index(b"\n") :]
+
+    def changed(**members: Any) -> bytes:
+        return json.dumps({**json.loads(line), **members}).encode() + arrays
+
+    options = header["options"]
+    refused = {
+        b"\x89PNG": "the file is no trace",
+        contents[:-1]: "the file ends within array prev_level_complete",
+        changed(format="procgen-trace-2"): "must be procgen-trace-1",
+        changed(num_envs=10**9): "the file ends within array",
+        changed(options={**options, "env_name": "chess"}): "chess",
+        changed(options={**options, "num_levels": -1}): "num_levels is -1",
+        changed(options={**options, "distribution_mode": "memory"}): "coinrun",
+        line + b"\n" + b"\x0f" + arrays[2:]: "the trace has action 15, allowed: -1 to 14",
+    }
+
+    async def test() -> None:
+        async with open_page(server.url) as page:
+            for file, message in refused.items():
+                with pytest.raises(PageError) as raised:
+                    await page.call("replay.open", file)
+                assert message in str(raised.value), (message, raised.value)
+            steps = 100001
+            sizes = [["action", "u1", steps]] + [
+                [name, type_, steps + 1] for name, type_, _ in header["arrays"][1:]
+            ]
+            long = changed(steps=steps, arrays=sizes)[: -len(arrays)] + b"\n" + bytes(
+                steps + (steps + 1) * (4 + 1 + 4 + 4 + 1)
+            )
+            with pytest.raises(PageError, match="100001 steps, allowed: at most 100000"):
+                await page.call("replay.open", long)
+
+    run(test())
+
+
+def test_the_gallery_shows_what_is_played(server: WebServer) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client:
+            async with open_page(server.url) as page:
+                shown = await page.call(
+                    "gallery.page", game="jumper", mode="easy", first_level_seed=30, count=5,
+                    side_px=96, options={"use_backgrounds": False},
+                )  # fmt: skip
+                assert shown.result["level_seeds"] == [30, 31, 32, 33, 34]
+                assert [entry["level_seed"] for entry in shown.entries] == [30, 31, 32, 33, 34]
+                assert client.list_pools() == []
+                for seed in (30, 33):
+                    _, views = await play(
+                        page, [], game="jumper", mode="easy", level_seed=seed, human_side_px=96,
+                        options={"use_backgrounds": False},
+                    )  # fmt: skip
+                    assert views[0].parts["human"] == shown.parts[f"level-{seed}"]
+                one = await page.call(
+                    "gallery.page", game="coinrun", mode="exploration", count=1, side_px=64
+                )
+                assert len(one.parts) == 1
+
+    run(test())
+
+
+def test_every_game_and_mode_is_in_the_gallery(server: WebServer) -> None:
+    async def test() -> None:
+        async with open_page(server.url, says_hello=False) as page:
+            games = (await page.call("hello")).result["catalog"]["games"]
+            for game in games:
+                for mode in game["modes"]:
+                    seed = {} if "level_seed" in mode else {"first_level_seed": 0}
+                    shown = await page.call(
+                        "gallery.page", game=game["name"], mode=mode["name"], count=1, side_px=64,
+                        **seed,
+                    )  # fmt: skip
+                    assert len(shown.parts) == 1
+
+    run(test())
