@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Steps a pool that people can watch, at their pace, until the server goes.
 
 deploy/quickstart.sh --keep starts it.

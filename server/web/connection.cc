@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "boost/asio/dispatch.hpp"
@@ -34,6 +35,14 @@ std::string HeaderOf(const UpgradeRequest& request, http::field name) {
   return std::string(begin->value());
 }
 
+// An address as browsers write it; also of a socket that serves both families.
+std::string TextOf(const asio::ip::address& address) {
+  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
+  }
+  return address.to_string();
+}
+
 template <typename Stream>
 constexpr bool kIsSecure = std::is_same_v<Stream, SecureStream>;
 
@@ -43,7 +52,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   Connection(Stream stream, const ConnectionTerms& terms)
       : stream_(std::move(stream)), terms_(terms) {
     error_code error;
-    local_host_ = Lowest().socket().local_endpoint(error).address().to_string();
+    local_host_ = TextOf(Lowest().socket().local_endpoint(error).address());
   }
 
   void Start() {

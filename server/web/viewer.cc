@@ -151,7 +151,7 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
       catalog.ok() ? client->ListNodes() : catalog.status();
   if (!nodes.ok()) {
     if (++hello_attempts_ >= kHelloAttemptsMax) {
-      outbox_->Close(kClosePolicy, "too many tokens that are none");
+      after_answer_ = [this] { outbox_->Close(kClosePolicy, "too many tokens that are none"); };
     }
     return nodes.status();
   }

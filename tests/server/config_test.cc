@@ -85,6 +85,58 @@ TEST(ConfigTest, MetricsAddressThatIsNoneIsRefused) {
   }
 }
 
+TEST(ConfigTest, PagesAreServedElsewhereWithTlsAndTokensAlone) {
+  Config config;
+  config.web_address = "127.0.0.1:8080";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.web_address = "[::]:8080";
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "--web_address is [::]:8080, which other machines can reach, without TLS: "
+                       "give --tls_certificate and --tls_key; and without asking who calls: give "
+                       "--tokens; or listen on loopback; or --allow_insecure"));
+  config.tls = {"certificate.pem", "key.pem", ""};
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without asking who calls")));
+  config.tokens = "tokens";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+  config.tls = {};
+  config.tokens = "";
+  config.allow_insecure = true;
+  EXPECT_THAT(CheckConfig(config), IsOk());
+}
+
+TEST(ConfigTest, PagesNeedTokensWhereCertificatesTellWhoCalls) {
+  Config config;
+  config.web_address = "127.0.0.1:8080";
+  config.tls = {"certificate.pem", "key.pem", "ca.pem"};
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("give --tokens as well")));
+  config.tokens = "tokens";
+  EXPECT_THAT(CheckConfig(config), IsOk());
+}
+
+TEST(ConfigTest, AddressesAndNamesOfPagesThatAreNoneAreRefused) {
+  for (const char* address : {"8080", "localhost", "127.0.0.1:80s", "unix:/tmp/web.sock"}) {
+    Config config;
+    config.web_address = address;
+    EXPECT_THAT(CheckConfig(config),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: 'HOST:PORT'")));
+  }
+  for (const char* host : {"", "lab.example:80", "http://lab.example", "*"}) {
+    Config config;
+    config.web_address = "127.0.0.1:0";
+    config.web_hosts = {"good.example", host};
+    EXPECT_THAT(CheckConfig(config),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--web_hosts has '")))
+        << host;
+  }
+  Config config;
+  config.web_hosts = {"lab.example"};
+  EXPECT_THAT(CheckConfig(config),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without --web_address")));
+}
+
 TEST(ConfigTest, HalfACertificateIsRefused) {
   Config config;
   config.tls.certificate = "certificate.pem";

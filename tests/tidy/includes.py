@@ -39,8 +39,8 @@ ARROWS = {
                      "server/rpc", "proto", "clients/cpp"),
     "server/rpc": ("envcore/pool", "server/cluster", "server/dm_env_rpc", "server/encoding",
                    "server/session", "server/metrics", "server/shared_memory", "proto"),
-    # A client of the very server that it lives in, so it knows clients/cpp as a browser's stand-in; and
-    # of server/rpc the conversions, addresses, the listener and TLS.
+    # A client of the very server that it lives in, so it knows clients/cpp; and of server/rpc the
+    # conversions, addresses, the listener and TLS.
     "server/web": ("envcore/pool", "envcore/trace", "envcore/games", "server/session",
                    "server/rpc", "proto", "clients/cpp"),
     # The program itself: flags, wiring, signals, shutdown.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import http.client
+import os
 import signal
 import ssl
 import subprocess
@@ -12,7 +13,6 @@ from typing import Any
 
 import pytest
 import websockets
-from conftest import built
 from page import PageError, open_page, serve
 
 from procgen_client import Client, Credentials, connect, errors
@@ -55,7 +55,7 @@ def test_a_page_sees_what_its_owner_owns(tokens: Path, tmp_path: Path) -> None:
             async with open_page(url, token=_BOB) as page:
                 await page.call("pool.history", pool=theirs.name)
 
-    with serve(built("procgen-server"), tmp_path, f"--tokens={tokens}") as server:
+    with serve(tmp_path, f"--tokens={tokens}") as server:
         run(test(server.url, server.process.address))
         log = server.log_path.read_text()
         assert _ALICE not in log and _BOB not in log
@@ -80,7 +80,7 @@ def test_without_a_token_that_is_one_there_is_nothing(tokens: Path, tmp_path: Pa
                     await page.call("hello", token="guess-0123456789")
             assert await page.closed() == (1008, "too many tokens that are none")
 
-    with serve(built("procgen-server"), tmp_path, f"--tokens={tokens}") as server:
+    with serve(tmp_path, f"--tokens={tokens}") as server:
         run(test(server.url))
 
 
@@ -98,7 +98,7 @@ def test_a_token_that_is_withdrawn_shows_nothing_more(tokens: Path, tmp_path: Pa
                 await page.call("play.start", game="maze", mode="easy", level_seed=1)
             assert refused.value.code == "UNAUTHENTICATED"
 
-    with serve(built("procgen-server"), tmp_path, f"--tokens={file}") as server:
+    with serve(tmp_path, f"--tokens={file}") as server:
         run(test(server.url))
 
 
@@ -111,7 +111,7 @@ def test_quotas_are_those_of_the_owner(tokens: Path, tmp_path: Path) -> None:
             assert refused.value.code == "RESOURCE_EXHAUSTED"
 
     flags = [f"--tokens={tokens}", "--owner_pool_count_max=1"]
-    with serve(built("procgen-server"), tmp_path, *flags) as server:
+    with serve(tmp_path, *flags) as server:
         run(test(server.url))
 
 
@@ -152,7 +152,7 @@ def test_with_tls_pages_and_sockets_are_secure(
         f"--tls_key={certificate}/key.pem",
         f"--tokens={tokens}",
     ]
-    with serve(built("procgen-server"), tmp_path, *flags) as server:
+    with serve(tmp_path, *flags) as server:
         run(test(server.url))
         connection = http.client.HTTPSConnection("localhost", server.port, context=trusted)
         connection.request("GET", "/")
@@ -181,13 +181,13 @@ def test_a_viewer_too_many_is_told_and_let_in_when_one_has_gone(tmp_path: Path) 
             except websockets.InvalidStatusCode:
                 await asyncio.sleep(0.01)
 
-    with serve(built("procgen-server"), tmp_path, "--web_viewers_max=2") as server:
+    with serve(tmp_path, "--web_viewers_max=2") as server:
         run(test(server.url))
 
 
 def test_other_names_are_answered_where_the_operator_says_so(tmp_path: Path) -> None:
     flags = ["--web_hosts=lab.example,other.example"]
-    with serve(built("procgen-server"), tmp_path, *flags) as server:
+    with serve(tmp_path, *flags) as server:
         for host, status in (("LAB.example:80", 200), ("evil.example", 421)):
             connection = http.client.HTTPConnection("127.0.0.1", server.port)
             connection.request("GET", "/", headers={"Host": host})
@@ -209,8 +209,8 @@ def test_stopping_tells_open_pages_and_leaves_nothing(tmp_path: Path) -> None:
             await asyncio.gather(*steps, return_exceptions=True)
             silent.socket.transport.abort()
 
-    with serve(built("procgen-server"), tmp_path) as server:
-        run(test(server.url, lambda: server.process._process.send_signal(signal.SIGTERM)))
+    with serve(tmp_path) as server:
+        run(test(server.url, lambda: os.kill(server.process.process_id, signal.SIGTERM)))
         # Its end is looked at on leaving. A play's pool is no reason to wait for the drain's end.
         assert server.process.stop(timeout=9) == 0
         with pytest.raises(errors.UnavailableError):

@@ -1,4 +1,4 @@
-"""The live view: pools of the server as they are stepped, their history, and what they look like."""
+"""The live view: pools of the server as they are stepped, how they went, what they show."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import asyncio
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from page import PageError, WebServer, open_page
+from page import PageError, WebServer, conformance, open_page
 
 from procgen_client import Client, Pool
 
@@ -184,6 +185,50 @@ def test_wrong_watches_are_refused(server: WebServer) -> None:
                     await page.call("watch.start", pool=pool.name, **right)
                 with pytest.raises(PageError, match="4 watches, which is the limit"):
                     await page.call("watch.start", pool=pool.name, **right)
+
+    run(test())
+
+
+def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
+    server: WebServer, tmp_path: Path
+) -> None:
+    async def test() -> None:
+        with Client(server.process.address) as client, client.create_pool(
+            "coinrun", 3, distribution_mode="easy", rand_seed=5, num_levels=0
+        ) as pool:
+            rng = np.random.default_rng(1)
+            ends: dict[int, list[int]] = {0: [], 1: [], 2: []}
+            rewards = []
+            while any(len(it) < 2 for it in ends.values()):
+                batch = pool.step(rng.integers(0, 15, 3), repeat_count=2)
+                rewards.append(batch.rewards.copy())
+                for environment in np.flatnonzero(batch.terminated | batch.truncated):
+                    ends[environment].append(len(rewards))
+            async with open_page(server.url) as page:
+                for environment, rows in ends.items():
+                    told = await page.call(
+                        "pool.episode", pool=pool.name, environment=environment, which="last"
+                    )
+                    assert told.result["ended"] is True and told.result["game"] == "coinrun"
+                    own = [it[environment] for it in rewards[rows[-2] : rows[-1]]]
+                    assert told.result["total_reward"] == sum(own)
+                    trace = told.parts["trace"]
+                    assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
+                    opened = await page.call(
+                        "replay.open", pool=pool.name, environment=environment, which="last",
+                        human_side_px=0,
+                    )  # fmt: skip
+                    assert opened.result["difference"] is None
+                    assert opened.result["fingerprint"] == told.result["fingerprint"]
+                    assert opened.result["rows"] == told.result["steps"] + 1
+                current = await page.call(
+                    "pool.episode", pool=pool.name, environment=0, which="current"
+                )
+                assert current.result["ended"] is False and current.result["fingerprint"] is None
+                pool.restore_states(pool.save_states())
+                with pytest.raises(PageError, match="the beginning of this episode") as raised:
+                    await page.call("pool.episode", pool=pool.name, environment=0, which="current")
+                assert raised.value.code == "FAILED_PRECONDITION"
 
     run(test())
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 import re
 import struct
-from collections.abc import AsyncIterator
+import subprocess
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -133,6 +135,25 @@ async def open_page(
         yield page
 
 
+def built(program: str) -> Path:
+    """A program of this build: what CTest says, else what was built last in this checkout."""
+    if "PROCGEN_SERVER_BINARY" in os.environ:
+        return Path(os.environ["PROCGEN_SERVER_BINARY"]).parent / program
+    found = list(Path(__file__).resolve().parents[3].glob(f"build/*/bin/{program}"))
+    assert found, f"no {program} was built"
+    return max(found, key=lambda path: path.stat().st_mtime)
+
+
+def conformance(trace: bytes, folder: Path) -> str:
+    """What procgen-conformance, which knows nothing of the server, says of a trace."""
+    file = folder / "played.trace"
+    file.write_bytes(trace)
+    outcome = subprocess.run(
+        [built("procgen-conformance"), file], stdout=subprocess.PIPE, text=True, check=False
+    )
+    return outcome.stdout
+
+
 class WebServer(NamedTuple):
     """A running server with pages."""
 
@@ -146,11 +167,13 @@ class WebServer(NamedTuple):
 
 
 @contextlib.contextmanager
-def serve(binary_path: Path, folder: Path, *flags: str, web: str = "127.0.0.1:0") -> Any:
+def serve(folder: Path, *flags: str) -> Iterator[WebServer]:
     """Runs a server with pages, which must end well."""
     log_path = folder / "server.log"
     with ServerProcess(
-        binary_path, ["--workers=2", f"--web_address={web}", *flags], log_path=log_path
+        built("procgen-server"),
+        ["--workers=2", "--web_address=127.0.0.1:0", *flags],
+        log_path=log_path,
     ) as process:
         url = re.search(r" web=(\S+)", log_path.read_text())
         assert url is not None, log_path.read_text()
