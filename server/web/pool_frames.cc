@@ -17,6 +17,8 @@ constexpr double kFramesPerSecondDefault = 15;
 constexpr double kFramesPerSecondMin = 0.1;
 // What WatchPool sends at most, and what a frame has there besides its pixels.
 constexpr int64_t kResponseBytesMax = 16 << 20;
+// What may wait for a slow page, for each of its watches, twice.
+constexpr int64_t kRawBytesMax = 4 << 20;
 constexpr int64_t kFrameOverheadBytes = 64;
 
 Wire FramesWire(int64_t number, v1::WatchPoolResponse response, bool is_png) {
@@ -63,11 +65,13 @@ v1::WatchPoolRequest ReadWatch(Fields* fields) {
                                                      : "png";
   request.set_format(format == "rgb" ? v1::FRAME_FORMAT_RGB : v1::FRAME_FORMAT_PNG);
   request.set_response_bytes_max(kResponseBytesMax);
+  // PNG files are a part of that.
+  const int64_t bytes_max = format == "rgb" ? kRawBytesMax : kResponseBytesMax;
   const int64_t frame_bytes = int64_t{side} * side * 3 + kFrameOverheadBytes;
-  if (request.environments_size() * frame_bytes + kFrameOverheadBytes > kResponseBytesMax) {
+  if (request.environments_size() * frame_bytes + kFrameOverheadBytes > bytes_max) {
     fields->Refuse(absl::StrCat(
         "environments has ", request.environments_size(), " entries, allowed: at most ",
-        (kResponseBytesMax - kFrameOverheadBytes) / frame_bytes, " with side_px ", side));
+        (bytes_max - kFrameOverheadBytes) / frame_bytes, " with side_px ", side, " as ", format));
   }
   return request;
 }

@@ -165,11 +165,13 @@ def test_wrong_watches_are_refused(server: WebServer) -> None:
         ({"environments": 0}, "INVALID_ARGUMENT", "no list"),
         ({"side_px": 8}, "INVALID_ARGUMENT", "side_px is 8"),
         ({"side_px": 512, "environments": [0, 1] * 16}, "INVALID_ARGUMENT", "at most 21"),
+        ({"side_px": 256, "environments": [0, 1] * 11, "format": "rgb"}, "INVALID_ARGUMENT",
+         "at most 21 with side_px 256 as rgb"),
         ({"frames_per_second_max": 61}, "INVALID_ARGUMENT", "frames_per_second_max is 61"),
         ({"frames_per_second_max": 0}, "INVALID_ARGUMENT", "frames_per_second_max is 0"),
         ({"format": "jpeg"}, "INVALID_ARGUMENT", "allowed: 'rgb', 'png'"),
         ({"pool": "pools/none"}, "NOT_FOUND", "pools/none"),
-    ]
+    ]  # fmt: skip
 
     async def test() -> None:
         with Client(server.process.address) as client, client.create_pool("maze", 2) as pool:
