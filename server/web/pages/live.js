@@ -2,9 +2,9 @@
 
 import { byId, element, setText, setTiles } from "./elements.js";
 import { count, milliseconds, plural, rate, reward } from "./figures.js";
+import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
 import { Mosaic } from "./live_mosaic.js";
-import { tellOptions } from "./level_choice.js";
 import { drawNodes } from "./live_nodes.js";
 import { Plots } from "./live_plots.js";
 import { attempt, notify, openPage } from "./page.js";
