@@ -7,6 +7,9 @@ import "google.golang.org/grpc/codes"
 //
 // Observations and FinalObservations are slices of the received message, which nobody writes again. Where an answer came in
 // several responses they are joined, and what came encoded is decoded.
+//
+// Of a pool that shares memory they are the server's memory itself, valid until Release; after that the server draws into
+// them again, or they are no memory at all.
 type Batch struct {
 	SequenceNumber   int64   // Number of the request that this answers.
 	FirstEnvironment int     // Index in the pool of row 0.
@@ -24,6 +27,19 @@ type Batch struct {
 	Fingerprints      []uint64  // Hashes of episodes that ended, in order           [m]
 	FinalObservations []byte    // Last ones of those, if asked for                  [m * F]
 	Observations      []byte    // What the agents see; empty without pictures       [n * F]
+
+	held *heldBatch // nil: the values came in responses, or it was released.
+}
+
+// Release gives a batch of shared memory back; its Observations and FinalObservations are nil then. Other batches need no
+// release. Any goroutine, one at a time.
+func (b *Batch) Release() {
+	if b.held == nil {
+		return
+	}
+	b.Observations, b.FinalObservations = nil, nil
+	b.held.release()
+	b.held = nil
 }
 
 // EnvironmentCount is the number of rows, n.
@@ -38,8 +54,15 @@ func (b *Batch) Observation(row int) []byte {
 // One response with values: the answer to a request, or a part of it.
 type part struct {
 	Batch
-	count int
-	last  bool
+	count  int
+	last   bool
+	shared *sharedPart // nil: the values are in the response.
+}
+
+// Where the values are in shared memory.
+type sharedPart struct {
+	number               int32
+	observations, finals bool // Were written.
 }
 
 func elements(shape []int32) int {

@@ -41,6 +41,7 @@ type Client struct {
 	pools            pb.PoolServiceClient
 	states           pb.StateServiceClient
 	renders          pb.RenderServiceClient
+	clusters         pb.ClusterServiceClient
 }
 
 // Connect connects to a server: "localhost:50051", "unix:/run/procgen.sock". One that is just starting is waited for, for 10
@@ -71,6 +72,7 @@ func Connect(ctx context.Context, address string, options Options) (*Client, err
 		pools:            pb.NewPoolServiceClient(connection),
 		states:           pb.NewStateServiceClient(connection),
 		renders:          pb.NewRenderServiceClient(connection),
+		clusters:         pb.NewClusterServiceClient(connection),
 	}
 	if client.reconnectTimeout == 0 {
 		client.reconnectTimeout = reconnectTimeoutDefault
@@ -104,7 +106,7 @@ func (c *Client) Load(ctx context.Context) (*pb.Load, error) {
 // CreatePool makes a pool; every environment stands at the first step of its first level. poolID: the last part of its
 // name; empty: the server chooses.
 func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpec, hold HoldOptions) (*Pool, error) {
-	if err := checkSpec(spec); err != nil {
+	if err := checkDecodable(spec.GetEncoding()); err != nil {
 		return nil, err
 	}
 	message, err := c.pools.CreatePool(c.with(ctx), &pb.CreatePoolRequest{PoolId: poolID, Spec: spec})
@@ -220,11 +222,4 @@ func dialOptions(address string, shown Credentials) ([]grpc.DialOption, error) {
 			}))
 	}
 	return options, nil
-}
-
-func checkSpec(spec *pb.PoolSpec) error {
-	if spec.GetTransport() == pb.Transport_TRANSPORT_SHARED_MEMORY {
-		return newError(codes.Unimplemented, "this client maps no memory; transport is TRANSPORT_STREAM here")
-	}
-	return checkDecodable(spec.GetEncoding())
 }

@@ -29,6 +29,8 @@ type HoldOptions struct {
 	// In how many slices the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. 0: as many as
 	// pay.
 	Pipeline int32
+	// Of a pool that shares memory: how many batches may be unreleased, besides those of unanswered requests. 0: 2.
+	HeldBatchesMax int32
 }
 
 // AttachOptions is how a pool is taken; the zero value will do.
@@ -81,13 +83,16 @@ type Pool struct {
 	message  *pb.Pool
 	inFlight int32 // That may be.
 	pipeline int32
+	heldMax  int32
 	stream   *stream
+	memory   *sharedMemory // Of its streams, if it shares any.
 	// The last stream was given up, which the server may not have noticed yet.
 	abandoned bool
 }
 
 func newPool(client *Client, message *pb.Pool, hold HoldOptions) (*Pool, error) {
-	pool := &Pool{client: client, message: message, inFlight: hold.RequestsInFlightMax, pipeline: hold.Pipeline}
+	pool := &Pool{client: client, message: message, inFlight: hold.RequestsInFlightMax, pipeline: hold.Pipeline,
+		heldMax: hold.HeldBatchesMax}
 	if pool.inFlight == 0 {
 		pool.inFlight = 2
 	}
@@ -246,11 +251,12 @@ func (p *Pool) Attach(ctx context.Context, options AttachOptions) error {
 		RequestsInFlightMax: p.inFlight,
 		TakeOver:            options.TakeOver || p.abandoned,
 		ResponseBytesMax:    options.ResponseBytesMax,
-	})
+		HeldBatchesMax:      p.heldMax,
+	}, p.memory)
 	if err != nil {
 		return err
 	}
-	p.stream = opened
+	p.stream, p.memory = opened, opened.memory
 	p.abandoned = false
 	p.inFlight = opened.attached.RequestsInFlightMax
 	return nil
@@ -262,11 +268,19 @@ func (p *Pool) Detach(ctx context.Context) {
 		p.stream.close(ctx)
 		p.stream = nil
 	}
+	if p.memory != nil && p.memory.heldCount() == 0 {
+		p.memory.leave()
+		p.memory = nil
+	}
 }
 
-// Delete detaches, and ends the pool.
+// Delete detaches, and ends the pool. Batches of shared memory stay valid until they are released.
 func (p *Pool) Delete(ctx context.Context) error {
 	p.Detach(ctx)
+	if p.memory != nil {
+		p.memory.leave()
+		p.memory = nil
+	}
 	return p.client.DeletePool(ctx, p.Name())
 }
 
@@ -277,6 +291,11 @@ func (p *Pool) send(ctx context.Context, request *pb.StepPoolRequest) error {
 	}
 	if err := p.Attach(ctx, AttachOptions{}); err != nil {
 		return err
+	}
+	if p.memory != nil && p.memory.heldCount()+p.InFlight() >= int(p.memory.told.BatchCount) {
+		return newError(codes.FailedPrecondition, "%d batches of %s are unreleased and %d requests unanswered, of %d batches: "+
+			"release some, or hold it with a larger HeldBatchesMax", p.memory.heldCount(), p.Name(), p.InFlight(),
+			p.memory.told.BatchCount)
 	}
 	p.stream.send(request)
 	return nil

@@ -38,6 +38,7 @@ type stream struct {
 	attach     *pb.Attach
 	attached   *pb.Attached
 	decoder    *ObservationDecoder
+	memory     *sharedMemory // nil: values come in responses.
 	unanswered []*pb.StepPoolRequest
 	next       int64 // Number of the next request.
 
@@ -45,8 +46,9 @@ type stream struct {
 	cancel context.CancelFunc // Ends the call.
 }
 
-func openStream(ctx context.Context, client *Client, attach *pb.Attach) (*stream, error) {
-	s := &stream{client: client, attach: attach}
+// `memory` is what the pool's earlier streams have mapped, or nil.
+func openStream(ctx context.Context, client *Client, attach *pb.Attach, memory *sharedMemory) (*stream, error) {
+	s := &stream{client: client, attach: attach, memory: memory}
 	s.attach.Resumable = client.reconnectTimeout > 0
 	var err error
 	if s.attached, err = s.open(ctx, false); err != nil {
@@ -70,6 +72,15 @@ func (s *stream) send(request *pb.StepPoolRequest) {
 	request.SequenceNumber = s.next
 	s.next++
 	s.unanswered = append(s.unanswered, request)
+	s.put(request)
+}
+
+func (s *stream) put(request *pb.StepPoolRequest) {
+	if s.memory != nil {
+		// So that the batches of answers that have arrived are not kept for repetition.
+		request.AcknowledgedSequenceNumber = s.unanswered[0].SequenceNumber - 1
+		request.ReleasedBatches = s.memory.takeReleased()
+	}
 	// What goes wrong here is told when its answer is waited for.
 	_ = s.call.SendMsg(request)
 }
@@ -86,6 +97,9 @@ func (s *stream) receive(ctx context.Context) ([]*part, error) {
 		}
 		if err == nil {
 			err = s.decode(parts)
+		}
+		if err == nil {
+			err = s.hold(parts)
 		}
 		if err != nil {
 			s.drop()
@@ -153,6 +167,21 @@ func (s *stream) decode(parts []*part) error {
 	return nil
 }
 
+func (s *stream) hold(parts []*part) error {
+	for _, part := range parts {
+		if part.shared == nil {
+			continue
+		}
+		if s.memory == nil {
+			return newError(codes.Internal, "%s shares no memory and answers as if", s.attach.Pool)
+		}
+		if err := s.memory.hold(part); err != nil {
+			return err
+		}
+	}
+	return nil
+}
+
 func (s *stream) nextResponse(ctx context.Context) (*response, error) {
 	if ctx.Err() != nil {
 		return nil, fromContext(ctx)
@@ -195,10 +224,16 @@ func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, err
 		return nil, fromRPC(ctx, err)
 	}
 	s.call = call
+	if s.memory != nil {
+		s.attach.HeldBatches = s.memory.takeHeld()
+	}
 	_ = call.SendMsg(&pb.StepPoolRequest{Request: &pb.StepPoolRequest_Attach{Attach: s.attach}})
 	got, err := s.nextResponse(ctx)
 	if err == nil && got.message.GetAttached() == nil {
 		err = newError(codes.Internal, "%s answered something else than that it is attached", s.attach.Pool)
+	}
+	if err == nil && got.message.GetAttached().SharedMemory != nil {
+		s.memory, err = mapShared(got.message.GetAttached().SharedMemory, s.memory)
 	}
 	if err != nil {
 		cancel()
@@ -234,7 +269,7 @@ func (s *stream) resume(ctx context.Context, why error) error {
 			return err
 		}
 		for _, request := range s.unanswered {
-			_ = s.call.SendMsg(request)
+			s.put(request)
 		}
 		return nil
 	}

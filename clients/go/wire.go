@@ -19,6 +19,7 @@ const (
 	firstEnvironmentField  = 1
 	environmentCountField  = 2
 	lastField              = 3
+	sharedBatchField       = 4
 	rewardsField           = 5
 	firstField             = 6
 	terminatedField        = 7
@@ -31,6 +32,9 @@ const (
 	fingerprintsField      = 14
 	finalObservationsField = 15
 	observationsField      = 16
+
+	sharedObservationsField      = 17
+	sharedFinalObservationsField = 18
 )
 
 // What messages are written and read with, by whatever Protocol Buffers the gRPC that is linked is made for (Debian's is older
@@ -86,9 +90,14 @@ func partOf(sequenceNumber int64, batch *pb.Batch) *part {
 	for i, hash := range batch.Fingerprints {
 		fingerprints[i] = uint64(hash)
 	}
+	var shared *sharedPart
+	if batch.SharedBatch != nil {
+		shared = &sharedPart{*batch.SharedBatch, batch.SharedObservations, batch.SharedFinalObservations}
+	}
 	return &part{
-		count: int(batch.EnvironmentCount),
-		last:  batch.Last,
+		count:  int(batch.EnvironmentCount),
+		last:   batch.Last,
+		shared: shared,
 		Batch: Batch{
 			SequenceNumber:    sequenceNumber,
 			FirstEnvironment:  int(batch.FirstEnvironment),
@@ -167,6 +176,8 @@ func (p *part) set(field protowire.Number, bytes []byte, number uint64) (err err
 		p.count = int(number)
 	case lastField:
 		p.last = number != 0
+	case sharedBatchField, sharedObservationsField, sharedFinalObservationsField:
+		return errOtherwiseWritten // It has no pictures, so the long way is short.
 	case rewardsField:
 		p.Rewards, err = floats(bytes)
 	case firstField:

@@ -50,6 +50,7 @@ struct SavedMoment {
   int32_t level_seed = 0;       // of the level that is played
   int32_t episode_length = 0;   // steps
   bool awaits_episode = false;  // the episode has ended, and the next has not begun
+  int64_t level_draws = 0;      // that the choice of levels has taken since it was seeded
 };
 
 // Reads that, without making an environment. Errors: as Environment::Restore, as far as they are

@@ -101,6 +101,7 @@ absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot) {
   }
   moment.options = beginning.options;
   moment.level_seed = beginning.level_seed;
+  moment.level_draws = static_cast<int64_t>(level_stream.draws());
   return moment;
 }
 

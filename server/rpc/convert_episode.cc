@@ -72,6 +72,7 @@ void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t enviro
   message->set_outcome(OutcomeOf(episode.outcome));
   message->set_level_complete(episode.level_complete);
   message->set_fingerprint(static_cast<int64_t>(episode.fingerprint));
+  message->set_follows_another(episode.follows_another);
   message->set_incomplete_because(std::string(ReasonOf(episode.lack)));
 }
 

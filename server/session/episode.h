@@ -46,6 +46,8 @@ struct Episode {
   bool level_complete = false;  // by the last action
   uint64_t fingerprint = 0;     // at its end; 0: it has none
   EpisodeLack lack = EpisodeLack::kNothing;
+  // An episode came before whose level was not completed; miner remembers that until the first step.
+  bool follows_another = false;
 };
 
 }  // namespace procgen

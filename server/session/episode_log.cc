@@ -1,6 +1,7 @@
 #include "server/session/episode_log.h"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 
 #include "absl/strings/str_cat.h"
@@ -129,10 +130,6 @@ void EpisodeLog::LearnLevels(const StepInput& input, const Batch& batch) {
       continue;
     }
     SetLevel(input.first + static_cast<int32_t>(row), batch.prev_level_seeds[row]);
-    const bool is_first_step = input.repeat == 1 && batch.episode_lengths[row] == 1;
-    if (current.lack == EpisodeLack::kBeforeProcess && is_first_step) {
-      current.lack = EpisodeLack::kNothing;
-    }
   }
 }
 
@@ -152,7 +149,7 @@ StepRun* EpisodeLog::AddRow(const StepInput& input, const Batch& batch) {
     AddCounts(input, batch, run.get());
   }
   for (size_t row = 0; row < batch.rewards.size(); ++row) {
-    if (batch.rewards[row] != 0) {
+    if (std::bit_cast<uint32_t>(batch.rewards[row]) != 0) {
       run->rewards.push_back({step, input.first + static_cast<int32_t>(row), batch.rewards[row]});
     }
   }
@@ -225,6 +222,7 @@ void EpisodeLog::AddTurn(int32_t environment, size_t row, const StepInput& input
                     .fingerprint = batch.fingerprints[row],
                     .total_reward = batch.episode_returns[row]};
     of.is_under_way = false;
+    of.current.follows_another = !of.last->level_complete;
   } else if (begins && of.is_under_way && lengths_[place] != 0) {
     of.last = Ended{.beginning = of.current,
                     .last_number = number_ - 1,
@@ -232,19 +230,20 @@ void EpisodeLog::AddTurn(int32_t environment, size_t row, const StepInput& input
                     .level_complete = false,
                     .fingerprint = 0,
                     .total_reward = returns_[place]};
+    of.current.follows_another = true;
   }
   if (begins) {
-    Begin(environment, number_, batch.level_seeds[row]);
+    Begin(environment, batch.level_seeds[row]);
   } else if (!ended && run != nullptr) {
     run->later_levels.push_back(
         {static_cast<int32_t>(run->numbers.size()) - 1, environment, batch.level_seeds[row]});
   }
 }
 
-void EpisodeLog::Begin(int32_t environment, int64_t number, int32_t level_seed) {
+void EpisodeLog::Begin(int32_t environment, int32_t level_seed) {
   OfEnvironment& of = Of(environment);
   SetLevel(environment, level_seed);
-  of.current.number = number;
+  of.current.number = number_;
   of.current.lack = EpisodeLack::kNothing;
   of.is_under_way = true;
 }
@@ -260,7 +259,8 @@ void EpisodeLog::Add(absl::Span<const PutIn> states) {
   ++number_;
   for (const PutIn& state : states) {
     OfEnvironment& of = Of(state.environment);
-    Begin(state.environment, number_, state.level_seed);
+    Begin(state.environment, state.level_seed);
+    of.current.follows_another = state.follows_another;
     of.current.options = state.options;
     of.current.lack = state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
     of.is_under_way = !state.awaits_episode;
@@ -321,6 +321,7 @@ absl::StatusOr<EpisodeLog::Pieces> EpisodeLog::Read(int32_t environment, bool un
   pieces.episode_.level_seed = beginning.level_seed;
   pieces.episode_.options = beginning.options;
   pieces.episode_.lack = beginning.lack;
+  pieces.episode_.follows_another = beginning.follows_another;
   if (under_way) {
     pieces.episode_.total_reward = returns_[PlaceOf(environment)];
   } else {

@@ -49,7 +49,8 @@ class EpisodeLog {
     std::shared_ptr<const EnvironmentOptions> options;  // null: those of the pool
     int32_t level_seed = 0;
     int32_t episode_length = 0;
-    bool awaits_episode = false;  // the next one has not begun
+    bool awaits_episode = false;   // the next one has not begun
+    bool follows_another = false;  // as in Episode
   };
 
   // Reserves what it takes of `bytes`, which must outlive it, as it grows.
@@ -84,6 +85,7 @@ class EpisodeLog {
     int32_t level_seed = 0;
     bool knows_level = false;
     EpisodeLack lack = EpisodeLack::kNothing;
+    bool follows_another = false;  // as in Episode
     std::shared_ptr<const EnvironmentOptions> options;
   };
   struct Ended {
@@ -113,7 +115,8 @@ class EpisodeLog {
   // Of a row where something ended or began.
   void AddTurn(int32_t environment, size_t row, const StepInput& input, const Batch& batch,
                StepRun* run);
-  void Begin(int32_t environment, int64_t number, int32_t level_seed);
+  // The episode's Beginning::follows_another is known already.
+  void Begin(int32_t environment, int32_t level_seed);
   // Makes room, by forgetting what is oldest; false: there is none.
   bool Reserve(int64_t bytes);
   bool IsNeeded(const StepRun& run) const;

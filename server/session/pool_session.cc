@@ -373,8 +373,9 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   if (part.first == request.first) {
     pool_->BeginRequest(request, batch);
   }
+  done = OrTakeBack(request, std::move(done));
   if (request.kind == Request::Kind::kSample) {
-    pool_->SetLevelSampler(request.level_sampler, OrTakeBack(request, std::move(done)));
+    pool_->SetLevelSampler(request.level_sampler, std::move(done));
     return;
   }
   SelectPart(request.next_levels, part, &part_next_levels_);
@@ -392,13 +393,13 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.resets = part_resets_;
   const Batch lent =
       request.kind == Request::Kind::kObserve ? batch : row_memory_.LendTo(batch, part.count);
-  pool_->StepAsync(input, lent,
-                   [this, &request, input, lent,
-                    done = OrTakeBack(request, std::move(done))](absl::Status status) mutable {
-                     Remember(request, input, lent, status.ok());
-                     TellTaps(request, {input.first, input.count}, lent, status.ok());
-                     done(std::move(status));
-                   });
+  pool_->StepAsync(
+      input, lent,
+      [this, &request, input, lent, done = std::move(done)](absl::Status status) mutable {
+        Remember(request, input, lent, status.ok());
+        TellTaps(request, {input.first, input.count}, lent, status.ok());
+        done(std::move(status));
+      });
 }
 
 void PoolSession::Remember(const Request& request, const StepInput& input, const Batch& batch,
@@ -414,26 +415,23 @@ void PoolSession::Remember(const Request& request, const StepInput& input, const
   }
   if (ok) {
     episodes_->Add(input, batch);
-  } else {
+  } else if (input.first > request.first) {
     // Its earlier parts have not happened after all.
-    episodes_->Lose({request.first, request.count}, EpisodeLack::kFailedRequest);
+    episodes_->Lose({request.first, input.first - request.first}, EpisodeLack::kFailedRequest);
   }
 }
 
 PoolSession::Done PoolSession::OrTakeBack(const Request& request, Done done) {
-  return [this, number = request.sequence_number, again = request.again,
+  if (request.again || request.sequence_number <= 0) {
+    return done;
+  }
+  return [this, number = request.sequence_number,
           done = std::move(done)](absl::Status status) mutable {
     if (!status.ok()) {
-      TakeBack(number, again);
+      next_sequence_number_ = number;
     }
     done(std::move(status));
   };
-}
-
-void PoolSession::TakeBack(int64_t sequence_number, bool again) {
-  if (!again && sequence_number > 0) {
-    next_sequence_number_ = sequence_number;
-  }
 }
 
 void PoolSession::ResumeAt(int64_t next_sequence_number) {

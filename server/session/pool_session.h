@@ -226,7 +226,6 @@ class PoolSession {
   void Remember(const Request& request, const StepInput& input, const Batch& batch, bool ok);
   // `done`, where an error gives the number of `request` back.
   Done OrTakeBack(const Request& request, Done done);
-  void TakeBack(int64_t sequence_number, bool again);
   // The answer to a request that was carried out before.
   absl::StatusOr<Answer> Recall(const Request& request);
   // Lets go of what the stream has done with, answers and batches of shared memory, and fills in

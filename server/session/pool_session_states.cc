@@ -17,7 +17,9 @@ std::vector<EpisodeLog::PutIn> PutInOf(const std::vector<StateToRestore>& states
                         .options = std::make_shared<const EnvironmentOptions>(moment->options),
                         .level_seed = moment->level_seed,
                         .episode_length = moment->episode_length,
-                        .awaits_episode = moment->awaits_episode});
+                        .awaits_episode = moment->awaits_episode,
+                        // That of a new environment has drawn one level.
+                        .follows_another = moment->level_draws != 1});
     }
   }
   return put_in;

@@ -72,13 +72,13 @@ class DirectLines {
   const int socket_;
   const std::string socket_name_;
   const size_t message_bytes_max_;
-  std::thread accepting_;
 
   absl::Mutex mutex_;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   int unknown_count_ ABSL_GUARDED_BY(mutex_) = 0;  // visits that have shown no key yet
   std::list<Visit> visits_ ABSL_GUARDED_BY(mutex_);
   std::unordered_map<std::string, std::weak_ptr<DirectLineUser>> expected_ ABSL_GUARDED_BY(mutex_);
+  std::thread accepting_;  // the last, as it uses all others
 };
 
 }  // namespace procgen

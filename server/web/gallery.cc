@@ -16,6 +16,7 @@ namespace v1 = procgen::v1;
 absl::Status BeginLevels(procgen_client::Client* client, const std::string& pool, int32_t first,
                          int32_t count) {
   procgen_client::StreamOptions options;
+  options.requests_in_flight_max = 1;
   options.reconnect_timeout = absl::ZeroDuration();
   const auto stream = client->Attach(pool, options);
   if (!stream.ok()) {

@@ -1,5 +1,6 @@
 #include "server/web/solo_pool.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/random/random.h"
@@ -50,13 +51,18 @@ std::string KindOfPool(absl::string_view name) {
 absl::StatusOr<std::unique_ptr<SoloPool>> SoloPool::Make(
     std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
     const v1::PoolSpec& spec) {
+  const absl::StatusOr<v1::Catalog> catalog = client->GetCatalog();
+  if (!catalog.ok()) {
+    return catalog.status();
+  }
   absl::StatusOr<v1::Pool> made = MakePagePool(client.get(), kind, spec);
   if (!made.ok()) {
     return made.status();
   }
   std::unique_ptr<SoloPool> pool(new SoloPool(std::move(client), *std::move(made)));
   procgen_client::StreamOptions options;
-  options.requests_in_flight_max = kRequestsInFlight;
+  options.requests_in_flight_max =
+      std::min(kRequestsInFlight, catalog->limits().requests_in_flight_max());
   // Its connection is within the process: it does not break.
   options.reconnect_timeout = absl::ZeroDuration();
   auto stream = pool->client_->Attach(pool->name_, options);

@@ -33,9 +33,8 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
   return absl::OkStatus();
 }
 
-absl::Status CompeteInProcess(int32_t env_count) {
-  auto learner =
-      LocalLearner::Start({.game = kStreamGame, .worker_count = kStreamWorkerCount}, env_count);
+absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
+  auto learner = LocalLearner::Start({.game = game, .worker_count = kStreamWorkerCount}, env_count);
   if (!learner.ok()) {
     return learner.status();
   }
@@ -44,10 +43,8 @@ absl::Status CompeteInProcess(int32_t env_count) {
   });
 }
 
-absl::Status CompeteOverStream(const std::string& address, int32_t env_count, bool shares_memory) {
-  auto learner = RemoteLearner::Start(address, {.env_count = env_count,
-                                                .requests_in_flight = kRequestsInFlight,
-                                                .shares_memory = shares_memory});
+absl::Status CompeteOverStream(const std::string& address, const RemoteCourse& course) {
+  auto learner = RemoteLearner::Start(address, course);
   if (!learner.ok()) {
     return learner.status();
   }
@@ -59,17 +56,22 @@ absl::Status CompeteOverStream(const std::string& address, int32_t env_count, bo
 
 int main(int argc, char** argv) {
   int32_t env_count = 0;
-  const bool shares_memory = argc == 4 && absl::string_view(argv[3]) == "shared_memory";
-  if (argc < 2 || argc > 4 || (argc == 4 && !shares_memory) ||
-      !absl::SimpleAtoi(argv[1], &env_count) || env_count < 1) {
-    std::cerr << "Usage: procgen-benchmark-contestant ENVIRONMENTS [SERVER [shared_memory]]\n"
-                 "Steps a pool, of its own or on a server, for a while for each line of standard "
-                 "input;\nprints what a step took, in microseconds.\n";
+  const bool shares_memory = argc == 5 && absl::string_view(argv[4]) == "shared_memory";
+  if (argc < 3 || argc > 5 || (argc == 5 && !shares_memory) ||
+      !absl::SimpleAtoi(argv[2], &env_count) || env_count < 1) {
+    std::cerr
+        << "Usage: procgen-benchmark-contestant GAME ENVIRONMENTS [SERVER [shared_memory]]\n"
+           "Steps a pool in easy mode, of its own or on a server, for a while for each line of "
+           "standard input;\nprints what a step took, in microseconds.\n";
     return 2;
   }
-  const absl::Status status = argc == 2
-                                  ? procgen::CompeteInProcess(env_count)
-                                  : procgen::CompeteOverStream(argv[2], env_count, shares_memory);
+  const absl::Status status =
+      argc == 3
+          ? procgen::CompeteInProcess(argv[1], env_count)
+          : procgen::CompeteOverStream(argv[3], {.game = argv[1],
+                                                 .env_count = env_count,
+                                                 .requests_in_flight = procgen::kRequestsInFlight,
+                                                 .shares_memory = shares_memory});
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-contestant: " << status << "\n";
     return 1;

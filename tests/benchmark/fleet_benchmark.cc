@@ -1,9 +1,12 @@
 // procgen-benchmark-fleet: a fleet beside one server, and how long it pauses when a node dies.
 // README.md beside this file says what the figures mean.
+#include <sys/types.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -25,14 +28,40 @@ constexpr absl::Duration kRoundTime = absl::Milliseconds(300);
 // Steps between two deaths: beyond the middle of what is repeated on average.
 constexpr int kStepsBetweenDeaths = 200;
 
+// What processes compute, from a moment on.
+class CpuWatch {
+ public:
+  explicit CpuWatch(std::vector<pid_t> processes)
+      : processes_(std::move(processes)), begin_(Now()) {}
+
+  // In microseconds, of so many steps of an environment.
+  double PerStep(int64_t step_count) const {
+    return absl::ToDoubleMicroseconds(Now() - begin_) / static_cast<double>(step_count);
+  }
+
+ private:
+  absl::Duration Now() const {
+    absl::Duration now;
+    for (const pid_t process : processes_) {
+      now += CpuTimeOf(process);
+    }
+    return now;
+  }
+
+  const std::vector<pid_t> processes_;
+  const absl::Duration begin_;
+};
+
 std::string NodeName(int number) { return absl::StrCat("n", number); }
 
 // A fleet of so many nodes and one server, which step the same by turns.
 void RunRate(int node_count, benchmark::State& state) {
   ServerProcess single({"--address=127.0.0.1:0", "--log_level=error"});
   TestFleet fleet;
+  std::vector<pid_t> nodes;
   for (int i = 0; i < node_count; ++i) {
     fleet.StartNode(NodeName(i), {"--workers=0"});
+    nodes.push_back(fleet.node(NodeName(i)).process_id());
   }
   fleet.StartFleet(static_cast<size_t>(node_count));
   auto alone = RemoteLearner::Start(single.Address(), {.env_count = kEnvCount});
@@ -41,12 +70,23 @@ void RunRate(int node_count, benchmark::State& state) {
   status.Update(spread.status());
   Cost alone_cost;
   Cost spread_cost;
+  const CpuWatch fleet_watch({fleet.fleet_process_id()});
+  const CpuWatch node_watch(nodes);
+  const CpuWatch single_watch({single.process_id()});
+  int64_t alone_steps = 0;
+  int64_t spread_steps = 0;
   for ([[maybe_unused]] const auto iteration : state) {
     if (!status.ok()) {
       break;
     }
-    status = alone_cost.MeasureRound(kRoundTime, [&] { return (*alone)->Step(); });
-    status.Update(spread_cost.MeasureRound(kRoundTime, [&] { return (*spread)->Step(); }));
+    status = alone_cost.MeasureRound(kRoundTime, [&] {
+      alone_steps += kEnvCount;
+      return (*alone)->Step();
+    });
+    status.Update(spread_cost.MeasureRound(kRoundTime, [&] {
+      spread_steps += kEnvCount;
+      return (*spread)->Step();
+    }));
     state.SetIterationTime(absl::ToDoubleSeconds(2 * kRoundTime));
   }
   if (!status.ok()) {
@@ -54,6 +94,9 @@ void RunRate(int node_count, benchmark::State& state) {
     return;
   }
   state.counters["single_ratio"] = absl::FDivDuration(alone_cost.wall, spread_cost.wall);
+  state.counters["single_us"] = single_watch.PerStep(alone_steps);
+  state.counters["fleet_us"] = fleet_watch.PerStep(spread_steps);
+  state.counters["node_us"] = node_watch.PerStep(spread_steps);
   state.counters["items_per_second"] = kEnvCount / absl::ToDoubleSeconds(spread_cost.wall);
 }
 

@@ -1,32 +1,73 @@
 #!/usr/bin/env python3
 """Tells how the Python client's rate stands to what C++ gets, in one run.
 
-Usage: python_benchmark.py SERVER CONTESTANT [--environments N] [--rounds N]
+Usage: python_benchmark.py SERVER CONTESTANT [--games GAME...] [--environments N] [--rounds N]
+                           [--summary]
 
 SERVER and CONTESTANT are the programs procgen-server and procgen-benchmark-contestant of one build
-(preset release). Contestants take turns of 50 ms each, so that all are from the same minutes, and
-of each the best turn counts, for what else runs on a machine makes a turn slower, never faster.
-README.md beside this file says what is compared.
+(preset release). Of each game contestants take turns of 50 ms each, so that all are from the same
+minutes, and of each the best turn counts, for what else runs on a machine makes a turn slower,
+never faster. README.md beside this file says what is compared.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import subprocess
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from typing import NamedTuple
 
 import numpy as np
 
 from procgen_client import Client, Pool, ProcgenVectorEnv, ServerProcess
 
-_GAME = "bigfish"  # The game whose steps cost least, so that the client shows.
 _WORKERS = 2
+_OPTIONS = {"distribution_mode": "easy", "rand_seed": 0}  # The levels of the pool in process.
+_AIM = 0.8
 _WARM_UP_STEPS = 50
 _TURN_SECONDS = 0.05
 
 Turn = Callable[[], float]  # Steps for a while; gives what a step took, in seconds.
+Costs = dict[str, float]  # Of a step in seconds, by contestant.
+
+# Yardsticks, and who competes with each.
+_IN_PROCESS, _CPP_TCP = "C++, in process", "C++, TCP"
+_COMPETITORS = {
+    "C++, shared memory": _IN_PROCESS,
+    "Python, shared memory, two in flight": _IN_PROCESS,
+    "Python, shared memory, waiting": _IN_PROCESS,
+    "ProcgenVectorEnv, shared memory": _IN_PROCESS,
+    "Python, TCP, two in flight": _CPP_TCP,
+    "Python, TCP, waiting": _CPP_TCP,
+    "ProcgenVectorEnv, TCP": _CPP_TCP,
+}
+
+
+class Course(NamedTuple):
+    """What is played."""
+
+    game: str
+    env_count: int
+
+
+class Ratios(NamedTuple):
+    """A competitor's rates divided by its yardstick's, over the games."""
+
+    mean: float  # Geometric.
+    least: tuple[float, str]
+    most: tuple[float, str]
+
+    @classmethod
+    def of(cls, competitor: str, costs: dict[str, Costs]) -> Ratios:
+        """Takes what a step costs each contestant, by game."""
+        yardstick = _COMPETITORS[competitor]
+        ratios = {game: by[yardstick] / by[competitor] for game, by in costs.items()}
+        mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
+        ordered = sorted((ratio, game) for game, ratio in ratios.items())
+        return cls(mean, ordered[0], ordered[-1])
 
 
 def measure(step: Callable[[], object]) -> float:
@@ -55,10 +96,10 @@ class Actions:
         return self._batches[self._used % len(self._batches)]
 
 
-def pool_ahead(client: Client, env_count: int, transport: str) -> Turn:
+def pool_ahead(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
     """A pool with two requests in flight, as the contract has by default."""
-    pool = client.create_pool(_GAME, env_count, distribution_mode="easy", transport=transport)
-    actions = Actions(env_count)
+    pool = made_pool(stack, client, course, transport)
+    actions = Actions(course.env_count)
     warm_up(pool, actions)
 
     def exchange() -> None:
@@ -74,28 +115,36 @@ def pool_ahead(client: Client, env_count: int, transport: str) -> Turn:
     return turn
 
 
-def pool_waiting(client: Client, env_count: int, transport: str) -> Turn:
+def pool_waiting(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
     """A pool whose learner waits for each answer."""
-    pool = client.create_pool(_GAME, env_count, distribution_mode="easy", transport=transport)
-    actions = Actions(env_count)
+    pool = made_pool(stack, client, course, transport)
+    actions = Actions(course.env_count)
     warm_up(pool, actions)
     return lambda: measure(lambda: pool.step(actions.next()))
 
 
-def vector_env(client: Client, env_count: int, transport: str) -> Turn:
+def vector_env(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
     """The same with Gymnasium's interface."""
     env = ProcgenVectorEnv(
-        _GAME,
-        env_count,
+        course.game,
+        course.env_count,
         server=client,
-        distribution_mode="easy",
+        **_OPTIONS,
         transport=transport,
         copy=False,
         autoreset_mode="SameStep",
     )
-    actions = Actions(env_count)
+    stack.callback(env.close)
+    actions = Actions(course.env_count)
     warm_up(env.pool, actions)
     return lambda: measure(lambda: env.step(actions.next()))
+
+
+def made_pool(stack: ExitStack, client: Client, course: Course, transport: str) -> Pool:
+    """Makes a pool, which ends with the stack."""
+    return stack.enter_context(
+        client.create_pool(course.game, course.env_count, **_OPTIONS, transport=transport)
+    )
 
 
 def warm_up(pool: Pool, actions: Actions) -> None:
@@ -104,17 +153,18 @@ def warm_up(pool: Pool, actions: Actions) -> None:
         pool.step(actions.next())
 
 
-def contestant(stack: ExitStack, program: str, env_count: int, *how: str) -> Turn:
+def contestant(stack: ExitStack, program: str, course: Course, *how: str) -> Turn:
     """A learner in C++: of a pool in its own process, unless `how` has a server's address."""
     process = stack.enter_context(
         subprocess.Popen(
-            [program, str(env_count), *how],
+            [program, course.game, str(course.env_count), *how],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             bufsize=1,
         )
     )
+    # Its input ends before it is waited for.
     assert process.stdin is not None
     assert process.stdout is not None
     reader, writer = process.stdout, process.stdin
@@ -128,55 +178,77 @@ def contestant(stack: ExitStack, program: str, env_count: int, *how: str) -> Tur
     return turn
 
 
-def compete(contestants: dict[str, Turn], rounds: int) -> dict[str, float]:
+def contestants(stack: ExitStack, program: str, client: Client, course: Course) -> dict[str, Turn]:
+    """Gives who competes, each with a pool of its own."""
+    turns = {
+        _IN_PROCESS: contestant(stack, program, course),
+        "C++, shared memory": contestant(stack, program, course, client.address, "shared_memory"),
+        _CPP_TCP: contestant(stack, program, course, client.address),
+    }
+    for name, transport in (("shared memory", "shared_memory"), ("TCP", "stream")):
+        turns[f"Python, {name}, two in flight"] = pool_ahead(stack, client, course, transport)
+        turns[f"Python, {name}, waiting"] = pool_waiting(stack, client, course, transport)
+        turns[f"ProcgenVectorEnv, {name}"] = vector_env(stack, client, course, transport)
+    return turns
+
+
+def compete(turns: dict[str, Turn], rounds: int) -> Costs:
     """Lets all take their turns and gives the best of each, in seconds a step."""
-    best = dict.fromkeys(contestants, float("inf"))
+    best = dict.fromkeys(turns, float("inf"))
     for _ in range(rounds):
-        for name, turn in contestants.items():
+        for name, turn in turns.items():
             best[name] = min(best[name], turn())
     return best
 
 
-def report(best: dict[str, float], env_count: int) -> None:
-    """Prints a table in Markdown."""
-    print(f"| {env_count} environments of {_GAME} | us a step | of C++ in process, over TCP |")
+def print_games(costs: dict[str, Costs], env_count: int) -> None:
+    """Prints in Markdown what a step costs each in each game."""
+    names = [_IN_PROCESS, _CPP_TCP, *_COMPETITORS]
+    print(f"| us a step of {env_count} environments | {' | '.join(names)} |")
+    print("| --- " * (len(names) + 1) + "|")
+    for game, by in costs.items():
+        print(f"| {game} | {' | '.join(f'{1e6 * by[name]:.0f}' for name in names)} |")
+    print()
+
+
+def print_summary(costs: dict[str, Costs], env_count: int) -> None:
+    """Prints rows in Markdown, as they stand in the root's README.md."""
+    print("| what | aim | measured |")
     print("| --- | --- | --- |")
-    for name, cost in best.items():
-        yardstick = "C++, in process" if "shared memory" in name else "C++, TCP"
-        is_yardstick = name in ("C++, in process", "C++, TCP")
-        ratio = "" if is_yardstick else f"{best[yardstick] / cost:.2f}"
-        print(f"| {name} | {1e6 * cost:.0f} | {ratio} |")
+    for competitor, yardstick in _COMPETITORS.items():
+        ratios = Ratios.of(competitor, costs)
+        of = "the pool in process" if yardstick == _IN_PROCESS else "the C++ client's"
+        aim = f"{_AIM:.2f}" if "Python" in competitor or "Vector" in competitor else ""
+        print(
+            f"| {competitor}, {env_count} environments: rate, of {of} | {aim} | {ratios.mean:.2f} "
+            f"({ratios.least[1]} {ratios.least[0]:.2f}, {ratios.most[1]} {ratios.most[0]:.2f}) |"
+        )
 
 
 def main() -> None:
-    """Reads the arguments, lets the contestants compete and prints the table."""
+    """Reads the arguments, lets the contestants compete and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("server", help="the program procgen-server")
     parser.add_argument("contestant", help="the program procgen-benchmark-contestant")
+    parser.add_argument("--games", nargs="+", metavar="GAME", help="default: all")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
-    parser.add_argument("--rounds", type=int, default=40, help="default: %(default)s")
+    parser.add_argument("--rounds", type=int, default=5, help="default: %(default)s")
+    parser.add_argument("--summary", action="store_true", help="no table of the games")
     arguments = parser.parse_args()
     count = arguments.environments
-    with ExitStack() as stack:
-        server = stack.enter_context(
-            ServerProcess(arguments.server, [f"--workers={_WORKERS}"])
-        )
-        client = stack.enter_context(Client(server.address))
-        program = arguments.contestant
-        contestants = {
-            "C++, in process": contestant(stack, program, count),
-            "C++, shared memory": contestant(
-                stack, program, count, server.address, "shared_memory"
-            ),
-            "C++, TCP": contestant(stack, program, count, server.address),
-            "Python, shared memory, two in flight": pool_ahead(client, count, "shared_memory"),
-            "Python, shared memory, waiting": pool_waiting(client, count, "shared_memory"),
-            "ProcgenVectorEnv, shared memory": vector_env(client, count, "shared_memory"),
-            "Python, TCP, two in flight": pool_ahead(client, count, "stream"),
-            "Python, TCP, waiting": pool_waiting(client, count, "stream"),
-            "ProcgenVectorEnv, TCP": vector_env(client, count, "stream"),
-        }
-        report(compete(contestants, arguments.rounds), count)
+    costs: dict[str, Costs] = {}
+    with (
+        ServerProcess(arguments.server, [f"--workers={_WORKERS}"], tied=True) as server,
+        Client(server.address) as client,
+    ):
+        for game in arguments.games or [game.name for game in client.catalog().games]:
+            with ExitStack() as stack:
+                course = Course(game, count)
+                turns = contestants(stack, arguments.contestant, client, course)
+                costs[game] = compete(turns, arguments.rounds)
+    if not arguments.summary:
+        print_games(costs, count)
+    print_summary(costs, count)
 
 
 if __name__ == "__main__":

@@ -53,9 +53,10 @@ RemoteLearner::~RemoteLearner() {
 
 absl::Status RemoteLearner::MakePool() {
   v1::PoolSpec spec;
-  spec.add_games(kStreamGame);
+  spec.add_games(course_.game);
   spec.set_env_count(course_.env_count);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
+  spec.mutable_options()->set_rand_seed(0);  // the levels of the pool in process
   if (course_.shares_memory) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }

@@ -27,6 +27,7 @@ inline constexpr int32_t kStreamWorkerCount = 2;
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer();
 
 struct RemoteCourse {
+  std::string game = kStreamGame;
   int32_t env_count = 64;
   int requests_in_flight = 1;
   int32_t pipeline = 1;        // as StreamOptions::pipeline

@@ -18,12 +18,20 @@ clockid_t ClockOf(TimeKind kind) {
   return CLOCK_MONOTONIC;
 }
 
+absl::Duration TimeOf(clockid_t clock) {
+  timespec now = {};
+  clock_gettime(clock, &now);
+  return absl::DurationFromTimespec(now);
+}
+
 }  // namespace
 
-absl::Duration TimeNow(TimeKind kind) {
-  timespec now = {};
-  clock_gettime(ClockOf(kind), &now);
-  return absl::DurationFromTimespec(now);
+absl::Duration TimeNow(TimeKind kind) { return TimeOf(ClockOf(kind)); }
+
+absl::Duration CpuTimeOf(pid_t process) {
+  clockid_t clock = {};
+  clock_getcpuclockid(process, &clock);
+  return TimeOf(clock);
 }
 
 }  // namespace procgen

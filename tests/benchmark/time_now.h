@@ -1,6 +1,8 @@
 #ifndef TESTS_BENCHMARK_TIME_NOW_H_
 #define TESTS_BENCHMARK_TIME_NOW_H_
 
+#include <sys/types.h>
+
 #include "absl/time/time.h"
 
 namespace procgen {
@@ -11,6 +13,9 @@ enum class TimeKind { kThread, kProcess, kWall };
 
 // The time of `kind` now, since some fixed moment.
 absl::Duration TimeNow(TimeKind kind);
+
+// What all threads of another process have spent computing. REQUIRES: it is there.
+absl::Duration CpuTimeOf(pid_t process);
 
 }  // namespace procgen
 

@@ -4,10 +4,11 @@
 // The sanitizer sees nothing of Debian's libraries but their calls of memcpy, free and the like,
 // and nothing of the atomics that order these. Their calls are ignored; what these functions do for
 // our own code is not, and neither is our code when such a library calls it. These are the
-// libraries that gRPC and protobuf are made of, and the loader, which gives up what belonged to
-// threads that have ended. The standard library is not among them, because our
-// own code calls it, and there is no suppression by function or file, which would hide what is
-// below it, too.
+// libraries that gRPC, protobuf and Cyclone DDS are made of, and the loader, which gives up what
+// belonged to threads that have ended. The standard library is not among them, because our own code
+// calls it, and there is no suppression by function or file, which would hide what is below it,
+// too; but for the plugins of DDS Security, which call nothing of ours, and which are unloaded at
+// times: the sanitizer ends a program that unloads one of the libraries above.
 
 // The sanitizer calls it before the program's static objects are made.
 extern "C" const char* __tsan_default_suppressions() {
@@ -29,11 +30,13 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libaddress_sorting.so\n"
          "called_from_lib:libcares.so\n"
          "called_from_lib:libcrypto.so\n"
+         "called_from_lib:libddsc.so\n"
          "called_from_lib:libgpr.so\n"
          "called_from_lib:libgrpc.so\n"
          "called_from_lib:libgrpc++.so\n"
          "called_from_lib:libgrpc++_reflection.so\n"
          "called_from_lib:libprotobuf.so\n"
          "called_from_lib:libssl.so\n"
-         "called_from_lib:libupb.so\n";
+         "called_from_lib:libupb.so\n"
+         "race:libdds_security_\n";
 }

@@ -127,6 +127,17 @@ std::vector<std::pair<std::string, Deed>> Deeds(const std::string& own_pool) {
        [](Client* client, const std::string& pool) {
          return client->RenderEnvironments(pool, {0}).status();
        }},
+      {"Watch",
+       [](Client* client, const std::string& pool) {
+         v1::WatchPoolRequest request;
+         request.set_pool(pool);
+         request.add_environments(0);
+         return client->Watch(request)->Next().status();
+       }},
+      {"ReadEpisode",
+       [](Client* client, const std::string& pool) {
+         return client->ReadEpisode(pool, 0).status();
+       }},
       {"Delete", [](Client* client, const std::string& pool) { return client->DeletePool(pool); }},
   };
 }

@@ -41,8 +41,13 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
   *spec.mutable_options() = episode.options();
   std::unique_ptr<Pool> pool =
       Pool::Create(PoolOptionsOf(spec).value(), std::make_shared<Crew>(0)).value();
-  if (episode.options().num_levels() == 0) {
-    const Reset reset = {.environment = 0, .level_seed = episode.level_seed()};
+  if (episode.follows_another()) {
+    const int32_t action = 4;
+    EXPECT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());
+  }
+  if (episode.follows_another() || episode.options().num_levels() == 0) {
+    const Reset reset = {
+        .environment = 0, .level_seed = episode.level_seed(), .rand_seed = std::nullopt};
     EXPECT_THAT(pool->Step({.count = 1, .steps = false, .resets = {&reset, 1}}, {}), IsOk());
   }
   return pool;

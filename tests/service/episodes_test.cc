@@ -15,6 +15,7 @@
 namespace procgen {
 namespace {
 
+using testing::_;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -274,8 +275,8 @@ TEST_F(EpisodesTest, WrongInputsAreRefused) {
   EXPECT_THAT(client_->ReadEpisode(pool, 2),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environment is 2, pool " + pool + " has environments 0 to 1"));
-  EXPECT_THAT(client_->ReadEpisode(pool, -1), StatusIs(absl::StatusCode::kInvalidArgument));
-  EXPECT_THAT(client_->ReadEpisode("pools/nothing", 0), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(client_->ReadEpisode(pool, -1), StatusIs(absl::StatusCode::kInvalidArgument, _));
+  EXPECT_THAT(client_->ReadEpisode("pools/nothing", 0), StatusIs(absl::StatusCode::kNotFound, _));
   EXPECT_THAT(client_->ReadEpisode(pool, 0, static_cast<v1::WhichEpisode>(9)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("which")));
 }

@@ -1,6 +1,8 @@
 #ifndef TESTS_SERVICE_TEST_FLEET_H_
 #define TESTS_SERVICE_TEST_FLEET_H_
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -35,6 +37,8 @@ class TestFleet {
   // SIGTERM, and waits for its end.
   void StopFleet();
   const std::string& address() const { return address_; }
+  // REQUIRES: it has been started.
+  pid_t fleet_process_id() const { return fleet_->process_id(); }
   std::unique_ptr<procgen_client::Client> Connect() const;
 
   // Joins the cluster, to look on.

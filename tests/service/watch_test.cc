@@ -14,6 +14,7 @@ namespace procgen {
 namespace {
 
 using procgen_client::PoolWatch;
+using testing::_;
 using testing::HasSubstr;
 
 constexpr size_t kAgentFrameBytes = size_t{64} * 64 * 3;
@@ -198,8 +199,8 @@ TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
     EXPECT_EQ(MomentAfter(step + 1, reader.get()).sequence_number(), step + 1);
   }
   ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
-  EXPECT_THAT(EndOf(reader.get()), StatusIs(absl::StatusCode::kAborted));
-  EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted));
+  EXPECT_THAT(EndOf(reader.get()), StatusIs(absl::StatusCode::kAborted, _));
+  EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted, _));
 }
 
 TEST_F(WatchTest, WatchesOfOneOwnerAreLimited) {
@@ -224,7 +225,8 @@ TEST_F(WatchTest, WrongInputsAreRefused) {
   const auto refused = [&](const v1::WatchPoolRequest& request) {
     return client_->Watch(request)->Next().status();
   };
-  EXPECT_THAT(refused(WatchRequest("pools/nothing", {0})), StatusIs(absl::StatusCode::kNotFound));
+  EXPECT_THAT(refused(WatchRequest("pools/nothing", {0})),
+              StatusIs(absl::StatusCode::kNotFound, _));
   EXPECT_THAT(refused(WatchRequest(pool, {})),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
   EXPECT_THAT(refused(WatchRequest(pool, {2})),

@@ -5,6 +5,7 @@ import { Connection, type CallOptions } from "./connection.js";
 import { credentialsFromEnvironment, type Credentials } from "./credentials.js";
 import { DeadlineExceededError, InternalError, ProcgenError, UnavailableError, UnimplementedError } from "./errors.js";
 import { CatalogService, type Catalog, type Load } from "./generated/procgen/v1/catalog_pb.js";
+import { ClusterService, type ListNodesResponse, type WatchNodesResponse } from "./generated/procgen/v1/cluster_pb.js";
 import {
   PoolService, Transport,
   type Pool as PoolMessage, type PoolSpecSchema,
@@ -68,6 +69,17 @@ export class Client {
   // How busy the server is at this moment.
   load(options?: CallOptions): Promise<Load> {
     return this.#connection.unary(CatalogService.method.getLoad, {}, options);
+  }
+
+  // Which servers there are in the server's cluster; it alone where it has none.
+  listNodes(options?: CallOptions): Promise<ListNodesResponse> {
+    return this.#connection.unary(ClusterService.method.listNodes, {}, options);
+  }
+
+  // Which servers there are: at first as they are now, then after each change. Ends with UnavailableError when the server
+  // stops or the connection breaks; leaving a loop over it ends the call.
+  watchNodes({ signal }: Pick<CallOptions, "signal"> = {}): AsyncGenerator<WatchNodesResponse, void, void> {
+    return this.#connection.serverStream(ClusterService.method.watchNodes, {}, signal);
   }
 
   // Makes a pool; every environment stands at the first step of its first level. `spec` is the contract's PoolSpec, whose

@@ -2,11 +2,11 @@
 
 import {
   create, fromBinary, toBinary,
-  type DescMessage, type DescMethodUnary, type MessageInitShape, type MessageShape,
+  type DescMessage, type DescMethodServerStreaming, type DescMethodUnary, type MessageInitShape, type MessageShape,
 } from "@bufbuild/protobuf";
-import { Client as GrpcClient, type ChannelOptions, type ClientDuplexStream, type Metadata } from "@grpc/grpc-js";
+import { Client as GrpcClient, type ChannelOptions, type ClientDuplexStream, type Metadata, type ServiceError } from "@grpc/grpc-js";
 import { callMetadata, channelCredentials, isThisMachine, type Credentials } from "./credentials.js";
-import { CancelledError, fromServiceError, InvalidArgumentError } from "./errors.js";
+import { CancelledError, fromServiceError, InvalidArgumentError, UnavailableError } from "./errors.js";
 import { StepPoolRequestSchema, StepService, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
 import { readResponse, type Response } from "./wire.js";
 
@@ -74,6 +74,35 @@ export class Connection {
       );
       signal?.addEventListener("abort", abort, { once: true });
     });
+  }
+
+  // Calls a method that answers again and again. Ends with an error; who leaves the loop over it ends the call.
+  async *serverStream<I extends DescMessage, O extends DescMessage>(
+    method: DescMethodServerStreaming<I, O>,
+    init: MessageInitShape<I>,
+    signal?: AbortSignal,
+  ): AsyncGenerator<MessageShape<O>, void, void> {
+    this.#requireOpen();
+    throwIfAborted(signal);
+    const call = this.#client.makeServerStreamRequest(
+      pathOf(method),
+      (bytes: Uint8Array) => Buffer.from(bytes.buffer, bytes.byteOffset, bytes.length),
+      (bytes: Buffer) => fromBinary(method.output, bytes),
+      encoded(method.input, init),
+      this.#metadata,
+    );
+    const abort = () => call.cancel();
+    signal?.addEventListener("abort", abort, { once: true });
+    try {
+      yield* call as AsyncIterable<MessageShape<O>>;
+    } catch (error) {
+      throw signal?.aborted ? aborted(signal) : fromServiceError(error as ServiceError);
+    } finally {
+      signal?.removeEventListener("abort", abort);
+      call.on("error", () => undefined); // That it was cancelled is no news.
+      call.cancel();
+    }
+    throw new UnavailableError(`the server at ${this.address} ended its answers`);
   }
 
   // Begins a call of StepPool.

@@ -14,6 +14,7 @@ export { ObservationDecoder } from "./encoding.js";
 export { readResponse } from "./wire.js";
 export * from "./errors.js";
 export * from "./generated/procgen/v1/catalog_pb.js";
+export { NodeRole, type ListNodesResponse, type Node, type WatchNodesResponse } from "./generated/procgen/v1/cluster_pb.js";
 export {
   Color, DistributionMode, Encoding, EpisodeEnd, Layout, PoolSchema, PoolSpecSchema, Transport,
   type EnvironmentOptions, type LevelSampler, type ObservationFormat, type Pool as PoolMessage, type PoolSpec,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import struct
 
@@ -33,6 +34,8 @@ class DirectLine:
     def __init__(self, line: socket.socket) -> None:
         """Takes over a socket that has shown its key."""
         self._line = line
+        self._arrives = select.poll()
+        self._arrives.register(line, select.POLLIN)
         self._received = b""
 
     def send(self, message: bytes) -> None:
@@ -44,21 +47,22 @@ class DirectLine:
 
     def receive(self) -> bytes | None:
         """Waits for the next serialised response. None: the line has ended."""
-        header = self._take(_LENGTH.size)
-        return self._take(_LENGTH.unpack(header)[0]) if header else None
+        while True:
+            received = self._received
+            if len(received) >= _LENGTH.size:
+                end = _LENGTH.size + _LENGTH.unpack_from(received)[0]
+                if len(received) >= end:
+                    self._received = received[end:]
+                    return received[_LENGTH.size : end]
+            try:
+                self._arrives.poll()
+                more = self._line.recv(_RECEIVE_BYTES)
+            except OSError:
+                return None
+            if not more:
+                return None
+            self._received = received + more
 
     def hang_up(self) -> None:
         """Ends the line for both sides."""
         self._line.close()
-
-    def _take(self, count: int) -> bytes | None:
-        while len(self._received) < count:
-            try:
-                received = self._line.recv(_RECEIVE_BYTES)
-            except OSError:
-                return None
-            if not received:
-                return None
-            self._received += received
-        taken, self._received = self._received[:count], self._received[count:]
-        return taken

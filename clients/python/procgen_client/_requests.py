@@ -17,8 +17,10 @@ from procgen_client.errors import InvalidArgumentError
 ACTION_MIN = -1
 ACTION_COUNT = 15
 
-# By action, and the last one is that of -1: what signed numbers are on the wire (sint32).
-_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), 1], np.uint8)
+# By action, and the last one is that of -1: what signed numbers are on the wire (sint32). In
+# between is what numpy finds for numbers that are no actions.
+_NO_ACTION = b"\xff"
+_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION[0]] * 100, 1], np.uint8)
 _ACTIONS_NUMBER = step_pb2.Step.DESCRIPTOR.fields_by_name["actions"].number
 _STEP_NUMBER = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name["step"].number
 
@@ -43,12 +45,19 @@ def action_bytes(actions: npt.ArrayLike) -> bytes:
             f"actions has shape {list(array.shape)} and type {array.dtype}; it is one integer for "
             "each environment"
         )
-    if array.size and (array.min() < ACTION_MIN or array.max() >= ACTION_COUNT):
-        wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))[0]
-        raise InvalidArgumentError(
-            f"actions[{wrong}] is {array[wrong]}; actions are {ACTION_MIN} ... {ACTION_COUNT - 1}"
-        )
-    return _ACTIONS_ON_WIRE.take(array).tobytes()
+    try:
+        on_wire = _ACTIONS_ON_WIRE.take(array).tobytes()
+    except (IndexError, TypeError):  # Further out than the table; 64 bits without a sign.
+        on_wire = _NO_ACTION
+    if _NO_ACTION in on_wire:
+        wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))
+        if wrong.size:
+            raise InvalidArgumentError(
+                f"actions[{wrong[0]}] is {array[wrong[0]]}; actions are {ACTION_MIN} ... "
+                f"{ACTION_COUNT - 1}"
+            )
+        on_wire = _ACTIONS_ON_WIRE.take(array.astype(np.int64)).tobytes()
+    return on_wire
 
 
 @functools.lru_cache(maxsize=64)
@@ -60,8 +69,8 @@ def _step_fields(
     final_observations: bool,
     response_count_min: int,
 ) -> bytes:
-    """Gives what is the same from step to step, serialised."""
-    return step_pb2.Step(
+    """Gives what is the same from step to step: a request but for its end, the actions."""
+    fields = step_pb2.Step(
         slice=step_pb2.Slice(
             first_environment=first_environment, environment_count=environment_count
         ),
@@ -70,6 +79,9 @@ def _step_fields(
         with_final_observations=final_observations,
         response_count_min=response_count_min,
     ).SerializeToString()
+    step = fields + bytes_field(_ACTIONS_NUMBER, bytes(environment_count))
+    whole = bytes_field(_STEP_NUMBER, step)
+    return whole[: len(whole) - environment_count]
 
 
 def step_request(
@@ -92,16 +104,19 @@ def step_request(
     Raises:
         InvalidArgumentError: A number does not fit its field.
     """
-    step = _step_fields(
-        first_environment,
-        len(actions),
-        in_range("repeat_count", repeat_count, 1, 1000),
-        bool(observe),
-        bool(final_observations),
-        response_count_min,
-    ) + bytes_field(_ACTIONS_NUMBER, actions)
+    step = (
+        _step_fields(
+            first_environment,
+            len(actions),
+            in_range("repeat_count", repeat_count, 1, 1000),
+            bool(observe),
+            bool(final_observations),
+            response_count_min,
+        )
+        + actions
+    )
     if not next_levels and resets == ():
-        return bytes_field(_STEP_NUMBER, step)
+        return step
     exceptions = step_pb2.Step(
         next_levels=[
             message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
@@ -109,7 +124,8 @@ def step_request(
         ],
         resets=reset_messages(resets),
     )
-    return bytes_field(_STEP_NUMBER, step + exceptions.SerializeToString())
+    # A message that comes twice is merged.
+    return step + bytes_field(_STEP_NUMBER, exceptions.SerializeToString())
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:

@@ -22,8 +22,6 @@ _ELEMENT_TYPES = {
     "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
 }
 
-_NOTHING = np.empty(0, np.uint8)
-
 
 class _Array(NamedTuple):
     offset_bytes: int
@@ -64,6 +62,14 @@ class SharedMapping:
         self._numbers_begin = min(array.offset_bytes for array in numbers)
         self._numbers_end = max(
             array.offset_bytes + self._env_count * array.row_bytes for array in numbers
+        )
+        self._numbers_type = np.dtype(
+            {
+                "names": list(ARRAY_TYPES),
+                "formats": [(array.dtype, (self._env_count,)) for array in numbers],
+                "offsets": [array.offset_bytes - self._numbers_begin for array in numbers],
+                "itemsize": self._numbers_end - self._numbers_begin,
+            }
         )
         self.batch_count = memory.batch_count
         self._batch_bytes = memory.batch_bytes
@@ -119,24 +125,23 @@ class SharedMapping:
         let_go, batch = self._let_go, number
         self._held[number] = weakref.ref(memory, lambda _: let_go.append(batch))
 
-        def rows(name: str, row_count: int) -> np.ndarray:
+        # One copy for all numbers, which lie side by side.
+        copy = memory[self._numbers_begin : self._numbers_end].copy()
+        numbers: np.ndarray = np.ndarray((), self._numbers_type, copy)
+        rows = slice(first, first + count)
+        arrays = {name: numbers[name][rows] for name in ARRAY_TYPES}
+        ended = int(np.count_nonzero(arrays["terminated"] | arrays["truncated"]))
+        arrays["fingerprints"] = arrays["fingerprints"][:ended]
+
+        for name, row_count, is_shared in (
+            ("final_observations", ended, part.shared_final_observations),
+            ("observations", count, part.shared_observations),
+        ):
             array = self._arrays[name]
             begin = array.offset_bytes + first * array.row_bytes
-            return memory[begin : begin + row_count * array.row_bytes].view(array.dtype)
-
-        ended = int(np.count_nonzero(rows("terminated", count) | rows("truncated", count)))
-        # One copy for all numbers, which lie side by side.
-        numbers = memory[self._numbers_begin : self._numbers_end].copy()
-        arrays = part.arrays
-        for name in ARRAY_TYPES:
-            array = self._arrays[name]
-            begin = array.offset_bytes + first * array.row_bytes - self._numbers_begin
-            row_count = ended if name == "fingerprints" else count
-            arrays[name] = np.ndarray((row_count,), array.dtype, numbers, begin)
-        is_shared = part.shared_final_observations
-        arrays["final_observations"] = rows("final_observations", ended) if is_shared else _NOTHING
-        is_shared = part.shared_observations
-        arrays["observations"] = rows("observations", count) if is_shared else _NOTHING
+            end = begin + (row_count * array.row_bytes if is_shared else 0)
+            arrays[name] = memory[begin:end]
+        part.arrays = arrays
 
     def _note_let_go(self) -> None:
         while self._let_go:

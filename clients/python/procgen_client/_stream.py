@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import queue
 import random
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, Protocol
 
 import grpc
+from google.protobuf.message import DecodeError
 
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part, bytes_field, number_field, read_response, varint
+from procgen_client._wire import Part, bytes_field, number_tag, read_response, varint
 from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
@@ -33,21 +33,37 @@ _BACKOFF_MAX = 2.0
 _DRAINS_KEY = "procgen-drains"
 
 
-# Numbers of the fields that are written beside what is asked for.
+# The fields that are written beside what is asked for.
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
-SEQUENCE_NUMBER = _FIELDS["sequence_number"].number
-_ACKNOWLEDGED = _FIELDS["acknowledged_sequence_number"].number
+SEQUENCE_NUMBER_TAG = number_tag(_FIELDS["sequence_number"].number)
+_ACKNOWLEDGED_TAG = number_tag(_FIELDS["acknowledged_sequence_number"].number)
 _RELEASED = _FIELDS["released_batches"].number
 
 
-class _Request(NamedTuple):
+class Request(NamedTuple):
     """A request that may have to be sent again."""
 
     sequence_number: int
     body: bytes  # A serialised StepPoolRequest without numbers.
 
 
-class _BrokenConnectionError(Exception):
+class Call(Protocol):
+    """A call of StepPool; ChannelCall, Http2Call."""
+
+    def send(self, message: bytes) -> None:
+        """Sends a message; that the call is over, only receive tells."""
+
+    def end_requests(self) -> None:
+        """Tells the server that no more messages come."""
+
+    def receive(self) -> bytes | memoryview | None:
+        """Waits for a message; None: the call has ended. Errors are grpc.RpcError."""
+
+    def cancel(self) -> None:
+        """Ends the call at once; from any thread."""
+
+
+class BrokenConnectionError(Exception):
     """The call ended because its connection broke, not by an answer of the server."""
 
     def __init__(self, error: ProcgenError) -> None:
@@ -76,7 +92,7 @@ class Stream:
 
     def __init__(
         self,
-        step_pool: Callable[..., Any],
+        step_pool: Callable[[float | None], Call],
         attach: step_pb2.Attach,
         reconnect_timeout: float,
         mapping: SharedMapping | None = None,
@@ -84,7 +100,8 @@ class Stream:
         """Attaches.
 
         Args:
-            step_pool: Begins a call of StepPool, whose responses are read by _wire.
+            step_pool: Begins a call of StepPool, with how long the server may be waited for, in
+                seconds; None: not at all.
             attach: What to attach with; resumable is set here.
             reconnect_timeout: How long to try to go on after a broken connection, in seconds. 0:
                 not at all.
@@ -101,13 +118,12 @@ class Stream:
         self._attach = step_pb2.Attach()
         self._attach.CopyFrom(attach)
         self._attach.resumable = reconnect_timeout > 0
-        self._unanswered: deque[_Request] = deque()
-        self._call: Any = None  # grpc's iterator of responses, which has no type of its own
-        self._requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._unanswered: deque[Request] = deque()
+        self._call: Call | None = None
         self._line: DirectLine | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
-        except _BrokenConnectionError as broken:
+        except BrokenConnectionError as broken:
             raise broken.error from None
         # Of the whole stream: answers that are given again follow those that were decoded before
         # the connection broke.
@@ -120,11 +136,6 @@ class Stream:
         # Whoever has it when the connection breaks was this stream, as far as the server knows.
         self._attach.take_over = True
 
-    def __del__(self) -> None:
-        """Ends the thread that sends requests, where the stream was never closed."""
-        if hasattr(self, "_requests"):
-            self._requests.put(None)
-
     @property
     def in_flight(self) -> int:
         """Number of requests whose answers were not received yet."""
@@ -136,7 +147,7 @@ class Stream:
         Args:
             body: A serialised StepPoolRequest that has only what is asked for.
         """
-        request = _Request(self._next_sequence_number, body)
+        request = Request(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
@@ -153,8 +164,8 @@ class Stream:
         """
         while True:
             try:
-                parts = self._read_answer(self._unanswered[0].sequence_number)
-            except _BrokenConnectionError as broken:
+                parts = self._read_answer(self._unanswered[0])
+            except BrokenConnectionError as broken:
                 self._resume(broken.error)
             else:
                 self._decode(parts)
@@ -164,9 +175,10 @@ class Stream:
 
     def close(self) -> None:
         """Ends the stream; requests in flight are carried out, and their answers lost."""
+        assert self._call is not None
         self._end_requests()
         try:
-            for _ in self._call:  # Until the server says that the stream has ended.
+            while self._call.receive() is not None:  # Until the server has ended the stream.
                 pass
         except grpc.RpcError:
             pass  # It has ended, too.
@@ -176,40 +188,41 @@ class Stream:
 
     def drop(self) -> None:
         """Ends the stream at once."""
-        self._end_requests()
+        if self._line is not None:
+            self._line.hang_up()
         if self._call is not None:
             self._call.cancel()
 
-    def _put(self, request: _Request) -> None:
-        head = number_field(SEQUENCE_NUMBER, request.sequence_number)
+    def _put(self, request: Request) -> None:
+        head = SEQUENCE_NUMBER_TAG + varint(request.sequence_number)
         if self.mapping is not None:
             # So that the batches of answers that have arrived are not kept for repetition.
-            head += number_field(_ACKNOWLEDGED, self._unanswered[0].sequence_number - 1)
-            released = b"".join(map(varint, self.mapping.take_released()))
-            head += bytes_field(_RELEASED, released) if released else b""
-        if self._line is None:
-            self._requests.put(head + request.body)
-        else:
-            self._line.send(head + request.body)
+            head += _ACKNOWLEDGED_TAG + varint(self._unanswered[0].sequence_number - 1)
+            released = self.mapping.take_released()
+            if released:
+                head += bytes_field(_RELEASED, b"".join(map(varint, released)))
+        bearer = self._call if self._line is None else self._line
+        assert bearer is not None
+        bearer.send(head + request.body)
 
     def _end_requests(self) -> None:
-        self._requests.put(None)
+        assert self._call is not None
+        self._call.end_requests()
         if self._line is not None:
             self._line.hang_up()
 
-    def _read_answer(self, sequence_number: int) -> list[Part]:
+    def _read_answer(self, request: Request) -> list[Part]:
         parts: list[Part] = []
         while not parts or not parts[-1].last:
             response = self._next_response()
             is_done = not isinstance(response, Part) and response.HasField("done")
             if not isinstance(response, Part) and not is_done:
                 continue  # Of a kind that this client does not know: clients ignore those.
-            if response.sequence_number != sequence_number:
+            try:
+                check_answers(response, request, self._attach.pool)
+            except InternalError:
                 self.drop()
-                raise InternalError(
-                    f"{self._attach.pool} answered request {response.sequence_number}, where "
-                    f"{sequence_number} is next"
-                )
+                raise
             if not isinstance(response, Part):
                 break
             parts.append(response)
@@ -235,34 +248,38 @@ class Stream:
             raise
 
     def _next_response(self) -> Part | step_pb2.StepPoolResponse:
+        assert self._call is not None
         try:
             message = None if self._line is None else self._line.receive()
-            return next(self._call) if message is None else read_response(message)
-        except StopIteration:
-            # The server took the connection's end for that of the stream.
+            message = self._call.receive() if message is None else message
+            if message is not None:
+                return read_response(message)
+        except DecodeError as error:
             self.drop()
-            error = UnavailableError(f"the server ended the stream of {self._attach.pool}")
-            if self._reconnect_timeout > 0:
-                raise _BrokenConnectionError(error) from None
-            raise error from None
+            raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
         except grpc.RpcError as error:
-            is_broken = _is_broken_connection(error)
+            is_broken = is_broken_connection(error)
             self.drop()
             if is_broken and self._reconnect_timeout > 0:
-                raise _BrokenConnectionError(from_rpc_error(error)) from None
+                raise BrokenConnectionError(from_rpc_error(error)) from None
             raise from_rpc_error(error) from None
-        except BaseException:  # Ctrl-C, say: grpc cannot wait for another answer after that.
+        except BaseException:  # Ctrl-C, say: nobody can wait for another answer after that.
             self.drop()
             raise
+        # The server took the connection's end for that of the stream.
+        self.drop()
+        ended = UnavailableError(f"the server ended the stream of {self._attach.pool}")
+        if self._reconnect_timeout > 0:
+            raise BrokenConnectionError(ended)
+        raise ended
 
-    def _open(self, **arguments: Any) -> step_pb2.Attached:  # noqa: ANN401
-        self._requests = queue.SimpleQueue()
+    def _open(self, timeout: float | None = None) -> step_pb2.Attached:
         self._line = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
         attach = step_pb2.StepPoolRequest(attach=self._attach)
-        self._requests.put(attach.SerializeToString())
-        self._call = self._step_pool(iter(self._requests.get, None), **arguments)
+        self._call = self._step_pool(timeout)
+        self._call.send(attach.SerializeToString())
         response = self._next_response()
         if isinstance(response, Part) or response.WhichOneof("response") != "attached":
             self.drop()
@@ -292,53 +309,82 @@ class Stream:
     def _resume(self, error: ProcgenError) -> None:
         """Goes on with a new connection, or raises why that cannot be."""
         deadline = time.monotonic() + self._reconnect_timeout
-        backoff = _BACKOFF_MIN
-        while True:
-            delay = backoff * random.uniform(0.5, 1.5)  # noqa: S311
-            backoff = min(2 * backoff, _BACKOFF_MAX)
+        for delay in backoffs():
             if time.monotonic() + delay >= deadline:
-                raise UnavailableError(
-                    "the connection broke and could not be made again within "
-                    f"{self._reconnect_timeout:g} s: {error.message}"
-                )
+                raise not_made_again(self._reconnect_timeout, error)
             time.sleep(delay)
             try:
                 attached = self._open_by(deadline)
-            except _BrokenConnectionError as broken:
+            except BrokenConnectionError as broken:
                 error = broken.error
                 continue
-            self._check_stands_where_left(attached)
+            try:
+                check_stands_where_left(attached, self._unanswered, self._next_sequence_number)
+            except AbortedError:
+                self.drop()
+                raise
             for request in self._unanswered:
                 self._put(request)
             return
 
     def _open_by(self, deadline: float) -> step_pb2.Attached:
         # Not the call's own timeout, which would be that of the whole stream.
-        timer = threading.Timer(max(0.0, deadline - time.monotonic()), self.drop)
+        timeout = max(0.0, deadline - time.monotonic())
+        timer = threading.Timer(timeout, self.drop)
         timer.daemon = True
         timer.start()
         try:
-            return self._open(wait_for_ready=True)
+            return self._open(timeout)
         except ProcgenError as error:
             if time.monotonic() >= deadline:
-                raise _BrokenConnectionError(error) from None
+                raise BrokenConnectionError(error) from None
             raise
         finally:
             timer.cancel()
 
-    def _check_stands_where_left(self, attached: step_pb2.Attached) -> None:
-        stands_at = attached.next_sequence_number
-        least = self._unanswered[0].sequence_number
-        if not least <= stands_at <= self._next_sequence_number:
-            self.drop()
-            raise AbortedError(
-                f"{self._attach.pool} is at request {stands_at}, and this stream left it between "
-                f"{least} and {self._next_sequence_number}: somebody else has stepped it, or it is "
-                "another pool of the same name"
-            )
+
+def backoffs() -> Iterator[float]:
+    """Gives how long to wait before each try to go on, in seconds."""
+    backoff = _BACKOFF_MIN
+    while True:
+        yield backoff * random.uniform(0.5, 1.5)  # noqa: S311
+        backoff = min(2 * backoff, _BACKOFF_MAX)
 
 
-def _is_broken_connection(error: grpc.RpcError) -> bool:
+def not_made_again(timeout: float, error: ProcgenError) -> UnavailableError:
+    """Gives what is told of a connection that cannot be made again in time."""
+    return UnavailableError(
+        f"the connection broke and could not be made again within {timeout:g} s: {error.message}"
+    )
+
+
+def check_answers(
+    response: Part | step_pb2.StepPoolResponse, request: Request, pool: str
+) -> None:
+    """Checks that it answers this request; otherwise InternalError."""
+    if response.sequence_number != request.sequence_number:
+        raise InternalError(
+            f"{pool} answered request {response.sequence_number}, where "
+            f"{request.sequence_number} is next"
+        )
+
+
+def check_stands_where_left(
+    attached: step_pb2.Attached, unanswered: Sequence[Request], next_sequence_number: int
+) -> None:
+    """Checks that nobody else has stepped the pool meanwhile; otherwise AbortedError."""
+    stands_at = attached.next_sequence_number
+    least = unanswered[0].sequence_number
+    if not least <= stands_at <= next_sequence_number:
+        raise AbortedError(
+            f"{attached.pool.name} is at request {stands_at}, and this stream left it between "
+            f"{least} and {next_sequence_number}: somebody else has stepped it, or it is another "
+            "pool of the same name"
+        )
+
+
+def is_broken_connection(error: grpc.RpcError) -> bool:
+    """Whether a call ended because its connection broke, not by an answer of the server."""
     if error.code() == grpc.StatusCode.UNAVAILABLE:
         return all(key != _DRAINS_KEY for key, _ in error.trailing_metadata() or ())
     # "Stream removed": gRPC's word where a socket was reset.

@@ -12,6 +12,7 @@ the same from step to step is serialised once.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +53,10 @@ _SEQUENCE_NUMBER = _RESPONSE_FIELDS["sequence_number"].number
 _BATCH = _RESPONSE_FIELDS["batch"].number
 
 
+# What tells of a batch of shared memory has fewer bytes, and but for its number comes again.
+_SHARED_BYTES_MAX = 64
+
+
 class _OtherwiseWrittenError(Exception):
     """The message may be right, but is not written the way that is read here."""
 
@@ -75,16 +80,19 @@ class Part:
     shared_final_observations: bool = False
 
 
-def read_response(message: bytes) -> Part | step_pb2.StepPoolResponse:
+def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolResponse:
     """Reads a serialised StepPoolResponse: a Part if it bears a batch, else the message itself.
 
     Raises:
         google.protobuf.message.DecodeError: The bytes are no such message.
     """
     try:
+        if len(message) <= _SHARED_BYTES_MAX and message[0] == _SEQUENCE_NUMBER << 3 | _VARINT:
+            sequence_number, position = _varint(message, 1)
+            return Part(sequence_number, *_read_shared(bytes(message[position:])))
         return _read_batch_response(message)
     except (_OtherwiseWrittenError, IndexError, ValueError):
-        response = step_pb2.StepPoolResponse.FromString(message)
+        response = step_pb2.StepPoolResponse.FromString(bytes(message))
         return part_of(response) if response.WhichOneof("response") == "batch" else response
 
 
@@ -111,7 +119,7 @@ def part_of(response: step_pb2.StepPoolResponse) -> Part:
     )
 
 
-def _read_batch_response(message: bytes) -> Part:
+def _read_batch_response(message: bytes | memoryview) -> Part:
     sequence_number = 0
     batch_range: tuple[int, int] | None = None
     for number, kind, value in _fields(message, 0, len(message)):
@@ -148,7 +156,26 @@ def _read_batch_response(message: bytes) -> Part:
     )
 
 
-def _arrays(message: bytes, ranges: dict[str, tuple[int, int]]) -> dict[str, np.ndarray]:
+@functools.lru_cache(maxsize=256)
+def _read_shared(message: bytes) -> tuple[int, int, bool, dict, int, bool, bool]:
+    """Gives the fields of a Part but for the first, of a message without a number."""
+    part = _read_batch_response(message)
+    if part.shared_batch is None:
+        raise _OtherwiseWrittenError
+    return (
+        part.first_environment,
+        part.environment_count,
+        part.last,
+        part.arrays,
+        part.shared_batch,
+        part.shared_observations,
+        part.shared_final_observations,
+    )
+
+
+def _arrays(
+    message: bytes | memoryview, ranges: dict[str, tuple[int, int]]
+) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {}
     for name, dtype in ARRAY_TYPES.items():
         begin, end = ranges.get(name, (0, 0))
@@ -163,7 +190,7 @@ def _arrays(message: bytes, ranges: dict[str, tuple[int, int]]) -> dict[str, np.
     return arrays
 
 
-def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any]]:
+def _fields(message: bytes | memoryview, position: int, end: int) -> list[tuple[int, int, Any]]:
     """Lists the fields in message[position:end] as (number, wire type, value).
 
     The value is an int for a varint and the range (begin, end) for bytes.
@@ -193,7 +220,7 @@ def _fields(message: bytes, position: int, end: int) -> list[tuple[int, int, Any
     return fields
 
 
-def _varint(message: bytes, position: int) -> tuple[int, int]:
+def _varint(message: bytes | memoryview, position: int) -> tuple[int, int]:
     """Reads a varint; gives it and the position after it."""
     value = 0
     for shift in range(0, 70, 7):
@@ -209,6 +236,10 @@ def varint(value: int) -> bytes:
     """Writes a number that is not negative."""
     if value < 0x80:
         return bytes((value,))
+    if value < 0x4000:
+        return bytes((value & 0x7F | 0x80, value >> 7))
+    if value < 0x200000:
+        return bytes((value & 0x7F | 0x80, value >> 7 & 0x7F | 0x80, value >> 14))
     written = bytearray()
     while value >= 0x80:
         written.append(value & 0x7F | 0x80)
@@ -217,9 +248,9 @@ def varint(value: int) -> bytes:
     return bytes(written)
 
 
-def number_field(number: int, value: int) -> bytes:
-    """Writes a field with a number that is not negative."""
-    return varint(number << 3 | _VARINT) + varint(value)
+def number_tag(number: int) -> bytes:
+    """Writes what comes before a number (varint) in a field."""
+    return varint(number << 3 | _VARINT)
 
 
 def bytes_field(number: int, value: bytes) -> bytes:

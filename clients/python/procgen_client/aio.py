@@ -4,15 +4,13 @@
         async with await client.create_pool("coinrun", 64) as pool:
             batch = await pool.step([7] * 64)
 
-Batches, options and errors are those of :class:`procgen_client.Client`. Two things are not here: a
-stream whose connection breaks ends with UnavailableError (nothing is lost: the next request
-attaches anew), and batches are received, not shared (transport "stream").
+Batches, options and errors are those of :class:`procgen_client.Client`, and so is what becomes of
+broken connections. Batches are received, not shared (transport "stream").
 """
 
 from __future__ import annotations
 
-import asyncio
-from collections import deque
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -22,6 +20,7 @@ import numpy.typing as npt
 from google.protobuf import message as protobuf_message
 
 from procgen_client import options as _options
+from procgen_client._async_stream import AsyncStream
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -40,16 +39,14 @@ from procgen_client._requests import (
     reset_messages,
     step_request,
 )
-from procgen_client._stream import SEQUENCE_NUMBER
-from procgen_client._wire import Part, number_field, read_response
+from procgen_client._wire import read_response
 from procgen_client.batch import Batch, assemble
 from procgen_client.client import STEP_POOL_METHOD, channel_arguments
 from procgen_client.credentials import Credentials
-from procgen_client.encoding import check_decodable, decode_parts, decoder_for
+from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     DeadlineExceededError,
     FailedPreconditionError,
-    InternalError,
     InvalidArgumentError,
     NotFoundError,
     UnavailableError,
@@ -59,16 +56,20 @@ from procgen_client.pool_resource import restore_requests
 
 
 async def connect(
-    address: str, *, timeout: float = 10.0, credentials: Credentials | None = None
+    address: str,
+    *,
+    timeout: float = 10.0,
+    reconnect_timeout: float = 60.0,
+    credentials: Credentials | None = None,
 ) -> AsyncClient:
     """Connects to a server.
 
     Args:
-        address, timeout, credentials: As procgen_client.Client takes them.
+        address, timeout, reconnect_timeout, credentials: As procgen_client.Client takes them.
 
     Errors as procgen_client.Client.
     """
-    client = AsyncClient(address, credentials=credentials)
+    client = AsyncClient(address, reconnect_timeout=reconnect_timeout, credentials=credentials)
     try:
         await client._read_catalog(timeout)
     except BaseException:
@@ -84,6 +85,7 @@ class AsyncClient:
 
     Attributes:
         address: What it is connected to.
+        reconnect_timeout: How long pools try to go on after a broken connection, in seconds.
     """
 
     def __init__(
@@ -91,10 +93,12 @@ class AsyncClient:
         address: str,
         *,
         call_timeout: float = 60.0,
+        reconnect_timeout: float = 60.0,
         credentials: Credentials | None = None,
     ) -> None:
         """For :func:`connect`."""
         self.address = address
+        self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         shown = Credentials.from_environment() if credentials is None else credentials
         self._channel = shown.channel(address, channel_arguments(address), grpc.aio)
@@ -102,8 +106,9 @@ class AsyncClient:
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
-        self._step_pool = self._channel.stream_stream(
-            STEP_POOL_METHOD, response_deserializer=read_response
+        self._step_pool = functools.partial(
+            self._channel.stream_stream(STEP_POOL_METHOD, response_deserializer=read_response),
+            metadata=self._metadata,
         )
         self._catalog = catalog_pb2.Catalog()
 
@@ -156,7 +161,16 @@ class AsyncClient:
         pool = await self._unary(
             self._pool_stub.CreatePool, pools_pb2.CreatePoolRequest(spec=spec)
         )
-        return AsyncPool(self, pool, requests_in_flight_max=requests_in_flight_max)
+        return AsyncPool(
+            self, pool, deletes_on_close=True, requests_in_flight_max=requests_in_flight_max
+        )
+
+    async def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> AsyncPool:
+        """Gives a pool that is there already; closing it leaves it there."""
+        pool = await self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name))
+        return AsyncPool(
+            self, pool, deletes_on_close=False, requests_in_flight_max=requests_in_flight_max
+        )
 
     async def list_pools(self) -> list[pools_pb2.Pool]:
         """Tells what pools there are, oldest first."""
@@ -201,7 +215,7 @@ class AsyncClient:
 class AsyncPool:
     """A number of environments that are stepped as one batch, as procgen_client.Pool.
 
-    An asynchronous context manager: leaving it deletes the pool.
+    An asynchronous context manager: leaving it deletes a pool that create_pool made.
 
     Tasks: one at a time.
 
@@ -210,19 +224,23 @@ class AsyncPool:
     """
 
     def __init__(
-        self, client: AsyncClient, message: pools_pb2.Pool, *, requests_in_flight_max: int
+        self,
+        client: AsyncClient,
+        message: pools_pb2.Pool,
+        *,
+        deletes_on_close: bool,
+        requests_in_flight_max: int,
     ) -> None:
-        """For :meth:`AsyncClient.create_pool`."""
+        """For :class:`AsyncClient`; use its create_pool or get_pool."""
         self.name = message.name
         self.spec = message.spec
         self.env_count = message.spec.env_count
         self.observation_shape = tuple(message.observation_shape)
         self.requests_in_flight_max = requests_in_flight_max
         self._client = client
-        self._call: Any = None  # grpc's call of StepPool, which has no type of its own
-        self._decoder: Any = None
-        self._next_sequence_number = 0
-        self._unanswered: deque[int] = deque()
+        self._deletes_on_close = deletes_on_close
+        self._stream: AsyncStream | None = None
+        self._was_given_up = False  # The last stream; the server may not have noticed it yet.
 
     async def __aenter__(self) -> AsyncPool:
         """Gives the pool itself."""
@@ -235,7 +253,7 @@ class AsyncPool:
     @property
     def in_flight(self) -> int:
         """Number of requests whose answers were not received yet."""
-        return len(self._unanswered)
+        return 0 if self._stream is None else self._stream.in_flight
 
     async def step(self, actions: npt.ArrayLike, **arguments: Any) -> Batch:
         """Steps environments, and waits for the answer; arguments and errors as Pool.step."""
@@ -290,15 +308,33 @@ class AsyncPool:
 
     async def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request; errors as Pool.receive."""
-        if not self._unanswered:
+        if self._stream is None or not self._stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
         try:
-            parts = await self._read_answer()
+            parts = await self._stream.receive()
         except BaseException:
             self._drop()
             raise
-        self._unanswered.popleft()
         return assemble(parts, self.observation_shape)
+
+    async def attach(self, *, take_over: bool = False, response_bytes_max: int = 0) -> None:
+        """Takes the pool for this object. Never necessary: the first request does so.
+
+        Arguments and errors as Pool.attach.
+        """
+        if self._stream is not None:
+            return
+        attach = step_pb2.Attach(
+            pool=self.name,
+            requests_in_flight_max=self.requests_in_flight_max,
+            take_over=take_over or self._was_given_up,
+            response_bytes_max=response_bytes_max,
+        )
+        self._stream = await AsyncStream.open(
+            self._client._step_pool, attach, self._client.reconnect_timeout
+        )
+        self._was_given_up = False
+        self.requests_in_flight_max = self._stream.attached.requests_in_flight_max
 
     async def save_states(self, environments: Sequence[int] | None = None) -> list[bytes]:
         """Takes snapshots of environments; arguments and errors as Pool.save_states."""
@@ -332,8 +368,10 @@ class AsyncPool:
             await self._client._unary(self._client._state_stub.CloneStates, request)
 
     async def close(self) -> None:
-        """Deletes the pool; requests in flight are given up."""
+        """Deletes the pool if create_pool made it; requests in flight are given up."""
         self._drop()
+        if not self._deletes_on_close:
+            return
         try:
             await self._client._unary(
                 self._client._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=self.name)
@@ -342,75 +380,20 @@ class AsyncPool:
             pass  # It is gone, or the server is.
 
     async def _send(self, body: bytes) -> None:
-        if self._call is None:
-            await self._attach()
+        await self.attach()
+        assert self._stream is not None
         if self.in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
                 f"{self.in_flight} requests to {self.name} are unanswered, of at most "
                 f"{self.requests_in_flight_max}: receive first"
             )
-        assert self._call is not None
-        number = self._next_sequence_number
-        self._next_sequence_number += 1
-        self._unanswered.append(number)
-        try:
-            await self._call.write(number_field(SEQUENCE_NUMBER, number) + body)
-        except (grpc.RpcError, asyncio.InvalidStateError):
-            pass  # The stream has ended; receive tells why.
-
-    async def _attach(self) -> None:
-        attach = step_pb2.Attach(
-            pool=self.name, requests_in_flight_max=self.requests_in_flight_max, take_over=True
-        )
-        request = step_pb2.StepPoolRequest(attach=attach)
-        self._call = self._client._step_pool(metadata=self._client._metadata)
-        try:
-            await self._call.write(request.SerializeToString())
-            response = await self._read()
-            if isinstance(response, Part) or response.WhichOneof("response") != "attached":
-                raise InternalError(
-                    f"{self.name} answered something else than that it is attached"
-                )
-            self._decoder = decoder_for(response.attached.pool)
-        except grpc.RpcError as error:
-            self._drop()
-            raise from_rpc_error(error) from None
-        except BaseException:
-            self._drop()
-            raise
-        self.requests_in_flight_max = response.attached.requests_in_flight_max
-        self._next_sequence_number = response.attached.next_sequence_number
-
-    async def _read_answer(self) -> list[Part]:
-        parts: list[Part] = []
-        while not parts or not parts[-1].last:
-            response = await self._read()
-            if not isinstance(response, Part):
-                continue  # Of a kind that this client does not know: clients ignore those.
-            if response.sequence_number != self._unanswered[0]:
-                raise InternalError(
-                    f"{self.name} answered request {response.sequence_number}, where "
-                    f"{self._unanswered[0]} is next"
-                )
-            parts.append(response)
-        if self._decoder is not None:
-            decode_parts(self._decoder, self.name, parts)
-        return parts
-
-    async def _read(self) -> Part | step_pb2.StepPoolResponse:
-        try:
-            response = await self._call.read()
-        except grpc.RpcError as error:
-            raise from_rpc_error(error) from None
-        if response is grpc.aio.EOF:
-            raise UnavailableError(f"the server ended the stream of {self.name}")
-        return response
+        self._stream.send(body)
 
     def _drop(self) -> None:
-        call, self._call = self._call, None
-        self._unanswered.clear()
-        if call is not None:
-            call.cancel()
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.drop()
+            self._was_given_up = True
 
     def _require_nothing_in_flight(self) -> None:
         if self.in_flight:

@@ -12,7 +12,7 @@ from procgen_client._wire import Part
 from procgen_client.errors import InternalError
 
 
-@dataclass(slots=True, frozen=True)
+@dataclass(slots=True)
 class Batch:
     """How n environments stand after a request.
 
@@ -80,7 +80,8 @@ def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
         InternalError: They do not, or an array is not as long as the number of environments says.
     """
     for part in parts:
-        _check(part, observation_shape)
+        if part.shared_batch is None:  # Else the client itself has cut its arrays.
+            _check(part, observation_shape)
     for part, successor in pairwise(parts):
         expected = part.first_environment + part.environment_count
         if successor.first_environment != expected:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import functools
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,8 @@ import grpc
 from google.protobuf import message as protobuf_message
 
 from procgen_client import options as _options
+from procgen_client._channel_call import ChannelCall
+from procgen_client._http2 import Http2Call
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -23,7 +25,7 @@ from procgen_client._proto import (
     states_pb2_grpc,
 )
 from procgen_client._requests import in_range
-from procgen_client._wire import read_response
+from procgen_client._target import Target
 from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
@@ -79,7 +81,7 @@ class Client:
                 ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS or asks who calls. None: what the environment
                 says (Credentials.from_environment); nothing there: plain text without a token.
-            channel_options: More of gRPC's channel arguments.
+            channel_options: More of gRPC's channel arguments; streams are grpcio's then.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
@@ -100,15 +102,11 @@ class Client:
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
-        # In place of the generated stub, which would copy each picture on the way; see _wire.py.
-        # Requests are bytes already.
-        self._step_pool = functools.partial(
-            self._channel.stream_stream(
-                STEP_POOL_METHOD,
-                response_deserializer=read_response,
-            ),
-            metadata=self._metadata,
-        )
+        # In place of the generated stub: requests and responses are bytes.
+        self._step_pool_method = self._channel.stream_stream(STEP_POOL_METHOD)
+        is_plain = shown.ca is None and not channel_options
+        self._target = Target.of(address) if is_plain else None
+        self._calls: weakref.WeakSet[Http2Call] = weakref.WeakSet()
         try:
             self._catalog = self._first_catalog(timeout)
         except BaseException:
@@ -136,6 +134,8 @@ class Client:
         """Closes the connection. Calls under way end with CancelledError; again: does nothing."""
         self._closed = True
         self._channel.close()
+        for call in list(self._calls):
+            call.cancel()
 
     def catalog(self) -> catalog_pb2.Catalog:
         """Tells what the server offers: games, modes, options, actions, limits.
@@ -315,6 +315,23 @@ class Client:
             NotFoundError: There is no such pool.
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+
+    def _step_pool(
+        self, bears_pictures: bool, timeout: float | None
+    ) -> ChannelCall | Http2Call:
+        """Begins a call of StepPool, for which the server is waited for so long, if it has to be.
+
+        One that bears pictures goes past grpcio, where that can be.
+        """
+        if self._closed:
+            raise CancelledError(f"the connection to {self.address} was closed by this client")
+        if not bears_pictures or self._target is None:
+            return ChannelCall(
+                self._step_pool_method, self._metadata, waits_for_server=timeout is not None
+            )
+        call = Http2Call(self._target, STEP_POOL_METHOD, self._metadata, timeout)
+        self._calls.add(call)
+        return call
 
     def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
         return self._unary(self._pool_stub.RenewPool, request)

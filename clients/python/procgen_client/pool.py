@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -331,8 +332,12 @@ class Pool(PoolResource):
             response_bytes_max=response_bytes_max or self._response_bytes_max(),
             held_batches_max=self.held_batches_max,
         )
+        bears_pictures = self.spec.transport != pools_pb2.TRANSPORT_SHARED_MEMORY
         self._stream = Stream(
-            self._client._step_pool, attach, self._client.reconnect_timeout, self._mapping
+            functools.partial(self._client._step_pool, bears_pictures),
+            attach,
+            self._client.reconnect_timeout,
+            self._mapping,
         )
         self._mapping = self._stream.mapping
         self.requests_in_flight_max = self._stream.attached.requests_in_flight_max

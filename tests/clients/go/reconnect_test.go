@@ -35,6 +35,9 @@ func traceOf(t *testing.T, pool *Pool, count int) []*Batch {
 		}
 		batch, err := pool.Receive(ctx)
 		must(t, err)
+		if batch.held != nil {
+			batch = owned(batch)
+		}
 		trace = append(trace, batch)
 	}
 	return trace
@@ -47,10 +50,18 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 	}
 	client := connected(t, Options{})
 	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 3}), 150)
-	for encoding, bytesBetweenFaults := range map[pb.Encoding]string{
-		pb.Encoding_ENCODING_RAW: "120000", pb.Encoding_ENCODING_ZSTD_DIFFERENCE: "20000",
+	encoded := easy(2*half, "maze", "bigfish")
+	encoded.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
+	for name, course := range map[string]struct {
+		spec               *pb.PoolSpec
+		bytesBetweenFaults string
+	}{
+		"raw":     {easy(2*half, "maze", "bigfish"), "120000"},
+		"encoded": {encoded, "20000"},
+		"shared":  {sharing(easy(2*half, "maze", "bigfish")), "1500"},
 	} {
-		t.Run(encoding.String(), func(t *testing.T) {
+		spec, bytesBetweenFaults := course.spec, course.bytesBetweenFaults
+		t.Run(name, func(t *testing.T) {
 			network := exec.Command(program, server.Address, "11", bytesBetweenFaults)
 			input, err := network.StdinPipe()
 			must(t, err)
@@ -61,8 +72,6 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 			lines.Scan()
 			address := strings.TrimPrefix(lines.Text(), "listening on ")
 
-			spec := easy(2*half, "maze", "bigfish")
-			spec.Encoding = encoding
 			name := madePool(t, client, spec, HoldOptions{}).Name()
 			ctx := testContext(t)
 			var learner *Client

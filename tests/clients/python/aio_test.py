@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
+import time
 from collections.abc import Awaitable, Callable
 
 import numpy as np
 import pytest
+from bad_network import Proxy
 
 from procgen_client import Batch, Client, LevelSampler, ServerProcess, aio, errors
 
@@ -158,3 +162,94 @@ def test_nobody_there_is_told(server: ServerProcess) -> None:
             await client.list_pools()
 
     asyncio.run(play())
+
+
+@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, encoding: str) -> None:
+    async def trace(pool: aio.AsyncPool) -> list[Batch]:
+        while True:
+            try:  # Attaching is not tried again by itself.
+                await pool.attach(take_over=True, response_bytes_max=65536)
+                break
+            except errors.ProcgenError:
+                pass
+        batches: list[Batch] = []
+        sent = 0
+        while len(batches) < 150:
+            while sent < 150 and pool.in_flight < pool.requests_in_flight_max:
+                await pool.send_step([(sent // 3 * 7 + i) % 16 - 1 for i in range(12)])
+                sent += 1
+            batches.append(await pool.receive())
+        return batches
+
+    async def play(client: aio.AsyncClient) -> None:
+        games = ["maze", "bigfish"]
+        async with await client.create_pool(games, 12, **_OPTIONS) as pool:
+            undisturbed = await trace(pool)
+        proxy = Proxy(server.address, 11, 120_000 if encoding == "raw" else 20_000)
+        async with await client.create_pool(games, 12, encoding=encoding, **_OPTIONS) as pool:
+            learner = None
+            while learner is None:
+                try:
+                    learner = await aio.connect(proxy.address)
+                    twin = await learner.get_pool(pool.name, requests_in_flight_max=3)
+                except errors.ProcgenError:
+                    pass
+            disturbed = await trace(twin)
+            await twin.close()
+            assert twin.name in [message.name for message in await client.list_pools()]
+            await learner.close()
+        assert proxy.stop() >= 5
+        for left, right in zip(undisturbed, disturbed, strict=True):
+            _assert_equal(left, right)
+
+    _run(server, play)
+
+
+def test_a_server_that_is_gone_is_given_up_in_time() -> None:
+    async def play(server: ServerProcess, timeout: float, words: str) -> None:
+        async with await aio.connect(server.address, reconnect_timeout=timeout) as client:
+            pool = await client.create_pool("maze", 2)
+            await pool.step([4, 4])
+            os.kill(server.process_id, signal.SIGKILL)
+            begin = time.monotonic()
+            with pytest.raises(errors.UnavailableError, match=words):
+                while True:
+                    await pool.step([4, 4])
+            assert time.monotonic() - begin < 10
+
+    for timeout, words in ((0.5, "made again within 0.5 s"), (0, "^(?!.*made again)")):
+        with ServerProcess(flags=["--workers=1"]) as server:
+            asyncio.run(play(server, timeout, words))
+
+
+def test_a_server_that_drains_is_not_asked_again() -> None:
+    async def play(server: ServerProcess) -> None:
+        async with await aio.connect(server.address, reconnect_timeout=600) as client:
+            pool = await client.create_pool("maze", 2)
+            await pool.step([4, 4])
+            os.kill(server.process_id, signal.SIGTERM)
+            with pytest.raises(errors.UnavailableError, match="drains"):
+                while True:
+                    await pool.step([4, 4])
+
+    with ServerProcess(flags=["--workers=1", "--drain_deadline=1s"]) as server:
+        asyncio.run(play(server))
+
+
+def test_another_stream_is_not_ended_unasked(server: ServerProcess, client: Client) -> None:
+    async def play(other: aio.AsyncClient) -> None:
+        with client.create_pool("maze", 2) as pool:
+            pool.step([4, 4])
+            twin = await other.get_pool(pool.name)
+            with pytest.raises(errors.FailedPreconditionError, match="attached"):
+                await twin.step([4, 4])
+            await twin.attach(take_over=True)
+            await twin.step([4, 4])
+            with pytest.raises(errors.AbortedError, match="took over"):
+                pool.step([4, 4])
+            await twin.close()
+            with pytest.raises(errors.FailedPreconditionError, match="send first"):
+                await twin.receive()
+
+    _run(server, play)

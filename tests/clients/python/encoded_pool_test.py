@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess
-from procgen_client._wire import Part
+from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess, _stream
+from procgen_client._wire import Part, read_response
 from procgen_client.errors import (
     AbortedError,
     DataLossError,
@@ -131,34 +131,20 @@ def test_vector_environments_show_the_same(client: Client, encoding: str) -> Non
 
 
 @pytest.fixture
-def damage(client: Client, monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
+def damage(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
     """Damages the answer to one request on its way from the server to the client."""
 
     def damage_answer(number: int) -> None:
-        step_pool = client._step_pool
+        def read_damaged(message: bytes) -> Any:  # noqa: ANN401
+            response = read_response(message)
+            damaged = isinstance(response, Part) and response.sequence_number == number
+            if damaged and len(response.arrays["observations"]):
+                observations = response.arrays["observations"].copy()
+                observations[len(observations) // 2] ^= 1
+                response.arrays["observations"] = observations
+            return response
 
-        class Damaged:
-            def __init__(self, call: Any) -> None:  # noqa: ANN401
-                self._call = call
-
-            def __iter__(self) -> Iterator[Any]:
-                return self
-
-            def __next__(self) -> Any:  # noqa: ANN401
-                response = next(self._call)
-                damaged = isinstance(response, Part) and response.sequence_number == number
-                if damaged and len(response.arrays["observations"]):
-                    observations = response.arrays["observations"].copy()
-                    observations[len(observations) // 2] ^= 1
-                    response.arrays["observations"] = observations
-                return response
-
-            def cancel(self) -> None:
-                self._call.cancel()
-
-        monkeypatch.setattr(
-            client, "_step_pool", lambda *args, **kwargs: Damaged(step_pool(*args, **kwargs))
-        )
+        monkeypatch.setattr(_stream, "read_response", read_damaged)
 
     return damage_answer
 

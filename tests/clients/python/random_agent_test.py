@@ -1,4 +1,4 @@
-"""The random agents in Python and C++ play against a real server."""
+"""The random agents play against a real server, and are as short as is said of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,18 @@ import pytest
 
 from procgen_client import ServerProcess
 
-_EXAMPLES = Path(__file__).resolve().parents[3] / "clients/python/examples"
+_CLIENTS = Path(__file__).resolve().parents[3] / "clients"
+_AGENTS = {
+    "cpp": "cpp/examples/random_agent.cc",
+    "go": "go/examples/random_agent/main.go",
+    "node": "node/examples/random_agent.js",
+    "python": "python/examples/random_agent.py",
+}
+_LINES_MAX = 15
+# What every program of its language begins and ends with.
+_FRAME = re.compile(
+    r"#!|\s*(//|#include|\}?$|import |package |\"[\w/]+\"$|\)$)|\"\"\"|(func|int) main|import \($"
+)
 
 
 @pytest.mark.parametrize("language", ["python", "cpp"])
@@ -20,8 +31,15 @@ def test_it_plays(server: ServerProcess, language: str) -> None:
     if language == "cpp":
         program = [os.environ["PROCGEN_CPP_RANDOM_AGENT"]]
     else:
-        program = [sys.executable, str(_EXAMPLES / "random_agent.py")]
+        program = [sys.executable, str(_CLIENTS / _AGENTS["python"])]
     run = subprocess.run(
         [*program, server.address, "maze"], capture_output=True, text=True, check=True
     )
     assert re.fullmatch(r"[1-9]\d* episodes of maze\n", run.stdout)
+
+
+@pytest.mark.parametrize("language", _AGENTS)
+def test_it_has_as_many_lines_as_is_said(language: str) -> None:
+    lines = (_CLIENTS / _AGENTS[language]).read_text().splitlines()
+    own = [line for line in lines if not _FRAME.match(line)]
+    assert 5 < len(own) <= _LINES_MAX, own

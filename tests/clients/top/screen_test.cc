@@ -64,6 +64,8 @@ Sample Now() {
   sample.pools[0].mutable_expire_time()->set_seconds(1032);
   sample.pools[1].set_step_count(7280);
   sample.pools[1].set_attached(true);
+  sample.pools[1].set_episode_count(12);
+  sample.pools[1].set_mean_episode_return(3.5F);
   sample.pools.push_back(PoolOf("pools/3", "alice", {"a", "b", "c", "d", "e"}, 0));
   return sample;
 }
@@ -77,10 +79,14 @@ TEST(ScreenTest, RatesAndLatenciesAreThoseBetweenTheSamples) {
           "does      steps/s 640   requests/s 10.0   in 1.0 kB/s   out 1.5 MB/s",
           "queue     mean 20 ms   p50 <= 10 us   p99 <= 1 s",
           "run       mean 500 us   p50 <= 1 ms   p99 <= 1 ms", "",
-          "POOL     OWNER  GAMES       ENVS  STREAM     STEPS/S         STEPS  LEASE",
-          "pools/2  -      maze          64  yes            640          7280  -",
-          "pools/1  -      maze          64  no               0          4000  30 s",
-          "pools/3  alice  a,b,c,+2      64  no               0             0  -"));
+          "POOL     OWNER  GAMES       ENVS  STREAM     STEPS/S         STEPS   "
+          "EPISODES     RETURN  LEASE",
+          "pools/2  -      maze          64  yes            640          7280    "
+          "     12       3.50  -",
+          "pools/1  -      maze          64  no               0          4000    "
+          "      0          -  30 s",
+          "pools/3  alice  a,b,c,+2      64  no               0             0    "
+          "      0          -  -"));
 }
 
 TEST(ScreenTest, NothingWasCarriedOut) {

@@ -57,7 +57,7 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
   EXPECT_TRUE(features.render());
   EXPECT_TRUE(features.fingerprints());
   EXPECT_TRUE(features.cluster());
-  EXPECT_FALSE(features.watch());
+  EXPECT_TRUE(features.watch());
   EXPECT_TRUE(features.leases());
   EXPECT_TRUE(features.level_sampler());
   EXPECT_TRUE(features.resume());

@@ -115,6 +115,22 @@ def test_quotas_are_those_of_the_owner(tokens: Path, tmp_path: Path) -> None:
         run(test(server.url))
 
 
+def test_pages_live_with_the_least_limits(tmp_path: Path) -> None:
+    async def test(url: str) -> None:
+        async with open_page(url) as page:
+            level = {"game": "maze", "mode": "easy"}
+            view = await page.call("play.start", **level, level_seed=1, human_side_px=0)
+            for _ in range(3):
+                await page.call("play.step", play=view.result["play"], action=7)
+            opened = await page.call("replay.open", play=view.result["play"])
+            assert opened.result["difference"] is None
+            await page.call("gallery.page", **level, first_level_seed=1, count=2, side_px=64)
+
+    flags = ["--requests_in_flight_max=1", "--request_bytes_max=65536"]
+    with serve(tmp_path, *flags) as server:
+        run(test(server.url))
+
+
 def openssl(folder: Path, *arguments: str) -> None:
     subprocess.run(["openssl", *arguments], cwd=folder, check=True, stderr=subprocess.DEVNULL)
 
