@@ -30,6 +30,9 @@ export function milliseconds(value) {
   if (!known(value)) {
     return NONE;
   }
+  if (value >= 1000) {
+    return `${Number((value / 1000).toPrecision(3))} s`;
+  }
   return value < 1 ? `${Math.round(value * 1000)} µs` : `${Number(value.toPrecision(3))} ms`;
 }
 

@@ -24,6 +24,12 @@ export function drawOptions(place, catalog) {
   }));
 }
 
+// The texts of those `options` that differ from their defaults, e.g. ["use backgrounds false"].
+export function tellOptions(options, catalog) {
+  return offeredOptions(catalog).filter(({ name, default: usual }) => (options[name] ?? usual) !== usual)
+    .map(({ name }) => `${title(name)} ${options[name]}`);
+}
+
 // use_backgrounds -> "use backgrounds", as people know the options.
 function title(name) {
   return name.replaceAll("_", " ");

@@ -2,6 +2,7 @@
 
 import { byId, element, setText, setTiles } from "./elements.js";
 import { count, milliseconds, plural, rate, reward } from "./figures.js";
+import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
 import { Mosaic } from "./live_mosaic.js";
 import { drawNodes } from "./live_nodes.js";
@@ -9,6 +10,7 @@ import { Plots } from "./live_plots.js";
 import { attempt, notify, openPage } from "./page.js";
 
 let connection = null;
+let catalog = null;
 let open = null;   // the name of the open pool
 let last = null;   // the last event "pools"
 
@@ -19,6 +21,7 @@ const plots = new Plots(byId("plots"));
 async function ready(hello, opened) {
   connection = opened;
   open = null;
+  catalog = hello.catalog;
   byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
   await attempt(() => connection.call("pools.follow"));
 }
@@ -133,7 +136,7 @@ function drawPool(pool) {
   const state = byId("pool-state");
   setText(state, pool.attached ? "A learner is attached" : "No learner attached");
   state.classList.toggle("on", pool.attached);
-  const chosen = Object.entries(pool.options ?? {}).map(([name, value]) => `${name.replaceAll("_", " ")} ${value}`);
+  const chosen = tellOptions(pool.options, catalog);
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
   setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
   setTiles(byId("pool-figures"), [
@@ -146,5 +149,10 @@ function drawPool(pool) {
 
 setText(byId("address"), `${location.hostname}:50051`);
 byId("visitors").addEventListener("change", () => show(last));
-addEventListener("popstate", () => last && show(last));
+addEventListener("popstate", () => {
+  open = null;
+  if (last) {
+    show(last);
+  }
+});
 openPage(ready, lost).on("pools", show);

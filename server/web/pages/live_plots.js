@@ -7,11 +7,11 @@ import { count, milliseconds, rate, reward } from "./figures.js";
 const SPAN_S = 600;
 const HEIGHT_PX = 152;
 
-// What is drawn: a title, the members of a pool that are its lines, what these are called where there are several, and how
-// its numbers are written.
+// What is drawn: a title, the members of a pool that are its lines, what these are called where there are several, how its
+// numbers are written, and whether its scale is logarithmic, as where a single stall would flatten all else.
 const PLOTS = [
   { title: "Steps per second", lines: ["steps_per_second"], names: [""], write: rate },
-  { title: "Request time", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds },
+  { title: "Request time", lines: ["request_p50_ms", "request_p99_ms"], names: ["p50 ", "p99 "], write: milliseconds, isLog: true },
   { title: "Mean return", lines: ["mean_return"], names: [""], write: reward },
   { title: "Mean episode length", lines: ["mean_length"], names: [""], write: count },
 ];
@@ -116,7 +116,7 @@ class Drawing {
   #options() {
     const { ink, quiet, line, accent, warn } = colorsOf("ink", "quiet", "line", "accent", "warn");
     const strokes = [accent, warn];
-    const { write, lines } = this.#plot;
+    const { write, lines, isLog } = this.#plot;
     const axis = { stroke: quiet, font: "12px system-ui, sans-serif", grid: { stroke: line, width: 1 }, ticks: { show: false } };
     return {
       width: this.#place.clientWidth,
@@ -124,14 +124,19 @@ class Drawing {
       legend: { show: false },
       cursor: { show: false },
       padding: [10, 18, 0, 0],
-      scales: { y: { range: (chart, min, max) => rangeOf(min, max) } },
+      scales: { y: isLog ? { distr: 3 } : { range: (chart, min, max) => rangeOf(min, max) } },
       axes: [
         { ...axis, grid: { show: false }, size: 26, space: 70, values: (chart, ticks) => ticks.map(clock) },
-        { ...axis, size: 56, space: 34, values: (chart, ticks) => ticks.map(write) },
+        { ...axis, grid: isLog ? { ...axis.grid, filter: decades } : axis.grid, size: 56, space: 34, values: (chart, ticks) => ticks.map((tick) => (tick === null ? "" : write(tick))) },
       ],
       series: [{}, ...lines.map((name, index) => ({ stroke: strokes[index] ?? ink, width: 1.75, points: { show: false } }))],
     };
   }
+}
+
+// Of the lines of a logarithmic scale those at 1, 10, 100.
+function decades(chart, ticks) {
+  return ticks.map((tick) => (Number.isInteger(Math.log10(tick)) ? tick : null));
 }
 
 // From zero where all is positive, with some air.

@@ -2,6 +2,7 @@
 
 import { byId, setText, setTiles } from "./elements.js";
 import { count, NONE, plural, reward } from "./figures.js";
+import { tellOptions } from "./level_choice.js";
 import { attempt, notify, openPage } from "./page.js";
 import { drawPart, partOf } from "./pictures.js";
 import { takesKeys } from "./play_keys.js";
@@ -11,6 +12,7 @@ import { keepTrace, keptTrace, saveTrace } from "./traces.js";
 const STEPS_PER_SECOND = 15;
 
 let connection = null;
+let catalog = null;
 let trace = null;     // { bytes, name }
 let replay = null;    // what the server told when it was opened
 let row = 0;          // the one that is wanted
@@ -23,7 +25,8 @@ let actions = new Map();  // number -> name
 
 function ready(hello, opened) {
   connection = opened;
-  actions = new Map(hello.catalog.actions.map(({ number, name }) => [number, name]));
+  catalog = hello.catalog;
+  actions = new Map(catalog.actions.map(({ number, name }) => [number, name]));
   trace ??= keptTrace();
   if (trace) {
     open();
@@ -57,7 +60,7 @@ async function open() {
 }
 
 function describe({ games, mode, options, env_count: environments, environment }) {
-  const chosen = Object.entries(options).map(([name, value]) => `${name.replaceAll("_", " ")} ${value}`);
+  const chosen = tellOptions(options, catalog);
   const place = environments > 1 ? [`environment ${environment} of ${environments}`] : [];
   return [games.join(", "), mode, ...place, plural(replay.rows - 1, "step"), ...chosen].join(" · ");
 }

@@ -22,7 +22,7 @@ export function withBrowser() {
   };
   it.openIn = async (context, address) => {
     const page = await context.newPage();
-    page.setDefaultTimeout(30_000);
+    page.setDefaultTimeout(60_000);
     page.on("pageerror", (error) => it.errors.push(`${address}: ${error.stack}`));
     await page.goto(address);
     return page;

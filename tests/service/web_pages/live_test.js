@@ -49,9 +49,9 @@ test("frames change while the learner steps, and stand while they are held", asy
 test("pictures are as agents or as people see them, and environments are turned in pages", async () => {
   const page = await openLive();
   assert.equal(await page.locator("#mosaic canvas").count(), 16);
-  await page.click("text=Human");
+  await page.click("label:has-text('Human')");
   await page.waitForFunction((name) => document.querySelector(name).width > 64, FIRST);
-  await page.click("text=Agent");
+  await page.click("label:has-text('Agent')");
   await page.waitForFunction((name) => document.querySelector(name).width === 64, FIRST);
   await page.click("#later");
   assert.equal(await page.locator("#range").textContent(), "to 19 of 20");

@@ -19,7 +19,7 @@ export class Server {
     const listening = new Promise((resolve) => {
       createInterface(server.process.stderr).on("line", (line) => {
         told.push(line);
-        const web = /\blistening\b.*\bweb=(\S+)/.exec(line);
+        const web = /event=listening .*\bweb=http:..([^/\s]+)/.exec(line);
         if (web) {
           resolve(web[1]);
         }

@@ -15,7 +15,7 @@ test("the page asks for the token until it is right, keeps it for the tab, and n
   const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
   await writeFile(join(folder, "tokens"), `alice ${TOKEN}\nbob bobs-token-0123456789\n`, { mode: 0o600 });
   const server = await Server.start(`--tokens=${join(folder, "tokens")}`);
-  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { token: TOKEN });
+  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { token: TOKEN } });
   const page = await it.open(server.page());
   const addresses = [];
   page.on("request", (request) => addresses.push(request.url()));
