@@ -6,8 +6,8 @@
 namespace procgen {
 
 // How often a thread looks for what is about to come before it goes to sleep: about 0.1 ms where
-// nobody else wants its core. A sleeper must be woken by the kernel, which takes about as long (30 to
-// 60 us in a virtual machine) as a small batch of steps itself.
+// nobody else wants its core. A sleeper must be woken by the kernel, which takes about as long (30
+// to 60 us in a virtual machine) as a small batch of steps itself.
 inline constexpr int kLooksBeforeSleep = 640;
 
 // Looks whether `ready()` without sleeping, for a moment; the core goes to any other thread that

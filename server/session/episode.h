@@ -46,7 +46,8 @@ struct Episode {
   bool level_complete = false;  // by the last action
   uint64_t fingerprint = 0;     // at its end; 0: it has none
   EpisodeLack lack = EpisodeLack::kNothing;
-  // An episode came before whose level was not completed; miner remembers that until the first step.
+  // An episode came before whose level was not completed; miner remembers that until its first
+  // step.
   bool follows_another = false;
 };
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "tests/conformance/player.h"
 #include "envcore/trace/trace.h"
+#include "tests/conformance/player.h"
 
 namespace procgen {
 

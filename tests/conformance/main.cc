@@ -10,9 +10,9 @@
 #include "absl/flags/usage.h"
 #include "absl/strings/str_cat.h"
 #include "envcore/pool/shared_art.h"
+#include "envcore/trace/trace.h"
 #include "tests/conformance/player.h"
 #include "tests/conformance/replay.h"
-#include "envcore/trace/trace.h"
 
 ABSL_FLAG(
     std::string, server, "",

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "tests/conformance/player.h"
 #include "envcore/trace/trace.h"
+#include "tests/conformance/player.h"
 
 namespace procgen {
 

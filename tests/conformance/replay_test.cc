@@ -11,10 +11,10 @@
 
 #include "absl/strings/str_replace.h"
 #include "envcore/pool/shared_art.h"
+#include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
 #include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
-#include "envcore/trace/trace.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

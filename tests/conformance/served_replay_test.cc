@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
 #include "server/rpc/server.h"
 #include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
 #include "tests/conformance/replay.h"
-#include "envcore/trace/trace.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

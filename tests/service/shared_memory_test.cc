@@ -9,25 +9,20 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
-#include "grpcpp/create_channel.h"
-#include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "procgen_client/direct_line.h"
-#include "procgen_client/grpc_error.h"
 #include "server/rpc/server.h"
 #include "tests/service/batch_copy.h"
 #include "tests/service/broken_connection.h"
 #include "tests/service/service_fixture.h"
+#include "tests/service/shared_memory_fixture.h"
 #include "tests/status_matchers.h"
-#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -35,80 +30,6 @@ namespace {
 using procgen_client::StreamOptions;
 using testing::AllOf;
 using testing::HasSubstr;
-
-v1::PoolSpec SharedSpec(v1::PoolSpec spec) {
-  spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
-  return spec;
-}
-
-// A server that shares memory in a folder of the test's own, and leaves nothing in it.
-class SharedMemoryTest : public testing::Test {
- protected:
-  std::unique_ptr<Server> StartServer(const Limits& limits = {},
-                                      const std::string& address = "127.0.0.1:0") {
-    ServerOptions options;
-    options.address = address;
-    options.worker_count = 3;
-    options.limits = limits;
-    options.shared_folder = *SharedFolder::Open(folder_.path());
-    absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
-    EXPECT_THAT(server, IsOk());
-    return *std::move(server);
-  }
-
-  void SetUp() override { Use(StartServer()); }
-
-  void Use(std::unique_ptr<Server> server) {
-    client_ = nullptr;
-    server_ = std::move(server);
-    client_ = *procgen_client::Client::Connect(server_->address());
-  }
-
-  void TearDown() override {
-    client_ = nullptr;
-    server_ = nullptr;
-    EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
-  }
-
-  std::string CreatePool(const v1::PoolSpec& spec) {
-    const auto pool = client_->CreatePool(spec);
-    EXPECT_THAT(pool, IsOk());
-    return pool.ok() ? pool->name() : "";
-  }
-
-  std::unique_ptr<procgen_client::StepStream> Attach(const std::string& pool,
-                                                     const StreamOptions& options = {}) {
-    auto stream = client_->Attach(pool, options);
-    EXPECT_THAT(stream, IsOk());
-    return stream.ok() ? *std::move(stream) : nullptr;
-  }
-
-  // What a stream that is written by hand says to `request`, after an attach with `held`.
-  absl::Status StatusOfRaw(const std::string& pool, const std::vector<int32_t>& held,
-                           v1::StepPoolRequest request) {
-    const auto stub = v1::StepService::NewStub(
-        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
-    grpc::ClientContext context;
-    const auto stream = stub->StepPool(&context);
-    v1::StepPoolRequest attach;
-    attach.mutable_attach()->set_pool(pool);
-    attach.mutable_attach()->mutable_held_batches()->Assign(held.begin(), held.end());
-    stream->Write(attach);
-    v1::StepPoolResponse response;
-    if (stream->Read(&response)) {
-      request.set_sequence_number(response.attached().next_sequence_number());
-      stream->Write(request);
-      stream->WritesDone();
-      while (stream->Read(&response)) {
-      }
-    }
-    return procgen_client::ToAbslStatus(stream->Finish());
-  }
-
-  const TemporaryFolder folder_;
-  std::unique_ptr<Server> server_;
-  std::unique_ptr<procgen_client::Client> client_;
-};
 
 struct Course {
   std::string name;
@@ -294,125 +215,6 @@ TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
   ExpectNothingIsLost(server_->address(), 5, 30, {.transport = v1::TRANSPORT_SHARED_MEMORY});
   ExpectNothingIsLost(server_->address(), 6, 30,
                       {.transport = v1::TRANSPORT_SHARED_MEMORY, .direct_line = false});
-}
-
-// A stream and its direct line, written by hand.
-class DirectLineTest : public SharedMemoryTest {
- protected:
-  void SetUp() override {
-    SharedMemoryTest::SetUp();
-    pool_ = CreatePool(SharedSpec(MazeSpec(2)));
-    stub_ = v1::StepService::NewStub(
-        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
-    stream_ = stub_->StepPool(&context_);
-    v1::StepPoolRequest attach;
-    attach.mutable_attach()->set_pool(pool_);
-    v1::StepPoolResponse response;
-    ASSERT_TRUE(stream_->Write(attach));
-    ASSERT_TRUE(stream_->Read(&response));
-    line_ = procgen_client::DirectLine::Open(response.attached().shared_memory().direct_line());
-    ASSERT_NE(line_, nullptr);
-    // Answered, so the line is known to be open.
-    ASSERT_TRUE(line_->Send(Observe(1)));
-    ASSERT_TRUE(line_->Receive(&response));
-    EXPECT_EQ(response.sequence_number(), 1);
-    EXPECT_TRUE(response.batch().has_shared_batch());
-  }
-
-  static v1::StepPoolRequest Observe(int64_t number) {
-    v1::StepPoolRequest request;
-    request.set_sequence_number(number);
-    request.mutable_observe();
-    return request;
-  }
-
-  // How the stream ends.
-  absl::Status End() {
-    v1::StepPoolResponse response;
-    EXPECT_FALSE(line_->Receive(&response));
-    EXPECT_FALSE(stream_->Read(&response));
-    return procgen_client::ToAbslStatus(stream_->Finish());
-  }
-
-  std::string pool_;
-  std::unique_ptr<v1::StepService::Stub> stub_;
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
-  std::unique_ptr<procgen_client::DirectLine> line_;
-};
-
-TEST_F(DirectLineTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
-  ASSERT_TRUE(line_->Send(Observe(2)));
-  ASSERT_TRUE(line_->Send(Observe(99)));
-  v1::StepPoolResponse response;
-  ASSERT_TRUE(line_->Receive(&response));
-  EXPECT_EQ(response.sequence_number(), 2);
-  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kInvalidArgument,
-                              HasSubstr("sequence_number is 99, allowed: 3")));
-}
-
-TEST_F(DirectLineTest, RequestsByTheStreamAreRefusedBesideIt) {
-  ASSERT_TRUE(stream_->Write(Observe(2)));
-  EXPECT_THAT(End(),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("its direct line is open")));
-}
-
-TEST_F(DirectLineTest, WhoHangsUpEndsTheStream) {
-  line_->HangUp();
-  EXPECT_THAT(End(), IsOk());
-  EXPECT_FALSE(client_->GetPool(pool_)->attached());
-}
-
-// Nobody watches the line then.
-TEST_F(DirectLineTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
-  v1::StepPoolRequest request = StepRequest({4, 4});
-  request.set_sequence_number(2);
-  request.mutable_step()->set_repeat_count(1000);
-  ASSERT_TRUE(line_->Send(request));
-  line_->HangUp();
-  v1::StepPoolResponse response;
-  while (line_->Receive(&response)) {
-  }
-  EXPECT_FALSE(stream_->Read(&response));
-  // As a rule cancelled, for the answer could not be sent.
-  EXPECT_THAT(stream_->Finish().error_code(),
-              testing::AnyOf(grpc::StatusCode::OK, grpc::StatusCode::CANCELLED));
-  EXPECT_FALSE(client_->GetPool(pool_)->attached());
-  EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
-}
-
-TEST_F(DirectLineTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
-  std::vector<int32_t> seen;
-  for (int64_t number = 2; number < 200; number += 2) {
-    v1::StepPoolRequest request = Observe(number);
-    request.mutable_released_batches()->Assign(seen.begin(), seen.end());
-    seen.clear();
-    std::thread beside([this] { EXPECT_THAT(client_->SaveStates(pool_, {0, 1}), IsOk()); });
-    EXPECT_TRUE(line_->Send(request));
-    EXPECT_TRUE(line_->Send(Observe(number + 1)));
-    beside.join();
-    for (const int64_t answered : {number, number + 1}) {
-      v1::StepPoolResponse response;
-      ASSERT_TRUE(line_->Receive(&response));
-      EXPECT_EQ(response.sequence_number(), answered);
-      seen.push_back(response.batch().shared_batch());
-    }
-  }
-}
-
-TEST_F(DirectLineTest, WhoEndsTheStreamEndsTheLine) {
-  ASSERT_TRUE(stream_->WritesDone());
-  EXPECT_THAT(End(), IsOk());
-}
-
-TEST_F(DirectLineTest, ItEndsWithItsPool) {
-  EXPECT_THAT(client_->DeletePool(pool_), IsOk());
-  EXPECT_THAT(End(), StatusIs(absl::StatusCode::kAborted, HasSubstr("was deleted")));
-}
-
-TEST_F(DirectLineTest, ItEndsWithACancelledStream) {
-  context_.TryCancel();
-  EXPECT_EQ(End().code(), absl::StatusCode::kCancelled);
 }
 
 TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {
