@@ -53,13 +53,9 @@ const PAGES = {
   },
 };
 
-async function openUsed(use, options) {
-  const page = await it.open(server.page("/play"), options);
-  await use(page);
-  return page;
-}
-
-const NAMED = ["button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation"];
+const NAMED = [
+  "button", "link", "checkbox", "radio", "combobox", "spinbutton", "slider", "textbox", "image", "dialog", "navigation",
+];
 
 // What assistive technology is told: [role, name] of all that it can use.
 async function accessibleNodes(page) {
@@ -68,59 +64,71 @@ async function accessibleNodes(page) {
   return nodes.filter(({ ignored }) => !ignored).map(({ role, name }) => [role.value, name?.value ?? ""]);
 }
 
-for (const [name, use] of Object.entries(PAGES)) {
-  test(`${name}: all controls, pictures and landmarks have names`, async () => {
-    const page = await openUsed(use, { viewport: WIDE });
-    const nodes = await accessibleNodes(page);
-    assert(nodes.filter(([role]) => role === "button").length > 0);
-    assert.deepEqual(nodes.filter(([role, text]) => NAMED.includes(role) && text.trim() === ""), []);
-    assert.equal(await page.getAttribute("html", "lang"), "en");
-    assert.match(await page.title(), /^.+ – Procgen Server$/);
-    assert.equal(await page.locator("main").count(), 1);
-    const headings = await page.locator("h1, h2, h3").evaluateAll((all) =>
-      all.filter((one) => one.checkVisibility()).map((one) => Number(one.tagName[1])));
-    assert(headings.every((level, i) => level <= (headings[i - 1] ?? 1) + 1), `levels of headings: ${headings}`);
-  });
+async function checkNames(page) {
+  const nodes = await accessibleNodes(page);
+  assert(nodes.filter(([role]) => role === "button").length > 0);
+  assert.deepEqual(nodes.filter(([role, text]) => NAMED.includes(role) && text.trim() === ""), []);
+  assert.equal(await page.getAttribute("html", "lang"), "en");
+  assert.match(await page.title(), /^.+ – Procgen Server$/);
+  assert.equal(await page.locator("main").count(), 1);
+  const headings = await page.locator("h1, h2, h3").evaluateAll((all) =>
+    all.filter((one) => one.checkVisibility()).map((one) => Number(one.tagName[1])));
+  assert(headings.every((level, i) => level <= (headings[i - 1] ?? 1) + 1), `levels of headings: ${headings}`);
+}
 
-  test(`${name}: the keyboard reaches everything, and the focus is seen`, async () => {
-    const page = await openUsed(use, { viewport: WIDE });
-    const place = await page.locator("dialog[open]").count() ? "dialog[open]" : "body";
-    await page.evaluate(() => document.activeElement.blur());
-    const wanted = await page.evaluate((root) => {
-      const names = new Set();
-      const all = document.querySelector(root).querySelectorAll("a[href], button, select, input, summary");
-      [...all].filter((one) => one.checkVisibility() && !one.disabled).forEach((one, i) => {
-        one.dataset.reached = one.type === "radio" ? `group ${one.name}` : `${one.tagName} ${i} ${one.id}`;
-        names.add(one.dataset.reached);
-      });
-      return [...names];
-    }, place);
-    const reached = new Set();
-    for (let i = 0; i < wanted.length + 20; i += 1) {
-      await page.keyboard.press("Tab");
-      const [what, isSeen] = await page.evaluate(() => {
-        const focused = document.activeElement;
-        const shown = focused.closest(".choice, .open .button") ?? focused;
-        const { outlineStyle, outlineWidth } = getComputedStyle(shown);
-        return [focused.dataset.reached, outlineStyle !== "none" && parseFloat(outlineWidth) >= 2];
-      });
-      if (what) {
-        reached.add(what);
-        assert(isSeen, `the focus on ${what} is not seen`);
-      }
-    }
-    assert.deepEqual(wanted.filter((one) => !reached.has(one)), []);
-  });
-
-  for (const colorScheme of ["light", "dark"]) {
-    test(`${name}: contrast is enough where it is ${colorScheme}, and narrow windows hold everything`, async () => {
-      const page = await openUsed(use, { viewport: WIDE, colorScheme });
-      assert.deepEqual(await page.evaluate(lowContrasts), []);
-      await page.setViewportSize(NARROW);
-      assert.deepEqual(await page.evaluate(lowContrasts), []);
-      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), NARROW.width);
+// Marks what the keyboard must reach, and gives the marks.
+function markReachable(page) {
+  return page.evaluate(() => {
+    const root = document.querySelector("dialog[open]") ?? document.body;
+    const all = root.querySelectorAll("a[href], button, select, input, summary");
+    const marks = [...all].filter((one) => one.checkVisibility() && !one.disabled).map((one, i) => {
+      one.dataset.reached = one.type === "radio" ? `group ${one.name}` : `${one.tagName} ${i} ${one.id}`;
+      return one.dataset.reached;
     });
+    document.activeElement.blur();
+    return [...new Set(marks)];
+  });
+}
+
+async function checkKeyboard(page) {
+  const wanted = await markReachable(page);
+  const reached = new Set();
+  for (let i = 0; i < wanted.length + 20; i += 1) {
+    await page.keyboard.press("Tab");
+    const [what, isSeen] = await page.evaluate(() => {
+      const focused = document.activeElement;
+      const shown = focused.closest(".choice, .open .button") ?? focused;
+      const { outlineStyle, outlineWidth } = getComputedStyle(shown);
+      return [focused.dataset.reached, outlineStyle !== "none" && parseFloat(outlineWidth) >= 2];
+    });
+    if (what) {
+      reached.add(what);
+      assert(isSeen, `the focus on ${what} is not seen`);
+    }
   }
+  assert.deepEqual(wanted.filter((one) => !reached.has(one)), []);
+}
+
+async function checkContrast(page) {
+  for (const viewport of [WIDE, NARROW]) {
+    await page.setViewportSize(viewport);
+    for (const colorScheme of ["light", "dark"]) {
+      // Without motion colours change at once.
+      await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
+      assert.deepEqual(await page.evaluate(lowContrasts), [], colorScheme);
+    }
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
+  }
+}
+
+for (const [name, use] of Object.entries(PAGES)) {
+  test(`${name}: all has names, the keyboard reaches it, contrast is enough, narrow windows hold it`, async () => {
+    const page = await it.open(server.page("/play"), { viewport: WIDE });
+    await use(page);
+    await checkNames(page);
+    await checkKeyboard(page);
+    await checkContrast(page);
+  });
 }
 
 test("the theme follows the system until one is chosen, which every page keeps", async () => {
