@@ -272,11 +272,15 @@ export class Stream {
 
   async #openBy(deadline: number): Promise<Attached> {
     // Not the call's own deadline, which would be that of the whole stream.
-    const timer = setTimeout(() => this.#call?.cancel(), Math.max(0, deadline - performance.now()));
+    let isLate = false; // Not asked of the clock: a timer may be some of a millisecond early.
+    const timer = setTimeout(() => {
+      isLate = true;
+      this.#call?.cancel();
+    }, Math.max(0, deadline - performance.now()));
     try {
       return await this.#open(true);
     } catch (error) {
-      throw error instanceof ProcgenError && performance.now() >= deadline ? new BrokenConnection(error) : error;
+      throw error instanceof ProcgenError && isLate ? new BrokenConnection(error) : error;
     } finally {
       clearTimeout(timer);
     }
