@@ -1,5 +1,7 @@
 // Direct lines: the messages of streams that share memory, past gRPC.
 
+#include "procgen_client/direct_line.h"
+
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -10,7 +12,6 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "gtest/gtest.h"
-#include "procgen_client/direct_line.h"
 #include "procgen_client/grpc_error.h"
 #include "tests/service/service_fixture.h"
 #include "tests/service/shared_memory_fixture.h"

@@ -61,8 +61,8 @@ class SharedMemoryTest : public testing::Test {
     return pool.ok() ? pool->name() : "";
   }
 
-  std::unique_ptr<procgen_client::StepStream> Attach(const std::string& pool,
-                                                     const procgen_client::StreamOptions& options = {}) {
+  std::unique_ptr<procgen_client::StepStream> Attach(
+      const std::string& pool, const procgen_client::StreamOptions& options = {}) {
     auto stream = client_->Attach(pool, options);
     EXPECT_THAT(stream, IsOk());
     return stream.ok() ? *std::move(stream) : nullptr;

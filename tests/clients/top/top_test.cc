@@ -93,7 +93,7 @@ TEST(TopTest, OnceShowsWhatTheServerDoes) {
   EXPECT_THAT(lines[2], Not(HasSubstr("steps/s 0 ")));
   EXPECT_THAT(lines[4], HasSubstr("p99 <= "));
   const std::vector<std::string> busy = absl::StrSplit(lines[7], ' ', absl::SkipEmpty());
-  ASSERT_EQ(busy.size(), 8) << lines[7];
+  ASSERT_EQ(busy.size(), 10) << lines[7];
   EXPECT_EQ(busy[0], "pools/busy");
   EXPECT_EQ(busy[2], "maze");
   EXPECT_EQ(busy[3], "4");
