@@ -85,10 +85,6 @@ async function ask(method, fields = {}) {
 async function show(next) {
   view = next;
   const score = reward(view.total_reward);
-  setTiles(byId("figures"), [
-    ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
-    ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],
-  ]);
   say("");
   if (view.first && view.step > 0) {
     pause(true);
@@ -98,7 +94,13 @@ async function show(next) {
   for (const id of ["pause", "step", "restart", "next", "save", "replay"]) {
     byId(id).disabled = false;
   }
-  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
+  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(next, name))));
+  if (view === next) {  // Figures never tell of another moment than the pictures.
+    setTiles(byId("figures"), [
+      ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
+      ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],
+    ]);
+  }
 }
 
 function say(text) {

@@ -95,6 +95,11 @@ async function seek(wanted) {
 }
 
 async function show(view) {
+  // First, so that figures never tell of another moment than the pictures.
+  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
+  if (!replay) {
+    return;  // It was closed meanwhile.
+  }
   const action = replay.actions[shownRow - 1];
   setTiles(byId("figures"), [
     ["Row", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE],
@@ -104,7 +109,6 @@ async function show(view) {
   ]);
   slider.setAttribute("aria-valuetext", `row ${shownRow}, score ${reward(view.total_reward)}`);
   drawTimeline(byId("rewards"), replay, shownRow);
-  await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(view, name))));
 }
 
 function episodeOf(view) {

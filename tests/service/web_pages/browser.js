@@ -49,7 +49,9 @@ export async function picture(page, selector) {
 
 // Waits until what a canvas shows is as wanted.
 export async function waitForPicture(page, selector, isWanted) {
+  const begin = performance.now();
   while (!isWanted(await picture(page, selector))) {
+    assert(performance.now() - begin < 60_000, `${selector} does not show what is wanted`);
     await page.evaluate(() => new Promise(requestAnimationFrame));
   }
 }

@@ -36,6 +36,7 @@ async function seek(page, number) {
 
 test("a play goes to the replay page, which shows what was played, forward and backward", async () => {
   const page = await it.open(server.page(COINRUN_1000_PATH));
+  await waitForText(figure(page, "#figures", "Step"), /^0$/);
   pictures = [await picture(page, "#human")];
   await playKeys(page, COINRUN_1000.slice(0, 2));
   await waitForPicture(page, "#human", (shown) => shown !== pictures[0]);
