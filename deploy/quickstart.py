@@ -292,8 +292,8 @@ def main() -> int:
         print(f"quickstart: {error}", file=sys.stderr)
         return 1
     keep = False
-    print(f"== See it in a browser: {servers.page}", flush=True)
     try:
+        print(f"== See it in a browser: {servers.page}", flush=True)
         demonstrate(servers.front.address, arguments)
         keep = arguments.keep
     except KeyboardInterrupt:
