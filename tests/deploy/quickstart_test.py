@@ -11,6 +11,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import urllib.request
 from pathlib import Path
 
@@ -114,7 +115,7 @@ def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
         address = re.search(r"runs on at (\S+)", output).group(1)
         with Client(address) as client:
             while [pool.name for pool in client.list_pools()] != ["pools/watch-me"]:
-                pass  # What is to be watched comes soon.
+                time.sleep(0.05)  # What is to be watched comes soon.
         page = re.search(r"^See it: +(http://127.0.0.1:\d+/) ", output, re.MULTILINE).group(1)
         assert f"See it in a browser: {page}" in output
         with urllib.request.urlopen(page) as answer:
@@ -125,6 +126,7 @@ def test_keep_leaves_a_server_and_says_how_to_stop_it(tmp_path: Path) -> None:
         while True:  # It drains first, and may cancel a call that it began; then nobody is there.
             with contextlib.suppress(errors.CancelledError), Client(address, timeout=0.3) as client:
                 client.load()
+            time.sleep(0.05)
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
