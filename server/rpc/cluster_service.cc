@@ -24,7 +24,7 @@ void ClusterServiceImpl::EndWatches() {
   }
   for (const std::weak_ptr<WatchNodesReactor>& each : watches) {
     if (const std::shared_ptr<WatchNodesReactor> watch = each.lock(); watch != nullptr) {
-      watch->End(StopsError());
+      watch->Close(StopsError());
     }
   }
 }
