@@ -28,12 +28,7 @@ LocalEnvironments::LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew)
     : pool_(std::move(pool)),
       has_crew_(has_crew),
       actions_(static_cast<size_t>(pool_->env_count())),
-      observations_(actions_.size() * kObservationBytes),
-      rewards_(actions_.size()),
-      first_(actions_.size()),
-      prev_level_seeds_(actions_.size()),
-      prev_level_complete_(actions_.size()),
-      level_seeds_(actions_.size()) {}
+      observations_(actions_.size() * kObservationBytes) {}
 
 LocalEnvironments::~LocalEnvironments() { Wait().IgnoreError(); }
 
@@ -63,11 +58,11 @@ absl::StatusOr<Observed> LocalEnvironments::Observe() {
     return status;
   }
   return Observed{.observations = observations_,
-                  .rewards = rewards_,
-                  .first = first_,
-                  .prev_level_seeds = prev_level_seeds_,
-                  .prev_level_complete = prev_level_complete_,
-                  .level_seeds = level_seeds_};
+                  .rewards = numbers_.rewards,
+                  .first = numbers_.first,
+                  .prev_level_seeds = numbers_.prev_level_seeds,
+                  .prev_level_complete = numbers_.prev_level_complete,
+                  .level_seeds = numbers_.level_seeds};
 }
 
 absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> frame) {
@@ -108,12 +103,7 @@ absl::Status LocalEnvironments::Wait() {
 Batch LocalEnvironments::OwnBatch() {
   Batch batch;
   batch.observations = absl::MakeSpan(observations_);
-  batch.rewards = absl::MakeSpan(rewards_);
-  batch.first = absl::MakeSpan(first_);
-  batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds_);
-  batch.prev_level_complete = absl::MakeSpan(prev_level_complete_);
-  batch.level_seeds = absl::MakeSpan(level_seeds_);
-  return batch;
+  return numbers_.LendTo(batch, pool_->env_count());
 }
 
 }  // namespace procgen

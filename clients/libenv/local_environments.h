@@ -9,6 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "clients/libenv/environments.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 
 namespace procgen {
@@ -40,13 +41,9 @@ class LocalEnvironments final : public Environments {
 
   const std::unique_ptr<Pool> pool_;
   const bool has_crew_;
-  std::vector<int32_t> actions_;              // [N] of the running step
-  std::vector<uint8_t> observations_;         // [N, 64, 64, 3]
-  std::vector<float> rewards_;                // [N]
-  std::vector<uint8_t> first_;                // [N]
-  std::vector<int32_t> prev_level_seeds_;     // [N]
-  std::vector<uint8_t> prev_level_complete_;  // [N]
-  std::vector<int32_t> level_seeds_;          // [N]
+  std::vector<int32_t> actions_;       // [N] of the running step
+  std::vector<uint8_t> observations_;  // [N, 64, 64, 3]
+  BatchNumbers numbers_;               // [N]
   absl::Mutex mutex_;
   bool is_stepping_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);

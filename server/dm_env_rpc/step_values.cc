@@ -12,40 +12,20 @@ void Assign(const std::vector<Element>& values, Array* array) {
 
 }  // namespace
 
-StepValues::StepValues(const WorldForm& form) {
-  const auto count = static_cast<size_t>(form.env_count);
-  rewards_.resize(count);
-  first_.resize(count);
-  terminated_.resize(count);
-  truncated_.resize(count);
-  level_seeds_.resize(count);
-  prev_level_seeds_.resize(count);
-  prev_level_complete_.resize(count);
-  episode_returns_.resize(count);
-  episode_lengths_.resize(count);
-  fingerprints_.resize(count);
+StepValues::StepValues(const WorldForm& form) : env_count_(form.env_count) {
+  numbers_.LendTo({}, env_count_);
 }
 
 Batch StepValues::BatchOf(absl::Span<uint8_t> frames) {
   Batch batch;
   batch.observations = frames;
-  batch.rewards = absl::MakeSpan(rewards_);
-  batch.first = absl::MakeSpan(first_);
-  batch.terminated = absl::MakeSpan(terminated_);
-  batch.truncated = absl::MakeSpan(truncated_);
-  batch.level_seeds = absl::MakeSpan(level_seeds_);
-  batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds_);
-  batch.prev_level_complete = absl::MakeSpan(prev_level_complete_);
-  batch.episode_returns = absl::MakeSpan(episode_returns_);
-  batch.episode_lengths = absl::MakeSpan(episode_lengths_);
-  batch.fingerprints = absl::MakeSpan(fingerprints_);
-  return batch;
+  return numbers_.LendTo(batch, env_count_);
 }
 
 void StepValues::ForgetOutcome() {
-  std::fill(rewards_.begin(), rewards_.end(), 0.0F);
-  std::fill(terminated_.begin(), terminated_.end(), 0);
-  std::fill(truncated_.begin(), truncated_.end(), 0);
+  std::fill(numbers_.rewards.begin(), numbers_.rewards.end(), 0.0F);
+  std::fill(numbers_.terminated.begin(), numbers_.terminated.end(), 0);
+  std::fill(numbers_.truncated.begin(), numbers_.truncated.end(), 0);
 }
 
 void StepValues::Fill(const WorldForm& form, const dm::StepRequest& request,
@@ -61,34 +41,34 @@ void StepValues::Fill(const WorldForm& form, const dm::StepRequest& request,
         tensor.mutable_shape()->Add(form.frame_shape.begin(), form.frame_shape.end());
         break;
       case ObservationUid::kReward:
-        Assign(rewards_, tensor.mutable_floats());
+        Assign(numbers_.rewards, tensor.mutable_floats());
         break;
       case ObservationUid::kLevelSeed:
-        Assign(level_seeds_, tensor.mutable_int32s());
+        Assign(numbers_.level_seeds, tensor.mutable_int32s());
         break;
       case ObservationUid::kPrevLevelSeed:
-        Assign(prev_level_seeds_, tensor.mutable_int32s());
+        Assign(numbers_.prev_level_seeds, tensor.mutable_int32s());
         break;
       case ObservationUid::kPrevLevelComplete:
-        Assign(prev_level_complete_, tensor.mutable_bools());
+        Assign(numbers_.prev_level_complete, tensor.mutable_bools());
         break;
       case ObservationUid::kEpisodeReturn:
-        Assign(episode_returns_, tensor.mutable_floats());
+        Assign(numbers_.episode_returns, tensor.mutable_floats());
         break;
       case ObservationUid::kEpisodeLength:
-        Assign(episode_lengths_, tensor.mutable_int32s());
+        Assign(numbers_.episode_lengths, tensor.mutable_int32s());
         break;
       case ObservationUid::kFingerprint:
-        Assign(fingerprints_, tensor.mutable_uint64s());
+        Assign(numbers_.fingerprints, tensor.mutable_uint64s());
         break;
       case ObservationUid::kFirst:
-        Assign(first_, tensor.mutable_bools());
+        Assign(numbers_.first, tensor.mutable_bools());
         break;
       case ObservationUid::kTerminated:
-        Assign(terminated_, tensor.mutable_bools());
+        Assign(numbers_.terminated, tensor.mutable_bools());
         break;
       case ObservationUid::kTruncated:
-        Assign(truncated_, tensor.mutable_bools());
+        Assign(numbers_.truncated, tensor.mutable_bools());
         break;
     }
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "server/dm_env_rpc/world_specs.h"
 
@@ -23,11 +24,11 @@ class StepValues {
   // Makes it that of a step that took no action: nothing gained, nothing ended.
   void ForgetOutcome();
 
-  bool first(size_t environment) const { return first_[environment] != 0; }
-  bool terminated(size_t environment) const { return terminated_[environment] != 0; }
-  bool truncated(size_t environment) const { return truncated_[environment] != 0; }
-  int32_t level_seed(size_t environment) const { return level_seeds_[environment]; }
-  const std::vector<int32_t>& level_seeds() const { return level_seeds_; }
+  bool first(size_t environment) const { return numbers_.first[environment] != 0; }
+  bool terminated(size_t environment) const { return numbers_.terminated[environment] != 0; }
+  bool truncated(size_t environment) const { return numbers_.truncated[environment] != 0; }
+  int32_t level_seed(size_t environment) const { return numbers_.level_seeds[environment]; }
+  const std::vector<int32_t>& level_seeds() const { return numbers_.level_seeds; }
 
   // Tells what is requested but the pictures, which are in the response already. REQUIRES:
   // CheckRequestedObservations.
@@ -35,17 +36,8 @@ class StepValues {
             dm::StepResponse* response) const;
 
  private:
-  // All [N].
-  std::vector<float> rewards_;
-  std::vector<uint8_t> first_;
-  std::vector<uint8_t> terminated_;
-  std::vector<uint8_t> truncated_;
-  std::vector<int32_t> level_seeds_;
-  std::vector<int32_t> prev_level_seeds_;
-  std::vector<uint8_t> prev_level_complete_;
-  std::vector<float> episode_returns_;
-  std::vector<int32_t> episode_lengths_;
-  std::vector<uint64_t> fingerprints_;
+  int32_t env_count_ = 0;
+  BatchNumbers numbers_;  // [N]
 };
 
 // Puts memory for the pictures into the response, if they are requested; empty: they are not.

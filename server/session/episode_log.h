@@ -60,7 +60,7 @@ class EpisodeLog {
   EpisodeLog& operator=(const EpisodeLog&) = delete;
 
   // A part of a request was carried out, that steps (`input.steps`) or only resets. `batch`: as
-  // RowMemory lends it.
+  // BatchNumbers lends it.
   void Add(const StepInput& input, const Batch& batch);
   // States were put in.
   void Add(absl::Span<const PutIn> states);

@@ -22,7 +22,7 @@ class PoolCounts {
   PoolCounts(const PoolOptions& options, Metrics* metrics);
 
   // Counts what was stepped into `batch`, but for those of `resets`, which began an episode
-  // instead; returns the number of steps. `batch`: as RowMemory lends it.
+  // instead; returns the number of steps. `batch`: as BatchNumbers lends it.
   int64_t Add(Part part, absl::Span<const Reset> resets, const Batch& batch);
 
   // Environment steps since the pool was made.

@@ -392,7 +392,7 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
   input.next_levels = part_next_levels_;
   input.resets = part_resets_;
   const Batch lent =
-      request.kind == Request::Kind::kObserve ? batch : row_memory_.LendTo(batch, part.count);
+      request.kind == Request::Kind::kObserve ? batch : unasked_.LendTo(batch, part.count);
   pool_->StepAsync(
       input, lent,
       [this, &request, input, lent, done = std::move(done)](absl::Status status) mutable {

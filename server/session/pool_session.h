@@ -16,6 +16,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/alarm.h"
@@ -31,7 +32,6 @@
 #include "server/session/recent_episodes.h"
 #include "server/session/request.h"
 #include "server/session/request_times.h"
-#include "server/session/row_memory.h"
 #include "server/session/side_crew.h"
 #include "server/shared_memory/batch_ledger.h"
 #include "server/shared_memory/shared_folder.h"
@@ -283,7 +283,7 @@ class PoolSession {
   // Of who has the turn; memory is kept from turn to turn.
   std::vector<NextLevel> part_next_levels_;  // those of the part
   std::vector<Reset> part_resets_;           // those of the part
-  RowMemory row_memory_;
+  BatchNumbers unasked_;  // what is read of a batch here and its learner has not asked for
   std::unique_ptr<EpisodeLog> episodes_;  // null: none are remembered
 };
 

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "envcore/pool/shared_art.h"
 #include "tests/benchmark/action_tape.h"
@@ -49,27 +50,18 @@ class LocalLearner {
   // Memory of a batch.
   struct Answer {
     std::vector<uint8_t> observations;  // empty: not drawn
-    std::vector<float> rewards;
-    std::vector<uint8_t> first;
-    // Empty unless all is answered.
-    std::vector<uint8_t> terminated;
-    std::vector<uint8_t> truncated;
-    std::vector<int32_t> level_seeds;
-    std::vector<int32_t> prev_level_seeds;
-    std::vector<uint8_t> prev_level_complete;
-    std::vector<float> episode_returns;
-    std::vector<int32_t> episode_lengths;
-    std::vector<uint64_t> fingerprints;
-
-    Answer(const Course& course, size_t env_count);
-    Batch AsBatch();
+    BatchNumbers numbers;
   };
+
+  // Where the next step writes it.
+  Batch BatchIn(Answer* answer) const;
 
   LocalLearner(std::unique_ptr<Pool> pool, const Course& course);
 
   std::unique_ptr<Pool> pool_;
   ActionTape actions_;
   std::vector<Answer> answers_;
+  bool answers_all_;
   size_t step_ = 0;  // its answer is answers_[step_ % answers_.size()]
 };
 

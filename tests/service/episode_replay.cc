@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "gtest/gtest.h"
 #include "server/rpc/convert_pool.h"
@@ -12,27 +13,6 @@
 
 namespace procgen {
 namespace {
-
-// What a step of the one environment tells.
-struct Values {
-  std::vector<float> rewards = {0};
-  std::vector<uint8_t> terminated = {0};
-  std::vector<uint8_t> truncated = {0};
-  std::vector<uint8_t> prev_level_complete = {0};
-  std::vector<float> episode_returns = {0};
-  std::vector<uint64_t> fingerprints = {0};
-
-  Batch Spans() {
-    Batch batch;
-    batch.rewards = absl::MakeSpan(rewards);
-    batch.terminated = absl::MakeSpan(terminated);
-    batch.truncated = absl::MakeSpan(truncated);
-    batch.prev_level_complete = absl::MakeSpan(prev_level_complete);
-    batch.episode_returns = absl::MakeSpan(episode_returns);
-    batch.fingerprints = absl::MakeSpan(fingerprints);
-    return batch;
-  }
-};
 
 std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
   v1::PoolSpec spec;
@@ -58,7 +38,7 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
 void ExpectPlaysTheSame(const v1::Episode& episode) {
   ASSERT_EQ(episode.incomplete_because(), "");
   const std::unique_ptr<Pool> pool = PoolFor(episode);
-  Values values;
+  BatchNumbers values;  // of the one environment
   int32_t played = 0;
   int later = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
@@ -73,7 +53,7 @@ void ExpectPlaysTheSame(const v1::Episode& episode) {
     ASSERT_THAT(
         pool->Step(
             {.count = 1, .actions = {&action, 1}, .repeat = count, .next_levels = next_levels},
-            values.Spans()),
+            values.LendTo({}, 1)),
         IsOk());
     ASSERT_EQ(std::bit_cast<uint32_t>(values.rewards[0]),
               std::bit_cast<uint32_t>(episode.rewards(i)))

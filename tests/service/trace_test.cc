@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "gtest/gtest.h"
 #include "tests/service/service_fixture.h"
@@ -16,33 +17,13 @@ constexpr int32_t kEnvCount = 12;
 constexpr int kSteps = 300;
 
 // All that a step answers, in memory of its own.
-struct Values {
+struct Values : BatchNumbers {
   std::vector<uint8_t> observations = std::vector<uint8_t>(size_t{kEnvCount} * kObservationBytes);
-  std::vector<float> rewards = std::vector<float>(kEnvCount);
-  std::vector<uint8_t> first = std::vector<uint8_t>(kEnvCount);
-  std::vector<uint8_t> terminated = std::vector<uint8_t>(kEnvCount);
-  std::vector<uint8_t> truncated = std::vector<uint8_t>(kEnvCount);
-  std::vector<int32_t> level_seeds = std::vector<int32_t>(kEnvCount);
-  std::vector<int32_t> prev_level_seeds = std::vector<int32_t>(kEnvCount);
-  std::vector<uint8_t> prev_level_complete = std::vector<uint8_t>(kEnvCount);
-  std::vector<float> episode_returns = std::vector<float>(kEnvCount);
-  std::vector<int32_t> episode_lengths = std::vector<int32_t>(kEnvCount);
-  std::vector<uint64_t> fingerprints = std::vector<uint64_t>(kEnvCount);
 
   Batch Spans() {
     Batch batch;
     batch.observations = absl::MakeSpan(observations);
-    batch.rewards = absl::MakeSpan(rewards);
-    batch.first = absl::MakeSpan(first);
-    batch.terminated = absl::MakeSpan(terminated);
-    batch.truncated = absl::MakeSpan(truncated);
-    batch.level_seeds = absl::MakeSpan(level_seeds);
-    batch.prev_level_seeds = absl::MakeSpan(prev_level_seeds);
-    batch.prev_level_complete = absl::MakeSpan(prev_level_complete);
-    batch.episode_returns = absl::MakeSpan(episode_returns);
-    batch.episode_lengths = absl::MakeSpan(episode_lengths);
-    batch.fingerprints = absl::MakeSpan(fingerprints);
-    return batch;
+    return LendTo(batch, kEnvCount);
   }
 
   // Those that are sent: of the rows whose episode ended.

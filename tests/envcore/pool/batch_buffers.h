@@ -5,23 +5,14 @@
 #include <vector>
 
 #include "absl/types/span.h"
+#include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 
 namespace procgen {
 
 // The memory of a batch of n environments.
-struct BatchBuffers {
+struct BatchBuffers : BatchNumbers {
   std::vector<uint8_t> observations;
-  std::vector<float> rewards;
-  std::vector<uint8_t> first;
-  std::vector<uint8_t> terminated;
-  std::vector<uint8_t> truncated;
-  std::vector<int32_t> level_seeds;
-  std::vector<int32_t> prev_level_seeds;
-  std::vector<uint8_t> prev_level_complete;
-  std::vector<float> episode_returns;
-  std::vector<int32_t> episode_lengths;
-  std::vector<uint64_t> fingerprints;
   std::vector<uint8_t> final_observations;
 
   size_t observation_bytes = 0;  // of one environment
@@ -29,17 +20,8 @@ struct BatchBuffers {
   explicit BatchBuffers(int32_t env_count, size_t bytes = kObservationBytes)
       : observation_bytes(bytes) {
     const auto n = static_cast<size_t>(env_count);
+    LendTo({}, env_count);
     observations.resize(n * bytes);
-    rewards.resize(n);
-    first.resize(n);
-    terminated.resize(n);
-    truncated.resize(n);
-    level_seeds.resize(n);
-    prev_level_seeds.resize(n);
-    prev_level_complete.resize(n);
-    episode_returns.resize(n);
-    episode_lengths.resize(n);
-    fingerprints.resize(n);
     final_observations.resize(n * bytes);
   }
 

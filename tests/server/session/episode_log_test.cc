@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "envcore/pool/batch_numbers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/session/row_memory.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -49,7 +49,7 @@ class MadeUpPool {
  private:
   const int32_t env_count_;
   EpisodeLog* const log_;
-  RowMemory memory_;
+  BatchNumbers memory_;
   int32_t level_ = 30;
 };
 

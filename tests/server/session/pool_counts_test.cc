@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "envcore/pool/batch_numbers.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/session/row_memory.h"
 
 namespace procgen {
 namespace {
@@ -36,7 +36,7 @@ std::string Episode(const std::string& what, const std::string& game, int64_t va
 
 TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
   Metrics metrics("test");
-  RowMemory memory;
+  BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_environment=*/1), &metrics);
   // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
   EXPECT_EQ(counts.Add({2, 4}, {}, memory.LendTo({}, 4)), 4);
@@ -50,7 +50,7 @@ TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
 
 TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
   Metrics metrics("test");
-  RowMemory memory;
+  BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
   Reset reset;
   reset.environment = 3;
@@ -61,7 +61,7 @@ TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
 
 TEST(PoolCountsTest, EpisodesCountWhereTheyEnd) {
   Metrics metrics("test");
-  RowMemory memory;
+  BatchNumbers memory;
   PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
   const Batch batch = memory.LendTo({}, 4);
   std::fill(batch.terminated.begin(), batch.terminated.end(), 0);

@@ -1,4 +1,4 @@
-#include "server/session/row_memory.h"
+#include "envcore/pool/batch_numbers.h"
 
 #include <vector>
 
@@ -7,16 +7,17 @@
 namespace procgen {
 namespace {
 
-TEST(RowMemoryTest, MemoryIsLentOnlyWhereNoneIsGiven) {
-  RowMemory memory;
+TEST(BatchNumbersTest, MemoryIsLentOnlyWhereNoneIsGiven) {
+  BatchNumbers numbers;
   std::vector<uint8_t> terminated(8);
   Batch given;
   given.terminated = absl::MakeSpan(terminated);
-  const Batch batch = memory.LendTo(given, 8);
+  const Batch batch = numbers.LendTo(given, 8);
   EXPECT_EQ(batch.terminated.data(), terminated.data());
   EXPECT_EQ(batch.truncated.size(), 8);
   EXPECT_EQ(batch.rewards.size(), 8);
   EXPECT_EQ(batch.fingerprints.size(), 8);
+  EXPECT_EQ(batch.rewards.data(), numbers.rewards.data());
   EXPECT_TRUE(batch.observations.empty());
   EXPECT_TRUE(batch.final_observations.empty());
 }

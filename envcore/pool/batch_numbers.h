@@ -1,0 +1,34 @@
+#ifndef ENVCORE_POOL_BATCH_NUMBERS_H_
+#define ENVCORE_POOL_BATCH_NUMBERS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "envcore/pool/pool.h"
+
+namespace procgen {
+
+// Memory for the numbers of a batch: for all of its arrays but the pictures. What each means is
+// told at Batch.
+struct BatchNumbers {
+  std::vector<float> rewards;
+  std::vector<uint8_t> first;
+  std::vector<uint8_t> terminated;
+  std::vector<uint8_t> truncated;
+  std::vector<int32_t> level_seeds;
+  std::vector<int32_t> prev_level_seeds;
+  std::vector<uint8_t> prev_level_complete;
+  std::vector<float> episode_returns;
+  std::vector<int32_t> episode_lengths;
+  std::vector<uint64_t> fingerprints;
+
+  // Gives `batch`, of `count` environments, with this memory where it has none of its own. What is
+  // lent keeps its values from call to call. Valid until the next call.
+  Batch LendTo(Batch batch, int32_t count);
+
+  bool operator==(const BatchNumbers& other) const = default;
+};
+
+}  // namespace procgen
+
+#endif  // ENVCORE_POOL_BATCH_NUMBERS_H_
