@@ -4,12 +4,19 @@ import type { Connection, CallOptions } from "./connection.js";
 import { encoded } from "./connection.js";
 import { InvalidArgumentError } from "./errors.js";
 import { PoolService, type Pool as PoolMessage, type PoolSpec } from "./generated/procgen/v1/pools_pb.js";
-import { FrameFormat, RenderService, type Frame } from "./generated/procgen/v1/render_pb.js";
-import { StateSchema, StateService } from "./generated/procgen/v1/states_pb.js";
+import {
+  FrameFormat, RenderService,
+  type Frame, type WatchPoolResponse,
+} from "./generated/procgen/v1/render_pb.js";
+import { StateSchema, StateService, WhichEpisode, type Episode } from "./generated/procgen/v1/states_pb.js";
 
 // Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
 const renderBytes = 4 * 1024 * 1024;
 const renderOverheadBytes = 4096;
+// What a server sends to who watches, at most. In bytes.
+const watchBytes = 16 * 1024 * 1024;
+// How many environments are watched where nobody tells which.
+const watchedDefault = 16;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 const stateOverheadBytes = 8;
 
@@ -20,8 +27,17 @@ export interface CloneSource {
   sourceServer?: string;
 }
 
-// These calls happen between two requests of whoever steps the pool; while requests of its own are unanswered they are a
-// FailedPreconditionError.
+export interface WatchOptions {
+  // Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. Default: 256.
+  sidePx?: number;
+  // Moments in a second at most, above 0 and at most 60. Default: 15.
+  framesPerSecondMax?: number;
+  // Ends the call with CancelledError.
+  signal?: AbortSignal;
+}
+
+// These calls happen between two requests of whoever steps the pool. Those that save, restore or clone states are a
+// FailedPreconditionError while requests of its own are unanswered.
 export abstract class PoolResource {
   // Resource name, e.g. "pools/7".
   readonly name: string;
@@ -115,6 +131,13 @@ export abstract class PoolResource {
     }
   }
 
+  // Tells what happened in an episode of an environment, the last that ended or the one under way, so that it can be played
+  // again: the comments of Episode (proto/procgen/v1/states.proto) say how. FailedPreconditionError: none has ended yet, or
+  // the next has not begun.
+  async readEpisode(environment: number, which = WhichEpisode.LAST, options?: CallOptions): Promise<Episode> {
+    return this.connection.unary(StateService.method.readEpisode, { pool: this.name, environment, which }, options);
+  }
+
   // Begins the pool's lease anew: its time to live while nobody steps it. `leaseSeconds`: its length from now on.
   async renew(leaseSeconds?: number, options?: CallOptions): Promise<void> {
     const leaseDuration = leaseSeconds === undefined ? undefined : durationOf(leaseSeconds);
@@ -123,10 +146,8 @@ export abstract class PoolResource {
 
   // Draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
   async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
-    if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
-      throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
-    }
-    const wanted = environments ?? Array.from({ length: this.envCount }, (_, environment) => environment);
+    checkSide(sidePx);
+    const wanted = environments ?? firstEnvironments(this.envCount);
     const frameBytes = 3 * sidePx ** 2 + 64;
     const atATime = Math.max(1, Math.floor((renderBytes - renderOverheadBytes) / frameBytes));
     const responseBytesMax = BigInt(Math.max(renderBytes, frameBytes + renderOverheadBytes));
@@ -146,7 +167,37 @@ export abstract class PoolResource {
     return frames;
   }
 
+  // Shows environments (the first 16, unless told which; at most 64) while somebody steps them, and never slows who does: at
+  // first as they are now, then as they are after something has changed, at a bounded rate. Who takes long between two
+  // moments misses those in between. Ends with AbortedError when the pool is gone, and with UnavailableError when the server
+  // stops or the connection breaks; leaving a loop over it ends the call.
+  async *watch(
+    environments?: readonly number[],
+    { sidePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
+  ): AsyncGenerator<WatchPoolResponse, void, void> {
+    checkSide(sidePx);
+    const request = {
+      pool: this.name,
+      environments: [...(environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault)))],
+      sidePx,
+      format: FrameFormat.RGB,
+      framesPerSecondMax,
+      responseBytesMax: BigInt(watchBytes),
+    };
+    yield* this.connection.serverStream(RenderService.method.watchPool, request, signal);
+  }
+
   protected abstract requireNothingInFlight(): void;
+}
+
+function firstEnvironments(count: number): number[] {
+  return Array.from({ length: count }, (_, environment) => environment);
+}
+
+function checkSide(sidePx: number): void {
+  if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
+    throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
+  }
 }
 
 function durationOf(seconds: number): { seconds: bigint; nanos: number } {
