@@ -10,8 +10,8 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it; while
-// requests of its own are unanswered they are FAILED_PRECONDITION.
+// What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it. Those that
+// save, restore or clone states are FAILED_PRECONDITION while requests of its own are unanswered.
 
 // Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
 const renderBytes = 4 << 20
@@ -84,6 +84,15 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 	return fromRPC(ctx, err)
 }
 
+// ReadEpisode tells what happened in an episode of an environment, the last that ended (WHICH_EPISODE_LAST) or the one under
+// way (WHICH_EPISODE_CURRENT), so that it can be played again: the comments of Episode (proto/procgen/v1/states.proto) say
+// how. FAILED_PRECONDITION: none has ended yet, or the next has not begun.
+func (p *Pool) ReadEpisode(ctx context.Context, environment int32, which pb.WhichEpisode) (*pb.Episode, error) {
+	episode, err := p.client.states.ReadEpisode(p.client.with(ctx),
+		&pb.ReadEpisodeRequest{Pool: p.Name(), Environment: environment, Which: which})
+	return episode, fromRPC(ctx, err)
+}
+
 // Renew begins the pool's lease anew: its time to live while nobody steps it. lease: its length from now on; 0: as it is.
 func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	request := &pb.RenewPoolRequest{Name: p.Name()}
@@ -100,9 +109,7 @@ func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) 
 		return nil, invalid("sidePx is %d; it is in [16, 2048]", sidePx)
 	}
 	if len(environments) == 0 {
-		for i := 0; i < p.EnvCount(); i++ {
-			environments = append(environments, int32(i))
-		}
+		environments = firstEnvironments(p.EnvCount())
 	}
 	frameBytes := 3*int(sidePx)*int(sidePx) + 64
 	atATime := clamp((renderBytes-renderOverheadBytes)/frameBytes, 1, len(environments))
@@ -127,4 +134,12 @@ func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) 
 		environments = environments[count:]
 	}
 	return frames, nil
+}
+
+func firstEnvironments(count int) []int32 {
+	environments := make([]int32, count)
+	for i := range environments {
+		environments[i] = int32(i)
+	}
+	return environments
 }
