@@ -6,6 +6,7 @@ import (
 	"bytes"
 	"context"
 	"errors"
+	"io"
 	"reflect"
 	"testing"
 
@@ -107,6 +108,12 @@ func TestWatchEndsWithAnError(t *testing.T) {
 	})
 	expectError(t, err, codes.Aborted)
 	expectError(t, pool.Watch(testContext(t), WatchOptions{}, unseen), codes.NotFound)
+}
+
+func TestServerThatEndsItsAnswersIsUnavailable(t *testing.T) {
+	ends := func() (int, error) { return 0, io.EOF }
+	err := watch(testContext(t), ends, func(int) bool { return true })
+	expectError(t, err, codes.Unavailable, "ended its answers")
 }
 
 func TestWatchIsGivenUpWithItsContext(t *testing.T) {
