@@ -13,10 +13,6 @@ import (
 // What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it. Those that
 // save, restore or clone states are FAILED_PRECONDITION while requests of its own are unanswered.
 
-// Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-const renderBytes = 4 << 20
-const renderOverheadBytes = 4096
-
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 const stateOverheadBytes = 8
 
@@ -101,45 +97,4 @@ func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	}
 	_, err := p.client.pools.RenewPool(p.client.with(ctx), request)
 	return fromRPC(ctx, err)
-}
-
-// Render draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
-func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) ([]*pb.Frame, error) {
-	if sidePx < 16 || sidePx > 2048 {
-		return nil, invalid("sidePx is %d; it is in [16, 2048]", sidePx)
-	}
-	if len(environments) == 0 {
-		environments = firstEnvironments(p.EnvCount())
-	}
-	frameBytes := 3*int(sidePx)*int(sidePx) + 64
-	atATime := clamp((renderBytes-renderOverheadBytes)/frameBytes, 1, len(environments))
-	limit := renderBytes
-	if frameBytes+renderOverheadBytes > limit {
-		limit = frameBytes + renderOverheadBytes
-	}
-	var frames []*pb.Frame
-	for len(environments) > 0 {
-		count := clamp(atATime, 1, len(environments))
-		answer, err := p.client.renders.RenderEnvironments(p.client.with(ctx), &pb.RenderEnvironmentsRequest{
-			Pool:             p.Name(),
-			Environments:     environments[:count],
-			SidePx:           sidePx,
-			Format:           pb.FrameFormat_FRAME_FORMAT_RGB,
-			ResponseBytesMax: int64(limit),
-		})
-		if err != nil {
-			return nil, fromRPC(ctx, err)
-		}
-		frames = append(frames, answer.Frames...)
-		environments = environments[count:]
-	}
-	return frames, nil
-}
-
-func firstEnvironments(count int) []int32 {
-	environments := make([]int32, count)
-	for i := range environments {
-		environments[i] = int32(i)
-	}
-	return environments
 }

@@ -130,7 +130,7 @@ export class Client {
       ...hold,
       deletesOnClose,
       reconnectTimeoutMs: this.#reconnectTimeoutMs,
-      requestBytesMax: Number(this.#catalog.limits!.requestBytesMax),
+      limits: this.#catalog.limits!,
     });
   }
 

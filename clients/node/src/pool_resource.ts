@@ -3,6 +3,7 @@
 import type { Connection, CallOptions } from "./connection.js";
 import { encoded } from "./connection.js";
 import { InvalidArgumentError } from "./errors.js";
+import type { Limits } from "./generated/procgen/v1/catalog_pb.js";
 import { PoolService, type Pool as PoolMessage, type PoolSpec } from "./generated/procgen/v1/pools_pb.js";
 import {
   FrameFormat, RenderService,
@@ -10,11 +11,11 @@ import {
 } from "./generated/procgen/v1/render_pb.js";
 import { StateSchema, StateService, WhichEpisode, type Episode } from "./generated/procgen/v1/states_pb.js";
 
-// Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-const renderBytes = 4 * 1024 * 1024;
-const renderOverheadBytes = 4096;
-// What a server sends to who watches, at most. In bytes.
-const watchBytes = 16 * 1024 * 1024;
+// What a server sends at most in one response unless told otherwise. In bytes.
+export const responseBytesDefault = 4 * 1024 * 1024;
+// What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+const framesOverheadBytes = 4096;
+const frameOverheadBytes = 64;
 // How many environments are watched where nobody tells which.
 const watchedDefault = 16;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
@@ -51,7 +52,7 @@ export abstract class PoolResource {
   constructor(
     protected readonly connection: Connection,
     message: PoolMessage,
-    private readonly requestBytesMax: number,
+    private readonly limits: Limits,
   ) {
     this.name = message.name;
     this.spec = message.spec!;
@@ -101,7 +102,7 @@ export abstract class PoolResource {
       this.connection.unary(StateService.method.restoreStates, { pool: this.name, states: batch }, options);
     for (const [environment, snapshot] of states.entries()) {
       const stateBytes = encoded(StateSchema, { environment, snapshot }).length + stateOverheadBytes;
-      if (batch.length > 0 && bytes + stateBytes > this.requestBytesMax) {
+      if (batch.length > 0 && bytes + stateBytes > this.limits.requestBytesMax) {
         await send();
         [batch, bytes] = [[], overhead];
       }
@@ -148,18 +149,11 @@ export abstract class PoolResource {
   async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
     checkSide(sidePx);
     const wanted = environments ?? firstEnvironments(this.envCount);
-    const frameBytes = 3 * sidePx ** 2 + 64;
-    const atATime = Math.max(1, Math.floor((renderBytes - renderOverheadBytes) / frameBytes));
-    const responseBytesMax = BigInt(Math.max(renderBytes, frameBytes + renderOverheadBytes));
+    const roomBytes = Math.min(responseBytesDefault, Number(this.limits.responseBytesMax)) - framesOverheadBytes;
+    const atATime = Math.max(1, Math.floor(roomBytes / frameBytes(sidePx)));
     const frames: Frame[] = [];
     for (let begin = 0; begin < wanted.length; begin += atATime) {
-      const request = {
-        pool: this.name,
-        environments: wanted.slice(begin, begin + atATime),
-        sidePx,
-        format: FrameFormat.RGB,
-        responseBytesMax,
-      };
+      const request = this.#framesRequest(wanted.slice(begin, begin + atATime), sidePx);
       frames.push(
         ...(await this.connection.unary(RenderService.method.renderEnvironments, request, options)).frames,
       );
@@ -176,22 +170,32 @@ export abstract class PoolResource {
     { sidePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
   ): AsyncGenerator<WatchPoolResponse, void, void> {
     checkSide(sidePx);
-    const request = {
-      pool: this.name,
-      environments: [...(environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault)))],
-      sidePx,
-      format: FrameFormat.RGB,
-      framesPerSecondMax,
-      responseBytesMax: BigInt(watchBytes),
-    };
+    const wanted = environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault));
+    const request = { ...this.#framesRequest(wanted, sidePx), framesPerSecondMax };
     yield* this.connection.serverStream(RenderService.method.watchPool, request, signal);
   }
 
   protected abstract requireNothingInFlight(): void;
+
+  #framesRequest(environments: readonly number[], sidePx: number) {
+    const bytes = framesOverheadBytes + environments.length * frameBytes(sidePx);
+    return {
+      pool: this.name,
+      environments: [...environments],
+      sidePx,
+      format: FrameFormat.RGB,
+      // No more than they take, as a server may have a low limit. 0: what it sends by default.
+      responseBytesMax: BigInt(bytes <= responseBytesDefault ? 0 : bytes),
+    };
+  }
 }
 
 function firstEnvironments(count: number): number[] {
   return Array.from({ length: count }, (_, environment) => environment);
+}
+
+function frameBytes(sidePx: number): number {
+  return 3 * sidePx ** 2 + frameOverheadBytes;
 }
 
 function checkSide(sidePx: number): void {

@@ -89,6 +89,37 @@ func TestWhoTakesLongBetweenTwoMomentsMissesThoseInBetween(t *testing.T) {
 	}
 }
 
+func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
+	small, err := StartServer("", "--workers=1", "--response_bytes_max=1048576")
+	must(t, err)
+	client, err := Connect(testContext(t), small.Address, Options{})
+	must(t, err)
+	pool := madePool(t, client, easy(7, "maze"), HoldOptions{})
+	frames, err := pool.Render(testContext(t), 512)
+	must(t, err)
+	if len(frames) != 7 {
+		t.Error(len(frames), "frames")
+	}
+	four := WatchOptions{Environments: []int32{0, 1, 2, 3}}
+	must(t, pool.Watch(testContext(t), four, func(moment *pb.WatchPoolResponse) bool { return false }))
+	err = pool.Watch(testContext(t), WatchOptions{}, func(*pb.WatchPoolResponse) bool { return false })
+	expectError(t, err, codes.ResourceExhausted, "has room for 5 frames of 256 x 256 pixels")
+	must(t, client.Close())
+	must(t, small.Stop())
+}
+
+func TestMoreThanAServerSendsByDefaultIsWatched(t *testing.T) {
+	pool := madePool(t, connected(t, Options{}), easy(16, "maze"), HoldOptions{})
+	count := 0
+	must(t, pool.Watch(testContext(t), WatchOptions{SidePx: 512}, func(moment *pb.WatchPoolResponse) bool {
+		count = len(moment.Frames)
+		return false
+	}))
+	if count != 16 {
+		t.Error(count, "frames")
+	}
+}
+
 func TestWatchEndsWithAnError(t *testing.T) {
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(1, "maze"), HoldOptions{})

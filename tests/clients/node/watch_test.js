@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  AbortedError, CancelledError, EpisodeOutcome, FailedPreconditionError, InvalidArgumentError, NotFoundError, WhichEpisode,
+  AbortedError, CancelledError, connect, EpisodeOutcome, FailedPreconditionError, InvalidArgumentError, NotFoundError,
+  ResourceExhaustedError, ServerProcess, WhichEpisode,
 } from "../../../clients/node/dist/index.js";
 import { easy, withServer } from "./server.js";
 
@@ -52,6 +53,33 @@ test("who takes long between two moments misses those in between", async () => {
     }
   }
   assert(seen < 10, `${seen} moments of 20 waited to be read`);
+  await pool.close();
+});
+
+test("frames are of the size that the server allows", async () => {
+  const server = await ServerProcess.start({ flags: ["--workers=1", "--response_bytes_max=1048576"] });
+  const client = await connect(server.address);
+  const pool = await client.createPool(easy(["maze"], 7));
+  assert.equal((await pool.render()).length, 7);
+  for await (const { frames } of pool.watch([0, 1, 2, 3])) {
+    assert.equal(frames.length, 4);
+    break;
+  }
+  await assert.rejects(pool.watch().next(), (error) => {
+    assert(error instanceof ResourceExhaustedError);
+    return /has room for 5 frames of 256 x 256 pixels/.test(error.message);
+  });
+  await pool.close();
+  client.close();
+  assert.equal(await server.stop(), 0);
+});
+
+test("more than a server sends by default is watched", async () => {
+  const pool = await it.client.createPool(easy(["maze"], 16));
+  for await (const { frames } of pool.watch(undefined, { sidePx: 512 })) {
+    assert.equal(frames.length, 16);
+    break;
+  }
   await pool.close();
 });
 
