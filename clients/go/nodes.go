@@ -12,8 +12,8 @@ func (c *Client) ListNodes(ctx context.Context) (*pb.ListNodesResponse, error) {
 	return nodes, fromRPC(ctx, err)
 }
 
-// WatchNodes calls `see` with the servers that there are: at first as they are now, then after each change. It ends with nil
-// when `see` gives false, and with UNAVAILABLE when the server stops or the connection breaks.
+// WatchNodes calls `see` with the servers that there are: at first as they are now, then as they are after a change. It ends
+// with nil when `see` gives false, and with UNAVAILABLE when the server stops or the connection breaks.
 func (c *Client) WatchNodes(ctx context.Context, see func(*pb.WatchNodesResponse) bool) error {
 	callContext, cancel := context.WithCancel(c.with(ctx))
 	defer cancel()
@@ -21,13 +21,5 @@ func (c *Client) WatchNodes(ctx context.Context, see func(*pb.WatchNodesResponse
 	if err != nil {
 		return fromRPC(ctx, err)
 	}
-	for {
-		nodes, err := call.Recv()
-		if err != nil {
-			return fromRPC(ctx, err)
-		}
-		if !see(nodes) {
-			return nil
-		}
-	}
+	return watch(ctx, call.Recv, see)
 }

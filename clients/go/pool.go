@@ -77,7 +77,7 @@ type Slice struct {
 // stand as they did before the request at fault. A context that ends while an answer is waited for ends the stream, too, but
 // what was sent is carried out; the next request takes the pool over from it.
 //
-// One goroutine at a time.
+// One goroutine at a time; meanwhile others may Watch.
 type Pool struct {
 	client   *Client
 	message  *pb.Pool

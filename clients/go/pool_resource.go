@@ -10,12 +10,8 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it; while
-// requests of its own are unanswered they are FAILED_PRECONDITION.
-
-// Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-const renderBytes = 4 << 20
-const renderOverheadBytes = 4096
+// What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it. Those that
+// save, restore or clone states are FAILED_PRECONDITION while requests of its own are unanswered.
 
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 const stateOverheadBytes = 8
@@ -84,6 +80,15 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 	return fromRPC(ctx, err)
 }
 
+// ReadEpisode tells what happened in an episode of an environment, the last that ended (WHICH_EPISODE_LAST) or the one under
+// way (WHICH_EPISODE_CURRENT), so that it can be played again: the comments of Episode (proto/procgen/v1/states.proto) say
+// how. FAILED_PRECONDITION: none has ended yet, or the next has not begun.
+func (p *Pool) ReadEpisode(ctx context.Context, environment int32, which pb.WhichEpisode) (*pb.Episode, error) {
+	episode, err := p.client.states.ReadEpisode(p.client.with(ctx),
+		&pb.ReadEpisodeRequest{Pool: p.Name(), Environment: environment, Which: which})
+	return episode, fromRPC(ctx, err)
+}
+
 // Renew begins the pool's lease anew: its time to live while nobody steps it. lease: its length from now on; 0: as it is.
 func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	request := &pb.RenewPoolRequest{Name: p.Name()}
@@ -92,39 +97,4 @@ func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	}
 	_, err := p.client.pools.RenewPool(p.client.with(ctx), request)
 	return fromRPC(ctx, err)
-}
-
-// Render draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
-func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) ([]*pb.Frame, error) {
-	if sidePx < 16 || sidePx > 2048 {
-		return nil, invalid("sidePx is %d; it is in [16, 2048]", sidePx)
-	}
-	if len(environments) == 0 {
-		for i := 0; i < p.EnvCount(); i++ {
-			environments = append(environments, int32(i))
-		}
-	}
-	frameBytes := 3*int(sidePx)*int(sidePx) + 64
-	atATime := clamp((renderBytes-renderOverheadBytes)/frameBytes, 1, len(environments))
-	limit := renderBytes
-	if frameBytes+renderOverheadBytes > limit {
-		limit = frameBytes + renderOverheadBytes
-	}
-	var frames []*pb.Frame
-	for len(environments) > 0 {
-		count := clamp(atATime, 1, len(environments))
-		answer, err := p.client.renders.RenderEnvironments(p.client.with(ctx), &pb.RenderEnvironmentsRequest{
-			Pool:             p.Name(),
-			Environments:     environments[:count],
-			SidePx:           sidePx,
-			Format:           pb.FrameFormat_FRAME_FORMAT_RGB,
-			ResponseBytesMax: int64(limit),
-		})
-		if err != nil {
-			return nil, fromRPC(ctx, err)
-		}
-		frames = append(frames, answer.Frames...)
-		environments = environments[count:]
-	}
-	return frames, nil
 }

@@ -76,8 +76,8 @@ export class Client {
     return this.#connection.unary(ClusterService.method.listNodes, {}, options);
   }
 
-  // Which servers there are: at first as they are now, then after each change. Ends with UnavailableError when the server
-  // stops or the connection breaks; leaving a loop over it ends the call.
+  // Which servers there are: at first as they are now, then as they are after a change. Ends with UnavailableError when the
+  // server stops or the connection breaks; leaving a loop over it ends the call.
   watchNodes({ signal }: Pick<CallOptions, "signal"> = {}): AsyncGenerator<WatchNodesResponse, void, void> {
     return this.#connection.serverStream(ClusterService.method.watchNodes, {}, signal);
   }
@@ -130,7 +130,7 @@ export class Client {
       ...hold,
       deletesOnClose,
       reconnectTimeoutMs: this.#reconnectTimeoutMs,
-      requestBytesMax: Number(this.#catalog.limits!.requestBytesMax),
+      limits: this.#catalog.limits!,
     });
   }
 

@@ -8,6 +8,7 @@ import { Client as GrpcClient, type ChannelOptions, type ClientDuplexStream, typ
 import { callMetadata, channelCredentials, isThisMachine, type Credentials } from "./credentials.js";
 import { CancelledError, fromServiceError, InvalidArgumentError, UnavailableError } from "./errors.js";
 import { StepPoolRequestSchema, StepService, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
+import { newestOf } from "./newest.js";
 import { readResponse, type Response } from "./wire.js";
 
 export type StepPoolCall = ClientDuplexStream<StepPoolRequest, Response>;
@@ -76,7 +77,8 @@ export class Connection {
     });
   }
 
-  // Calls a method that answers again and again. Ends with an error; who leaves the loop over it ends the call.
+  // Calls a method that tells again and again how something is: gives the newest each time. Ends with an error; who leaves
+  // the loop over it ends the call.
   async *serverStream<I extends DescMessage, O extends DescMessage>(
     method: DescMethodServerStreaming<I, O>,
     init: MessageInitShape<I>,
@@ -94,12 +96,14 @@ export class Connection {
     const abort = () => call.cancel();
     signal?.addEventListener("abort", abort, { once: true });
     try {
-      yield* call as AsyncIterable<MessageShape<O>>;
+      for await (const message of newestOf(call)) {
+        throwIfAborted(signal);
+        yield message;
+      }
     } catch (error) {
       throw signal?.aborted ? aborted(signal) : fromServiceError(error as ServiceError);
     } finally {
       signal?.removeEventListener("abort", abort);
-      call.on("error", () => undefined); // That it was cancelled is no news.
       call.cancel();
     }
     throw new UnavailableError(`the server at ${this.address} ended its answers`);

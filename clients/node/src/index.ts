@@ -8,7 +8,7 @@ export {
   Pool,
   type AttachOptions, type HoldOptions, type PlayOptions, type Reset, type SliceOptions, type StepOptions,
 } from "./pool.js";
-export type { CloneSource } from "./pool_resource.js";
+export type { CloneSource, WatchOptions } from "./pool_resource.js";
 export { ServerProcess, type ServerProcessOptions } from "./server_process.js";
 export { ObservationDecoder } from "./encoding.js";
 export { readResponse } from "./wire.js";
@@ -19,7 +19,8 @@ export {
   Color, DistributionMode, Encoding, EpisodeEnd, Layout, PoolSchema, PoolSpecSchema, Transport,
   type EnvironmentOptions, type LevelSampler, type ObservationFormat, type Pool as PoolMessage, type PoolSpec,
 } from "./generated/procgen/v1/pools_pb.js";
-export type { Frame } from "./generated/procgen/v1/render_pb.js";
+export type { Frame, WatchPoolResponse } from "./generated/procgen/v1/render_pb.js";
+export { EpisodeOutcome, WhichEpisode, type Episode, type LaterLevel } from "./generated/procgen/v1/states_pb.js";
 export {
   StepPoolRequestSchema, StepPoolResponseSchema,
   type StepPoolRequest, type StepPoolResponse,

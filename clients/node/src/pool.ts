@@ -4,15 +4,14 @@ import type { MessageInitShape } from "@bufbuild/protobuf";
 import { assemble, type Batch, type Part } from "./batch.js";
 import { aborted, throwIfAborted, type Connection } from "./connection.js";
 import { FailedPreconditionError, InvalidArgumentError, NotFoundError, UnavailableError } from "./errors.js";
+import type { Limits } from "./generated/procgen/v1/catalog_pb.js";
 import { Encoding, PoolService, type LevelSamplerSchema, type Pool as PoolMessage } from "./generated/procgen/v1/pools_pb.js";
 import { Observation, type ResetSchema } from "./generated/procgen/v1/step_pb.js";
-import { PoolResource } from "./pool_resource.js";
+import { PoolResource, responseBytesDefault } from "./pool_resource.js";
 import { Stream, type Asked } from "./stream.js";
 
 const actionMin = -1;
 const actionMax = 14;
-// What a server sends at most in one response unless told otherwise. In bytes.
-const responseBytesDefault = 4 * 1024 * 1024;
 // What a response for one environment has besides an observation and a final one, at most. In bytes.
 const rowOverheadBytes = 1024;
 // Slices smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
@@ -85,9 +84,9 @@ export class Pool extends PoolResource {
   constructor(
     connection: Connection,
     message: PoolMessage,
-    of: { requestBytesMax: number; reconnectTimeoutMs: number; deletesOnClose: boolean } & HoldOptions,
+    of: { limits: Limits; reconnectTimeoutMs: number; deletesOnClose: boolean } & HoldOptions,
   ) {
-    super(connection, message, of.requestBytesMax);
+    super(connection, message, of.limits);
     this.#requestsInFlightMax = of.requestsInFlightMax ?? 2;
     this.#pipeline = inRange("pipeline", of.pipeline ?? this.#payingSlices(), 1, 64);
     this.#reconnectTimeoutMs = of.reconnectTimeoutMs;

@@ -3,13 +3,21 @@
 import type { Connection, CallOptions } from "./connection.js";
 import { encoded } from "./connection.js";
 import { InvalidArgumentError } from "./errors.js";
+import type { Limits } from "./generated/procgen/v1/catalog_pb.js";
 import { PoolService, type Pool as PoolMessage, type PoolSpec } from "./generated/procgen/v1/pools_pb.js";
-import { FrameFormat, RenderService, type Frame } from "./generated/procgen/v1/render_pb.js";
-import { StateSchema, StateService } from "./generated/procgen/v1/states_pb.js";
+import {
+  FrameFormat, RenderService,
+  type Frame, type WatchPoolResponse,
+} from "./generated/procgen/v1/render_pb.js";
+import { StateSchema, StateService, WhichEpisode, type Episode } from "./generated/procgen/v1/states_pb.js";
 
-// Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-const renderBytes = 4 * 1024 * 1024;
-const renderOverheadBytes = 4096;
+// What a server sends at most in one response unless told otherwise. In bytes.
+export const responseBytesDefault = 4 * 1024 * 1024;
+// What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+const framesOverheadBytes = 4096;
+const frameOverheadBytes = 64;
+// How many environments are watched where nobody tells which.
+const watchedDefault = 16;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 const stateOverheadBytes = 8;
 
@@ -20,8 +28,17 @@ export interface CloneSource {
   sourceServer?: string;
 }
 
-// These calls happen between two requests of whoever steps the pool; while requests of its own are unanswered they are a
-// FailedPreconditionError.
+export interface WatchOptions {
+  // Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. Default: 256.
+  sidePx?: number;
+  // Moments in a second at most, above 0 and at most 60. Default: 15.
+  framesPerSecondMax?: number;
+  // Ends the call with CancelledError.
+  signal?: AbortSignal;
+}
+
+// These calls happen between two requests of whoever steps the pool. Those that save, restore or clone states are a
+// FailedPreconditionError while requests of its own are unanswered.
 export abstract class PoolResource {
   // Resource name, e.g. "pools/7".
   readonly name: string;
@@ -35,7 +52,7 @@ export abstract class PoolResource {
   constructor(
     protected readonly connection: Connection,
     message: PoolMessage,
-    private readonly requestBytesMax: number,
+    private readonly limits: Limits,
   ) {
     this.name = message.name;
     this.spec = message.spec!;
@@ -85,7 +102,7 @@ export abstract class PoolResource {
       this.connection.unary(StateService.method.restoreStates, { pool: this.name, states: batch }, options);
     for (const [environment, snapshot] of states.entries()) {
       const stateBytes = encoded(StateSchema, { environment, snapshot }).length + stateOverheadBytes;
-      if (batch.length > 0 && bytes + stateBytes > this.requestBytesMax) {
+      if (batch.length > 0 && bytes + stateBytes > this.limits.requestBytesMax) {
         await send();
         [batch, bytes] = [[], overhead];
       }
@@ -115,6 +132,13 @@ export abstract class PoolResource {
     }
   }
 
+  // Tells what happened in an episode of an environment, the last that ended or the one under way, so that it can be played
+  // again: the comments of Episode (proto/procgen/v1/states.proto) say how. FailedPreconditionError: none has ended yet, or
+  // the next has not begun.
+  async readEpisode(environment: number, which = WhichEpisode.LAST, options?: CallOptions): Promise<Episode> {
+    return this.connection.unary(StateService.method.readEpisode, { pool: this.name, environment, which }, options);
+  }
+
   // Begins the pool's lease anew: its time to live while nobody steps it. `leaseSeconds`: its length from now on.
   async renew(leaseSeconds?: number, options?: CallOptions): Promise<void> {
     const leaseDuration = leaseSeconds === undefined ? undefined : durationOf(leaseSeconds);
@@ -123,22 +147,13 @@ export abstract class PoolResource {
 
   // Draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
   async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
-    if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
-      throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
-    }
-    const wanted = environments ?? Array.from({ length: this.envCount }, (_, environment) => environment);
-    const frameBytes = 3 * sidePx ** 2 + 64;
-    const atATime = Math.max(1, Math.floor((renderBytes - renderOverheadBytes) / frameBytes));
-    const responseBytesMax = BigInt(Math.max(renderBytes, frameBytes + renderOverheadBytes));
+    checkSide(sidePx);
+    const wanted = environments ?? firstEnvironments(this.envCount);
+    const roomBytes = Math.min(responseBytesDefault, Number(this.limits.responseBytesMax)) - framesOverheadBytes;
+    const atATime = Math.max(1, Math.floor(roomBytes / frameBytes(sidePx)));
     const frames: Frame[] = [];
     for (let begin = 0; begin < wanted.length; begin += atATime) {
-      const request = {
-        pool: this.name,
-        environments: wanted.slice(begin, begin + atATime),
-        sidePx,
-        format: FrameFormat.RGB,
-        responseBytesMax,
-      };
+      const request = this.#framesRequest(wanted.slice(begin, begin + atATime), sidePx);
       frames.push(
         ...(await this.connection.unary(RenderService.method.renderEnvironments, request, options)).frames,
       );
@@ -146,7 +161,47 @@ export abstract class PoolResource {
     return frames;
   }
 
+  // Shows environments (the first 16, unless told which; at most 64) while somebody steps them, and never slows who does: at
+  // first as they are now, then as they are after something has changed, at a bounded rate. Who takes long between two
+  // moments misses those in between. Ends with AbortedError when the pool is gone, and with UnavailableError when the server
+  // stops or the connection breaks; leaving a loop over it ends the call.
+  async *watch(
+    environments?: readonly number[],
+    { sidePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
+  ): AsyncGenerator<WatchPoolResponse, void, void> {
+    checkSide(sidePx);
+    const wanted = environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault));
+    const request = { ...this.#framesRequest(wanted, sidePx), framesPerSecondMax };
+    yield* this.connection.serverStream(RenderService.method.watchPool, request, signal);
+  }
+
   protected abstract requireNothingInFlight(): void;
+
+  #framesRequest(environments: readonly number[], sidePx: number) {
+    const bytes = framesOverheadBytes + environments.length * frameBytes(sidePx);
+    return {
+      pool: this.name,
+      environments: [...environments],
+      sidePx,
+      format: FrameFormat.RGB,
+      // No more than they take, as a server may have a low limit. 0: what it sends by default.
+      responseBytesMax: BigInt(bytes <= responseBytesDefault ? 0 : bytes),
+    };
+  }
+}
+
+function firstEnvironments(count: number): number[] {
+  return Array.from({ length: count }, (_, environment) => environment);
+}
+
+function frameBytes(sidePx: number): number {
+  return 3 * sidePx ** 2 + frameOverheadBytes;
+}
+
+function checkSide(sidePx: number): void {
+  if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
+    throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
+  }
 }
 
 function durationOf(seconds: number): { seconds: bigint; nanos: number } {

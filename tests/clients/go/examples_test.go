@@ -24,8 +24,16 @@ func goRun(t *testing.T, arguments ...string) string {
 
 func TestRandomAgentPlays(t *testing.T) {
 	said := goRun(t, "procgenclient/examples/random_agent", "-server", server.Address, "-game", "maze")
-	if !regexp.MustCompile(`^\d+ episodes of maze <nil>\n$`).MatchString(said) {
+	if !regexp.MustCompile(`^\d+ episodes of maze\n$`).MatchString(said) {
 		t.Error(said)
+	}
+}
+
+func TestRandomAgentFailsWithTheReason(t *testing.T) {
+	agent := exec.Command("go", "run", "procgenclient/examples/random_agent", "-server", server.Address, "-game", "pong")
+	said, err := agent.CombinedOutput()
+	if err == nil || !strings.Contains(string(said), `no game is named "pong"`) {
+		t.Errorf("%v: %s", err, said)
 	}
 }
 

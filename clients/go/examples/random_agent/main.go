@@ -5,6 +5,7 @@ import (
 	"context"
 	"flag"
 	"fmt"
+	"log"
 
 	"procgenclient"
 )
@@ -18,5 +19,8 @@ func main() {
 	for step := 0; step < 1000 && playing.Step(playing.SampleActions()); step++ {
 		episodes += len(playing.Batch.Fingerprints) // One for each episode that ended.
 	}
-	fmt.Println(episodes, "episodes of", *game, playing.Close())
+	if err := playing.Close(); err != nil {
+		log.Fatal(err)
+	}
+	fmt.Println(episodes, "episodes of", *game)
 }
