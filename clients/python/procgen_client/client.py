@@ -12,6 +12,7 @@ from google.protobuf import message as protobuf_message
 from procgen_client import options as _options
 from procgen_client._channel_call import ChannelCall
 from procgen_client._http2 import Http2Call
+from procgen_client._newest import newest_of
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -364,7 +365,7 @@ class Client:
         """Gives what a server tells from time to time, until it ends or is closed."""
         call = self._unary(method, request, timeout=None)
         try:
-            yield from call
+            yield from newest_of(call)
         except grpc.RpcError as error:
             raise from_rpc_error(error) from None
         finally:

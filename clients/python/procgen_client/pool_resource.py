@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,16 +16,16 @@ from procgen_client.options import duration
 if TYPE_CHECKING:
     from procgen_client.client import Client
 
-# Frames for people are asked for in messages of this size, unless one alone is larger. In bytes.
-_RENDER_BYTES = 4 * 1024 * 1024
-_RENDER_OVERHEAD_BYTES = 4096
+# What a server sends at most in one response unless told otherwise. In bytes.
+RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
+# What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+_FRAMES_OVERHEAD_BYTES = 4096
+_FRAME_OVERHEAD_BYTES = 64
 # Which episode, by its name here.
 _WHICH_EPISODE = {
     "last": states_pb2.WHICH_EPISODE_LAST,
     "current": states_pb2.WHICH_EPISODE_CURRENT,
 }
-# What a server sends to who watches, at most. In bytes.
-_WATCH_BYTES = 16 * 1024 * 1024
 # What a state has in a request besides its own bytes, at most: a tag and a length.
 _STATE_OVERHEAD_BYTES = 8
 
@@ -219,18 +219,13 @@ class PoolResource(abc.ABC):
             UnimplementedError: The server does not draw for people (catalog().features.render).
         """
         wanted = list(range(self.env_count)) if environments is None else list(environments)
-        frame_bytes = 3 * in_range("side_px", side_px, 16, 2048) ** 2 + 64
-        at_a_time = max(1, (_RENDER_BYTES - _RENDER_OVERHEAD_BYTES) // frame_bytes)
-        limit = max(_RENDER_BYTES, frame_bytes + _RENDER_OVERHEAD_BYTES)
+        frame_bytes = _frame_bytes(side_px)
+        limit = min(RESPONSE_BYTES_DEFAULT, self._client.catalog().limits.response_bytes_max)
+        at_a_time = max(1, (limit - _FRAMES_OVERHEAD_BYTES) // frame_bytes)
         frames: list[np.ndarray] = []
         for begin in range(0, len(wanted), at_a_time):
-            request = message_of(
-                render_pb2.RenderEnvironmentsRequest,
-                pool=self.name,
-                environments=wanted[begin : begin + at_a_time],
-                side_px=side_px,
-                format=render_pb2.FRAME_FORMAT_RGB,
-                response_bytes_max=limit,
+            request = self._frames_request(
+                render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], side_px
             )
             for frame in self._client._render_environments(request).frames:
                 frames.append(_pixels_of(frame))
@@ -259,27 +254,49 @@ class PoolResource(abc.ABC):
 
         Raises:
             InvalidArgumentError: An environment, the size or the rate is out of range.
-            ResourceExhaustedError: The pictures of a moment are more than 16 MiB, or too much is
-                watched at a time (``catalog().limits.owner_watch_count_max``).
+            ResourceExhaustedError: The pictures of a moment are more than the server sends
+                (``catalog().limits.response_bytes_max``), or too much is watched at a time
+                (``catalog().limits.owner_watch_count_max``).
             AbortedError: The pool is gone.
             UnavailableError: The server drains, or the connection broke.
         """
         wanted = range(min(self.env_count, 16)) if environments is None else environments
-        request = message_of(
+        request = self._frames_request(
             render_pb2.WatchPoolRequest,
-            pool=self.name,
-            environments=list(wanted),
-            side_px=in_range("side_px", side_px, 16, 2048),
-            format=render_pb2.FRAME_FORMAT_RGB,
+            list(wanted),
+            side_px,
             frames_per_second_max=frames_per_second_max,
-            response_bytes_max=_WATCH_BYTES,
         )
         for moment in self._client._watch_pool(request):
             yield [_pixels_of(frame) for frame in moment.frames]
 
+    def _frames_request(
+        self,
+        cls: Any,  # noqa: ANN401
+        environments: list[int],
+        side_px: int,
+        **fields: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        """Gives a request for frames; errors as :meth:`render`."""
+        frames_bytes = _FRAMES_OVERHEAD_BYTES + len(environments) * _frame_bytes(side_px)
+        return message_of(
+            cls,
+            pool=self.name,
+            environments=environments,
+            side_px=side_px,
+            format=render_pb2.FRAME_FORMAT_RGB,
+            # No more than they take, as a server may have a low limit. 0: what it sends by default.
+            response_bytes_max=0 if frames_bytes <= RESPONSE_BYTES_DEFAULT else frames_bytes,
+            **fields,
+        )
+
     @abc.abstractmethod
     def _require_nothing_in_flight(self) -> None:
         """Raises FailedPreconditionError where requests are unanswered."""
+
+
+def _frame_bytes(side_px: int) -> int:
+    return 3 * in_range("side_px", side_px, 16, 2048) ** 2 + _FRAME_OVERHEAD_BYTES
 
 
 def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import server_binary
 
-from procgen_client import Client
-from procgen_client.errors import FailedPreconditionError, InvalidArgumentError, NotFoundError
+from procgen_client import Client, ServerProcess, connect
+from procgen_client.errors import (
+    FailedPreconditionError,
+    InvalidArgumentError,
+    NotFoundError,
+    ResourceExhaustedError,
+)
 
 
 def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
@@ -19,6 +25,35 @@ def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
         assert np.array_equal(frames[1], batch.observations[0])
         moments.close()
         assert next(pool.watch())[0].shape == (256, 256, 3)
+
+
+def test_who_takes_long_between_two_moments_misses_those_in_between(client: Client) -> None:
+    with client.create_pool("bigfish", 1) as pool:
+        slow, quick = (pool.watch([0], side_px=64, frames_per_second_max=60) for _ in range(2))
+        next(slow)
+        next(quick)
+        for _ in range(20):
+            last = pool.step([4])
+            next(quick)
+        moments = 1
+        while not np.array_equal(next(slow)[0], last.observations[0]):
+            moments += 1
+        assert moments < 10, f"{moments} moments of 20 waited to be read"
+
+
+def test_frames_are_of_the_size_that_the_server_allows() -> None:
+    flags = ["--workers=1", "--response_bytes_max=1048576"]
+    with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
+        with client.create_pool("maze", 7) as pool:
+            assert len(pool.render(side_px=256)) == 7
+            assert len(next(pool.watch([0, 1, 2, 3]))) == 4
+            with pytest.raises(ResourceExhaustedError, match="room for 5 frames of 256 x 256"):
+                next(pool.watch())
+
+
+def test_more_than_a_server_sends_by_default_is_watched(client: Client) -> None:
+    with client.create_pool("maze", 16) as pool:
+        assert len(next(pool.watch(side_px=512))) == 16
 
 
 def test_a_watch_ends_with_an_error(client: Client) -> None:
