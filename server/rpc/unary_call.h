@@ -24,9 +24,13 @@ absl::Status ParsedStatus(bool is_valid, size_t byte_count) {
                                                             Message::descriptor()->full_name()));
 }
 
-// The bytes on the wire as a message. Errors: INVALID_ARGUMENT.
+// The bytes on the wire as a message. Errors: INVALID_ARGUMENT; CANCELLED: there are none, for the
+// call was given up before they came.
 template <typename Message>
 absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
+  if (!bytes.Valid()) {
+    return absl::CancelledError("the call ended before its request came");
+  }
   grpc::ByteBuffer consumed(bytes);  // shares the bytes
   const bool is_valid = grpc::SerializationTraits<Message>::Deserialize(&consumed, message).ok();
   return ParsedStatus<Message>(is_valid, bytes.Length());
