@@ -5,7 +5,7 @@ import { count, milliseconds, plural, rate, reward } from "./figures.js";
 import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
 import { Mosaic } from "./live_mosaic.js";
-import { drawNodes } from "./live_nodes.js";
+import { NodeTable } from "./live_nodes.js";
 import { Plots } from "./live_plots.js";
 import { attempt, notify, openPage } from "./page.js";
 
@@ -16,6 +16,7 @@ let last = null;   // the last event "pools"
 
 const enlarged = new EnlargedView();
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, pool, environment));
+const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
 
 async function ready(hello, opened) {
@@ -35,7 +36,7 @@ function lost() {
 function show(event) {
   last = event;
   drawServer(event);
-  drawNodes(byId("node-rows"), event.nodes);
+  nodes.draw(event.nodes, event.time_s);
   const pools = visiblePools();
   byId("empty").hidden = pools.length > 0;
   byId("bench").hidden = event.pools.length === 0;

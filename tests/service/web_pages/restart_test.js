@@ -25,7 +25,7 @@ test("pages say that the server is gone, wait, and go on by themselves when it i
   }
   await waitForText(play.locator("#message"), "The server is gone.");
 
-  server = await Server.start(`--web_address=${server.web}`);
+  server = await Server.start(`--web_address=${new URL(server.web).host}`);
   learner = await Learner.start(server, "after", ["coinrun"], 4);
   for (const page of [live, play]) {
     await waitForText(page.locator(".link"), "Connected");
