@@ -51,7 +51,7 @@ async function greet(connection) {
       // A server does not wait for somebody who looks for a token.
       connection.close();
       forgetToken();
-      await askToken(token ? error.message : "");
+      await askToken(token ? "The server does not know this token. Is it complete?" : "");
       connection.open();
     } else {
       tell(error);
@@ -87,14 +87,14 @@ function isDark() {
 }
 
 function themeButton() {
-  const button = element("button", { type: "button", title: "Light or dark", onclick: () => {
+  const button = element("button", { type: "button", onclick: () => {
     const theme = isDark() ? "light" : "dark";
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
     show();
     document.dispatchEvent(new Event("theme"));
   } });
-  const show = () => setText(button, isDark() ? "Light" : "Dark");
+  const show = () => setText(button, isDark() ? "Light theme" : "Dark theme");
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     show();
     document.dispatchEvent(new Event("theme"));

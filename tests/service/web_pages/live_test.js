@@ -94,7 +94,7 @@ test("a page without pools says how to begin, and shows the pool that is made th
   const empty = await Server.start();
   const page = await it.open(empty.page());
   await page.locator("#empty").waitFor();
-  assert.match(await page.locator("#empty pre").textContent(), /ProcgenVectorEnv\("coinrun", num_envs=64, server=/);
+  await waitForText(page.locator("#empty pre"), `ProcgenVectorEnv("coinrun", num_envs=64, server="${empty.address}")`);
   const first = await Learner.start(empty, "first", ["maze"], 4);
   await waitForText(page.locator("#pool-name"), "pools/first");
   await page.locator("#empty").waitFor({ state: "hidden" });

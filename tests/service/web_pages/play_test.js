@@ -47,7 +47,7 @@ test("recorded keys lead to the coin, and the trace is replayed outside of the b
 test("a level waits for its first key, then goes at 15 steps a second until it is paused", async () => {
   const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
   const step = figure(page, "#figures", "Step");
-  await waitForText(page.locator("#message"), "Press a key to begin.");
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   assert.equal(await step.textContent(), "0");
   await page.keyboard.press("ArrowLeft");
   await waitForText(step, /^[1-9]/);
@@ -107,7 +107,7 @@ async function openHeard(options) {
   const opened = page.waitForEvent("websocket");
   await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
   const socket = await opened;
-  await waitForText(page.locator("#message"), "Press a key to begin.");
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   const asked = (action) =>
     socket.waitForEvent("framesent", ({ payload }) => JSON.parse(payload).action === ACTIONS[action]);
   return { page, asked };

@@ -14,7 +14,7 @@ test("pages say that the server is gone, wait, and go on by themselves when it i
   const live = await it.open(server.page());
   await live.locator(FIRST).waitFor();
   const play = await it.open(server.page("/play?game=maze&mode=easy&level=5"));
-  await waitForText(play.locator("#message"), "Press a key to begin.");
+  await waitForText(play.locator("#message"), "Press an arrow key to begin.");
   await play.keyboard.press(".");
   await waitForText(figure(play, "#figures", "Step"), /^1$/);
 

@@ -42,14 +42,14 @@ test("over https the token is asked for, pools are watched, and levels played, b
   assert.equal(await page.evaluate(() => isSecureContext), true);
   await page.fill("#token", "wrong-token-0123456789");
   await page.keyboard.press("Enter");
-  await page.locator("#token-problem", { hasText: /./ }).waitFor();
+  await waitForText(page.locator("#token-problem"), "The server does not know this token.");
   await page.fill("#token", TOKEN);
   await page.keyboard.press("Enter");
   await waitForText(page.locator("#pool-name"), "pools/hers");
   await waitForChange(page, "#mosaic li:first-child canvas");
 
   await page.click("text=Play");
-  await waitForText(page.locator("#message"), "Press a key to begin.");
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   await page.keyboard.press(".");
   await waitForText(figure(page, "#figures", "Step"), /^1$/);
 

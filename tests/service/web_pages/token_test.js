@@ -21,7 +21,7 @@ test("the page asks for the token until it is right, keeps it for the tab, and n
   page.on("request", (request) => addresses.push(request.url()));
   await page.fill("#token", "wrong-token-0123456789");
   await page.keyboard.press("Enter");
-  await page.locator("#token-problem", { hasText: /./ }).waitFor();
+  await waitForText(page.locator("#token-problem"), "The server does not know this token.");
   await page.fill("#token", TOKEN);
   await page.keyboard.press("Enter");
   await waitForText(page.locator("#pool-name"), "pools/hers");
