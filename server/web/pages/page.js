@@ -10,7 +10,7 @@ const NOTICE_MS = 6000;
 // Shows the page and connects. `onReady(hello, connection)` is called once the server has let the page in, and again each
 // time after the connection was lost. Gives the connection.
 export function openPage(onReady, onLost = () => {}) {
-  const state = element("span", { class: "link", role: "status", "data-state": "waiting" }, "Connecting");
+  const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
   const connection = new Connection();
   let wasLost = false;
@@ -28,7 +28,7 @@ export function openPage(onReady, onLost = () => {}) {
     onReady(hello, connection);
   });
   connection.addEventListener("lost", ({ detail }) => {
-    state.dataset.state = "waiting";
+    state.dataset.state = "lost";
     setText(state, "Waiting for the server");
     if (!wasLost) {
       notify(detail || "The server is gone. The page goes on as soon as it is back.", "warn");

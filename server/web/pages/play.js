@@ -102,6 +102,9 @@ async function show(next) {
   }
   await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(next, name))));
   if (view === next) {  // Figures never tell of another moment than the pictures.
+    const where = `${level.game}, level ${view.level_seed}, step ${view.episode_step}, score ${score}`;
+    byId("human").setAttribute("aria-label", `${where}, as people see it`);
+    byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
     setTiles(byId("figures"), [
       ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
       ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],

@@ -107,7 +107,10 @@ async function show(view) {
     ["Level seed", String(view.level_seed)], ["Episode", episodeOf(view)],
     ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
   ]);
-  slider.setAttribute("aria-valuetext", `step ${shownRow}, score ${reward(view.total_reward)}`);
+  const where = `step ${shownRow}, score ${reward(view.total_reward)}`;
+  slider.setAttribute("aria-valuetext", where);
+  byId("human").setAttribute("aria-label", `${where}, as people see it`);
+  byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
   drawTimeline(byId("rewards"), replay, shownRow);
 }
 

@@ -14,14 +14,17 @@ const NARROW = { width: 390, height: 844 };
 
 const it = withBrowser();
 let server;
+let empty;
 let learner;
 before(async () => {
+  empty = await Server.start();
   server = await Server.start();
   learner = await Learner.start(server, "watched", ["coinrun"], 20);
 });
 after(async () => {
   await learner.stop();
   assert.equal(await server.stop(), 0);
+  assert.equal(await empty.stop(), 0);
 });
 
 // Each page with what is there when it is in use.
@@ -29,6 +32,10 @@ const PAGES = {
   live: async (page) => {
     await page.goto(server.page());
     await page.locator("#plots canvas").first().waitFor();
+  },
+  "live without pools": async (page) => {
+    await page.goto(empty.page());
+    await page.locator("#empty").waitFor();
   },
   "an enlarged environment": async (page) => {
     await page.goto(server.page());
@@ -38,6 +45,10 @@ const PAGES = {
     await page.goto(server.page(COINRUN_1000_PATH));
     await waitForText(page.locator("#message"), "Press an arrow key to begin.");
     await page.click("summary");
+  },
+  "replay without a trace": async (page) => {
+    await page.goto(empty.page("/replay"));
+    await waitForText(page.locator(".link"), "Connected");
   },
   replay: async (page) => {
     await page.goto(server.page(COINRUN_1000_PATH));
@@ -133,6 +144,17 @@ for (const [name, use] of Object.entries(PAGES)) {
     await checkLooks(page);
   });
 }
+
+test("what is on top of a page can be skipped", async () => {
+  for (const path of ["/", "/play", "/replay", "/gallery"]) {
+    const page = await it.open(empty.page(path));
+    await waitForText(page.locator(".link"), "Connected");
+    await page.keyboard.press("Tab");
+    const target = await page.getAttribute(".skip:focus", "href");
+    await page.keyboard.press("Enter");
+    await page.locator(`${target}:focus`).waitFor();
+  }
+});
 
 test("the theme follows the system until one is chosen, which every page keeps", async () => {
   const page = await it.open(server.page("/play"), { colorScheme: "dark" });

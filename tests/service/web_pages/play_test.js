@@ -67,6 +67,7 @@ test("restart plays the same level again, the next level has the next seed, and 
   const start = await picture(page, "#human");
   await page.keyboard.press(".");
   await waitForText(figure(page, "#figures", "Step"), /^1$/);
+  assert.equal(await page.getAttribute("#human", "aria-label"), "maze, level 41, step 1, score 0, as people see it");
   await page.keyboard.press("r");
   await waitForText(figure(page, "#figures", "Step"), /^0$/);
   await waitForPicture(page, "#human", (shown) => shown === start);

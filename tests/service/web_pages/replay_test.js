@@ -59,6 +59,7 @@ test("a play goes to the replay page, which shows what was played, forward and b
   await seek(page, COINRUN_1000_STEPS);
   assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
   assert.equal(await figure(page, "#figures", "Reward").textContent(), "10");
+  assert.equal(await page.getAttribute("#human", "aria-label"), `step ${COINRUN_1000_STEPS}, score 10, as people see it`);
   assert.match(await figure(page, "#figures", "Fingerprint").textContent(), /^[0-9a-f]{16}$/);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
