@@ -30,14 +30,15 @@ export function setText(target, text) {
   }
 }
 
-// Fills a <dl class="tiles"> with pairs of a name and a text.
-export function setTiles(list, pairs) {
-  if (list.childElementCount !== pairs.length) {
-    list.replaceChildren(...pairs.map(() => element("div", {}, element("dt"), element("dd"))));
+// Fills a <dl class="tiles"> with names and texts; a third text, where there is one, explains the name.
+export function setTiles(list, tiles) {
+  if (list.childElementCount !== tiles.length) {
+    list.replaceChildren(...tiles.map(() => element("div", {}, element("dt"), element("dd"))));
   }
-  pairs.forEach(([name, text], index) => {
+  tiles.forEach(([name, text, explanation = ""], index) => {
     const [term, value] = list.children[index].children;
     setText(term, name);
+    term.title = explanation;
     setText(value, text);
   });
 }

@@ -40,3 +40,8 @@ export function milliseconds(value) {
 export function plural(number, noun) {
   return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 }
+
+// A time in seconds since 1970 -> "08:10:05", where the browser is
+export function clock(seconds) {
+  return new Date(seconds * 1000).toLocaleTimeString("en-GB");
+}

@@ -77,7 +77,7 @@ async function drawLevels(connection, catalog) {
   const most = mode.level_seed === undefined ? LEVEL_MAX - choice.level + 1 : 1;
   turnTo(byId("previous"), choice, choice.level > 0 && most > 1, -PAGE_COUNT);
   turnTo(byId("following"), choice, most > PAGE_COUNT, PAGE_COUNT);
-  const caption = (seed) => element("span", { class: "small number" }, String(seed));
+  const caption = (seed) => element("span", { class: "small quiet" }, `Level ${seed}`);
   const pictures = await drawPage(connection, choice, Math.min(PAGE_COUNT, most), caption);
   byId("pictures").replaceChildren(...(pictures ?? []).map((picture) => element("li", {}, picture)));
   return pictures !== null;

@@ -5,23 +5,26 @@ import { count, milliseconds, plural, rate, reward } from "./figures.js";
 import { tellOptions } from "./level_choice.js";
 import { EnlargedView } from "./live_enlarged.js";
 import { Mosaic } from "./live_mosaic.js";
-import { drawNodes } from "./live_nodes.js";
+import { NodeTable } from "./live_nodes.js";
 import { Plots } from "./live_plots.js";
 import { attempt, notify, openPage } from "./page.js";
 
 let connection = null;
 let catalog = null;
+let self = null;   // the server's name among its nodes
 let open = null;   // the name of the open pool
 let last = null;   // the last event "pools"
 
 const enlarged = new EnlargedView();
 const mosaic = new Mosaic((pool, environment) => enlarged.show(connection, pool, environment));
+const nodes = new NodeTable(byId("node-rows"));
 const plots = new Plots(byId("plots"));
 
 async function ready(hello, opened) {
   connection = opened;
   open = null;
   catalog = hello.catalog;
+  self = hello.node;
   byId("nodes").hidden = !(hello.cluster || hello.is_fleet);
   await attempt(() => connection.call("pools.follow"));
 }
@@ -35,9 +38,10 @@ function lost() {
 function show(event) {
   last = event;
   drawServer(event);
-  drawNodes(byId("node-rows"), event.nodes);
+  nodes.draw(event.nodes, event.time_s);
   const pools = visiblePools();
   byId("empty").hidden = pools.length > 0;
+  setText(byId("address"), addressOf(event));
   byId("bench").hidden = event.pools.length === 0;
   drawPools(pools);
   const pool = chosenPool(pools);
@@ -72,9 +76,15 @@ function drawServer({ server: { load } }) {
   list.hidden = false;
   setTiles(list, [
     ["Steps / s", rate(load.steps_per_second)], ["Pools", count(load.pool_count)],
-    ["Environments", count(load.environment_count)], ["Learners attached", count(load.stream_count)],
-    ["Workers", count(load.worker_count)], ["Steps so far", rate(load.step_count)],
+    ["Environments", count(load.environment_count)], ["Learners", count(load.stream_count), "Programs that step a pool"],
+    ["Workers", count(load.worker_count), "Threads that step environments"], ["Steps so far", rate(load.step_count)],
   ]);
+}
+
+// Where programs reach this server: under the name that the browser knows, where it listens on all addresses.
+function addressOf({ nodes }) {
+  const address = nodes.find(({ name }) => name === self)?.address ?? "";
+  return address.replace(/^(0\.0\.0\.0|\[::\]):/, `${location.hostname}:`);
 }
 
 function drawPools(pools) {
@@ -140,14 +150,13 @@ function drawPool(pool) {
   const owner = pool.owner ? [`owner ${pool.owner}`] : [];
   setText(byId("pool-about"), [pool.games.join(", "), pool.mode, ...owner, ...chosen].join(" · "));
   setTiles(byId("pool-figures"), [
-    ["Steps / s", rate(pool.steps_per_second)], ["Mean return", reward(pool.mean_return)],
-    ["Mean length", count(pool.mean_length)], ["Episodes", count(pool.episode_count)],
-    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms)],
-    ["Request p99", milliseconds(pool.request_p99_ms)], ["Steps so far", rate(pool.step_count)],
+    ["Steps / s", rate(pool.steps_per_second)], ["Mean return", reward(pool.mean_return), "Score of the last 100 episodes"],
+    ["Mean length", count(pool.mean_length), "Steps of the last 100 episodes"], ["Episodes", count(pool.episode_count)],
+    ["Environments", count(pool.env_count)], ["Request p50", milliseconds(pool.request_p50_ms), "Half of the last 512 requests took no longer"],
+    ["Request p99", milliseconds(pool.request_p99_ms), "99 in 100 of the last 512 requests took no longer"], ["Steps so far", rate(pool.step_count)],
   ]);
 }
 
-setText(byId("address"), `${location.hostname}:50051`);
 byId("visitors").addEventListener("change", () => show(last));
 addEventListener("popstate", () => {
   open = null;

@@ -1,28 +1,77 @@
-// The table of the cluster's nodes.
+// The table of the cluster's nodes: those that are there and, for a while, those that have gone.
 
 import { element, setText } from "./elements.js";
-import { count, rate } from "./figures.js";
+import { clock, count, NONE, rate } from "./figures.js";
+import { notify } from "./page.js";
 
+const GONE_SHOWN_S = 600;
+const STATE = 2;  // its column
 const NUMBERS_FROM = 3;
 const NUMBERS_TO = 7;
+const COLUMN_COUNT = 8;
 
-export function drawNodes(body, nodes) {
-  while (body.rows.length > nodes.length) {
-    body.deleteRow(-1);
+export class NodeTable {
+  #body;
+  #known = new Map();  // name -> { node, seen: when the server told of it last }
+  #time = 0;
+
+  constructor(body) {
+    this.#body = body;
   }
-  nodes.forEach((node, row) => {
-    const cells = cellsOf(node);
-    const line = body.rows[row] ?? body.appendChild(element("tr", {}, ...cells.map((_, column) =>
-      element("td", { class: column >= NUMBERS_FROM && column < NUMBERS_TO ? "number" : null }))));
-    cells.forEach((text, column) => setText(line.cells[column], text));
-  });
+
+  // Shows what the server tells of its nodes at `time`.
+  draw(nodes, time) {
+    nodes.forEach((node) => this.#known.set(node.name, { node, seen: time }));
+    for (const [name, { node, seen }] of this.#known) {
+      if (seen < time - GONE_SHOWN_S) {
+        this.#known.delete(name);
+      } else if (seen === this.#time && seen < time) {
+        notify(`${nameOf(node)} is gone.`, "warn");
+      }
+    }
+    this.#time = time;
+    const known = [...this.#known.values()].sort((one, other) => collator.compare(one.node.name, other.node.name));
+    while (this.#body.rows.length > known.length) {
+      this.#body.deleteRow(-1);
+    }
+    known.forEach(({ node, seen }, index) => {
+      const row = this.#body.rows[index] ?? this.#body.appendChild(makeRow());
+      drawRow(row, node, seen < time ? ["bad", `gone since ${clock(seen)}`] : stateOf(node), seen === time);
+    });
+  }
 }
 
-function cellsOf(node) {
-  const state = node.draining ? "draining" : node.healthy ? "healthy" : "not answering";
-  return [
-    `${node.name.replace(/^nodes\//, "")}${node.role === "fleet" ? " (fleet)" : ""}`, node.address, state,
-    `${count(node.environment_count)} of ${count(node.environment_capacity)}`, count(node.pool_count),
-    count(node.worker_count), rate(node.steps_per_second), node.version,
-  ];
+// node-2 before node-10.
+const collator = new Intl.Collator("en", { numeric: true });
+
+function makeRow() {
+  const cells = Array.from({ length: COLUMN_COUNT }, (_, column) =>
+    element("td", { class: column >= NUMBERS_FROM && column < NUMBERS_TO ? "number" : null }, element("span")));
+  return element("tr", {}, ...cells);
+}
+
+function drawRow(row, node, [kind, state], isThere) {
+  const figures = isThere
+    ? [environmentsOf(node), count(node.pool_count), count(node.worker_count), rate(node.steps_per_second)]
+    : [NONE, NONE, NONE, NONE];
+  [nameOf(node), node.address, state, ...figures, node.version].forEach((text, column) =>
+    setText(row.cells[column].firstChild, text));
+  row.cells[STATE].firstChild.className = `badge ${kind}`;
+}
+
+function nameOf({ name, role }) {
+  return `${name.replace(/^nodes\//, "")}${role === "fleet" ? " (fleet)" : ""}`;
+}
+
+// A fleet server has room for none itself.
+function environmentsOf({ environment_count: held, environment_capacity: most }) {
+  return most === 0 ? count(held) : `${count(held)} of ${count(most)}`;
+}
+
+// How a node that is there is, as a kind of badge and a text.
+function stateOf({ draining, healthy }) {
+  if (draining) {
+    return ["warn", "draining"];
+  }
+  return healthy ? ["on", "healthy"] : ["bad", "not serving"];
 }

@@ -2,7 +2,7 @@
 
 import { colorsOf } from "./colors.js";
 import { element, setText } from "./elements.js";
-import { count, milliseconds, rate, reward } from "./figures.js";
+import { clock, count, milliseconds, rate, reward } from "./figures.js";
 
 const SPAN_S = 600;
 const HEIGHT_PX = 152;
@@ -126,7 +126,7 @@ class Drawing {
       padding: [10, 18, 0, 0],
       scales: { y: isLog ? { distr: 3 } : { range: (chart, min, max) => rangeOf(min, max) } },
       axes: [
-        { ...axis, grid: { show: false }, size: 26, space: 70, values: (chart, ticks) => ticks.map(clock) },
+        { ...axis, grid: { show: false }, size: 26, space: 70, values: (chart, ticks) => ticks.map(minute) },
         { ...axis, grid: isLog ? { ...axis.grid, filter: decades } : axis.grid, size: 56, space: 34, values: (chart, ticks) => ticks.map((tick) => (tick === null ? "" : write(tick))) },
       ],
       series: [{}, ...lines.map((name, index) => ({ stroke: strokes[index] ?? ink, width: 1.75, points: { show: false } }))],
@@ -150,7 +150,7 @@ function rangeOf(min, max) {
 }
 
 // 08:10, and with seconds where a tick is between minutes.
-function clock(seconds) {
-  const time = new Date(seconds * 1000).toLocaleTimeString("en-GB");
+function minute(seconds) {
+  const time = clock(seconds);
   return time.endsWith(":00") ? time.slice(0, -3) : time;
 }

@@ -10,7 +10,7 @@ const NOTICE_MS = 6000;
 // Shows the page and connects. `onReady(hello, connection)` is called once the server has let the page in, and again each
 // time after the connection was lost. Gives the connection.
 export function openPage(onReady, onLost = () => {}) {
-  const state = element("span", { class: "link", role: "status", "data-state": "waiting" }, "Connecting");
+  const state = element("span", { class: "link", role: "status", "data-state": "connecting" }, "Connecting");
   drawBar(state);
   const connection = new Connection();
   let wasLost = false;
@@ -28,7 +28,7 @@ export function openPage(onReady, onLost = () => {}) {
     onReady(hello, connection);
   });
   connection.addEventListener("lost", ({ detail }) => {
-    state.dataset.state = "waiting";
+    state.dataset.state = "lost";
     setText(state, "Waiting for the server");
     if (!wasLost) {
       notify(detail || "The server is gone. The page goes on as soon as it is back.", "warn");
@@ -51,7 +51,7 @@ async function greet(connection) {
       // A server does not wait for somebody who looks for a token.
       connection.close();
       forgetToken();
-      await askToken(token ? error.message : "");
+      await askToken(token ? "The server does not know this token. Is it complete?" : "");
       connection.open();
     } else {
       tell(error);
@@ -87,14 +87,14 @@ function isDark() {
 }
 
 function themeButton() {
-  const button = element("button", { type: "button", title: "Light or dark", onclick: () => {
+  const button = element("button", { type: "button", onclick: () => {
     const theme = isDark() ? "light" : "dark";
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
     show();
     document.dispatchEvent(new Event("theme"));
   } });
-  const show = () => setText(button, isDark() ? "Light" : "Dark");
+  const show = () => setText(button, isDark() ? "Light theme" : "Dark theme");
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     show();
     document.dispatchEvent(new Event("theme"));

@@ -45,8 +45,7 @@ async function begin() {
     game: form.elements.game.value, mode: form.elements.mode.value, level: form.elements.level.valueAsNumber,
     options: optionsOf(form, catalog),
   };
-  history.replaceState(null, "", addressOf("/play", level));
-  document.title = `${level.game}, level ${level.level} – Procgen Server`;
+  tellLevel();
   if (view) {
     connection.call("play.close", { play: view.play }).catch(() => {});
     view = null;
@@ -59,6 +58,13 @@ async function begin() {
   stage.focus({ preventScroll: true });
 }
 
+// The address, the title and the page say which level is played.
+function tellLevel() {
+  history.replaceState(null, "", addressOf("/play", level));
+  document.title = `${level.game}, level ${level.level} – Procgen Server`;
+  setText(byId("playing"), `${level.game}, ${level.mode}, level ${level.level}`);
+}
+
 // A level begins with the first key, so that nobody is too late for it.
 function waitForKey() {
   if (view) {
@@ -66,7 +72,7 @@ function waitForKey() {
     keys.take();
     isWaiting = true;
     byId("pause").firstChild.data = "Begin ";
-    say("Press a key to begin.");
+    say(`${descriptionOf(level.game)} Press an arrow key to begin.`);
   }
 }
 
@@ -96,6 +102,9 @@ async function show(next) {
   }
   await Promise.all(["human", "agent"].map((name) => drawPart(byId(name), partOf(next, name))));
   if (view === next) {  // Figures never tell of another moment than the pictures.
+    const where = `${level.game}, level ${view.level_seed}, step ${view.episode_step}, score ${score}`;
+    byId("human").setAttribute("aria-label", `${where}, as people see it`);
+    byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
     setTiles(byId("figures"), [
       ["Score", score], ["Step", count(view.episode_step)], ["Level seed", String(view.level_seed)],
       ["Reward", reward(view.reward)], ["Episodes", count(view.episode_count)],
@@ -145,7 +154,7 @@ function act(name) {
 function follow() {
   level.level = view.level_seed;
   form.elements.level.value = view.level_seed;
-  history.replaceState(null, "", addressOf("/play", level));
+  tellLevel();
   waitForKey();
 }
 
@@ -157,9 +166,12 @@ async function withTrace(use) {
   }
 }
 
+function descriptionOf(game) {
+  return catalog.games.find(({ name }) => name === game).description;
+}
+
 function describe() {
-  const game = catalog.games.find(({ name }) => name === form.elements.game.value);
-  setText(byId("about"), game?.description ?? "");
+  setText(byId("about"), descriptionOf(form.elements.game.value));
 }
 
 form.addEventListener("submit", (event) => {

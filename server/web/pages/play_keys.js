@@ -5,16 +5,23 @@ const NAMES = {
   KeyQ: "Q", KeyW: "W", KeyE: "E", KeyA: "A", KeyS: "S", KeyD: "D",
 };
 
-// The number of the action whose keys are all held; of several the one with most keys, then the first of the catalog.
+// The number of the action that keys stand for, given in the order in which they were pressed: it has the newest of them, so
+// that one can shoot without letting go of the way, and with that as many others as an action has.
 // `actions`: the catalog's, with `number` and `keys`.
 export function actionOf(actions, held) {
-  const possible = actions.filter(({ keys }) => keys.every((key) => held.has(key)));
+  const newest = [...held].slice(-1);
+  const possible = actions.filter(({ keys }) => keys.every((key) => held.has(key)) && newest.every((key) => keys.includes(key)));
   return possible.reduce((best, action) => (action.keys.length > best.keys.length ? action : best)).number;
 }
 
 // Whether what has the focus takes letters and arrows for itself.
 export function takesKeys(target) {
   return target.closest?.("input, select, textarea, dialog, summary") !== null;
+}
+
+// What a button of the touch pad stands for; no button: nothing.
+function namesOf(button) {
+  return button ? button.dataset.key.split(" ") : [];
 }
 
 // Which keys are held. One that was let go before it was asked for counts once, so that a short tap is a step.
@@ -39,43 +46,56 @@ export class Keys {
     });
     document.addEventListener("keyup", ({ code }) => NAMES[code] && this.#release(NAMES[code]));
     addEventListener("blur", () => this.#held.clear());
-    for (const button of pad.querySelectorAll("[data-key]")) {
-      this.#listenTo(button);
-    }
+    this.#listenTo(pad);
   }
 
-  // The names that are held, or were since the last time.
+  // The names that are held, in the order in which they were pressed, then those that were let go since the last time.
   take() {
     const names = new Set([...this.#held.keys(), ...this.#tapped]);
     this.#tapped.clear();
     return names;
   }
 
-  #listenTo(button) {
-    const names = button.dataset.key.split(" ");
-    let isHeld = false;
-    const set = (held) => {
-      if (held !== isHeld) {
-        isHeld = held;
-        button.classList.toggle("held", held);
-        names.forEach((name) => (held ? this.#press(name) : this.#release(name)));
+  // Each finger holds the button that it is on, also one that it slid to.
+  #listenTo(pad) {
+    const touches = new Map();  // pointer -> button, or null where it is on none
+    pad.addEventListener("pointerdown", ({ pointerId, target }) => {
+      pad.setPointerCapture(pointerId);
+      this.#touch(touches, pointerId, target.closest("[data-key]"));
+    });
+    pad.addEventListener("pointermove", ({ pointerId, clientX, clientY }) => {
+      if (touches.has(pointerId)) {
+        const below = document.elementFromPoint(clientX, clientY)?.closest("[data-key]") ?? null;
+        this.#touch(touches, pointerId, below);
       }
-    };
-    button.addEventListener("pointerdown", (event) => {
-      button.setPointerCapture(event.pointerId);
-      set(true);
     });
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      button.addEventListener(end, () => set(false));
+      pad.addEventListener(end, ({ pointerId }) => {
+        this.#touch(touches, pointerId, null);
+        touches.delete(pointerId);
+      });
     }
     // By keyboard or a screen reader a press is a tap.
-    button.addEventListener("click", ({ detail }) => {
-      if (detail === 0) {
-        names.forEach((name) => this.#tapped.add(name));
+    pad.addEventListener("click", ({ detail, target }) => {
+      const button = target.closest("[data-key]");
+      if (detail === 0 && button) {
+        namesOf(button).forEach((name) => this.#tapped.add(name));
         this.#onPress();
       }
     });
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
+    pad.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  #touch(touches, pointerId, button) {
+    const left = touches.get(pointerId) ?? null;
+    touches.set(pointerId, button);
+    if (button === left) {
+      return;
+    }
+    namesOf(button).forEach((name) => this.#press(name));
+    namesOf(left).forEach((name) => this.#release(name));
+    const touched = new Set(touches.values());
+    [left, button].forEach((one) => one?.classList.toggle("held", touched.has(one)));
   }
 
   #press(name) {

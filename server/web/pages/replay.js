@@ -70,7 +70,7 @@ function judge(difference) {
   const verdict = byId("verdict");
   verdict.className = `badge ${difference ? "bad" : "on"}`;
   setText(verdict, difference
-    ? `Differs in row ${difference.row}: ${difference.field} is ${difference.got}, was ${difference.expected}`
+    ? `Differs at step ${difference.row}: ${difference.field} is ${difference.got}, was ${difference.expected}`
     : "Identical to the recording");
 }
 
@@ -102,12 +102,15 @@ async function show(view) {
   }
   const action = replay.actions[shownRow - 1];
   setTiles(byId("figures"), [
-    ["Row", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE],
+    ["Step", `${count(shownRow)} of ${count(replay.rows - 1)}`], ["Action", actions.get(action) ?? action ?? NONE],
     ["Reward", reward(view.reward)], ["Score", reward(view.total_reward)],
     ["Level seed", String(view.level_seed)], ["Episode", episodeOf(view)],
     ["Fingerprint", view.fingerprint ?? replay.fingerprint ?? NONE],
   ]);
-  slider.setAttribute("aria-valuetext", `row ${shownRow}, score ${reward(view.total_reward)}`);
+  const where = `step ${shownRow}, score ${reward(view.total_reward)}`;
+  slider.setAttribute("aria-valuetext", where);
+  byId("human").setAttribute("aria-label", `${where}, as people see it`);
+  byId("agent").setAttribute("aria-label", `${where}, as the agent sees it`);
   drawTimeline(byId("rewards"), replay, shownRow);
 }
 

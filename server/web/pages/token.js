@@ -27,6 +27,8 @@ export function askToken(problem) {
       element("div", { class: "row" }, element("button", { class: "main", type: "submit" }, "Go on")));
     const dialog = element("dialog", { "aria-labelledby": "token-title" }, form);
     dialog.addEventListener("cancel", (event) => event.preventDefault());
+    // A browser closes it all the same for who insists; there is nothing to see without a token.
+    dialog.addEventListener("close", () => dialog.isConnected && dialog.showModal());
     form.addEventListener("submit", () => {
       sessionStorage.setItem(KEY, input.value.trim());
       dialog.remove();

@@ -4,22 +4,27 @@ import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { figure, waitForText, withBrowser } from "./browser.js";
 import { lowContrasts } from "./contrast.js";
+import { stickingOut } from "./overflow.js";
 import { COINRUN_1000, COINRUN_1000_PATH, playKeys } from "./playing.js";
 import { Learner, Server } from "./server.js";
 
 const WIDE = { width: 1440, height: 900 };
+const USUAL = { width: 1280, height: 800 };
 const NARROW = { width: 390, height: 844 };
 
 const it = withBrowser();
 let server;
+let empty;
 let learner;
 before(async () => {
+  empty = await Server.start();
   server = await Server.start();
   learner = await Learner.start(server, "watched", ["coinrun"], 20);
 });
 after(async () => {
   await learner.stop();
   assert.equal(await server.stop(), 0);
+  assert.equal(await empty.stop(), 0);
 });
 
 // Each page with what is there when it is in use.
@@ -28,20 +33,28 @@ const PAGES = {
     await page.goto(server.page());
     await page.locator("#plots canvas").first().waitFor();
   },
+  "live without pools": async (page) => {
+    await page.goto(empty.page());
+    await page.locator("#empty").waitFor();
+  },
   "an enlarged environment": async (page) => {
     await page.goto(server.page());
     await page.locator("#mosaic button").first().click();
   },
   play: async (page) => {
     await page.goto(server.page(COINRUN_1000_PATH));
-    await waitForText(page.locator("#message"), "Press a key to begin.");
+    await waitForText(page.locator("#message"), "Press an arrow key to begin.");
     await page.click("summary");
+  },
+  "replay without a trace": async (page) => {
+    await page.goto(empty.page("/replay"));
+    await waitForText(page.locator(".link"), "Connected");
   },
   replay: async (page) => {
     await page.goto(server.page(COINRUN_1000_PATH));
     await playKeys(page, COINRUN_1000.slice(0, 2));
     await page.click("#replay");
-    await waitForText(figure(page, "#figures", "Row"), "0 of 3");
+    await waitForText(figure(page, "#figures", "Step"), "0 of 3");
   },
   gallery: async (page) => {
     await page.goto(server.page("/gallery"));
@@ -109,8 +122,8 @@ async function checkKeyboard(page) {
   assert.deepEqual(wanted.filter((one) => !reached.has(one)), []);
 }
 
-async function checkContrast(page) {
-  for (const viewport of [WIDE, NARROW]) {
+async function checkLooks(page) {
+  for (const viewport of [WIDE, USUAL, NARROW]) {
     await page.setViewportSize(viewport);
     for (const colorScheme of ["light", "dark"]) {
       // Without motion colours change at once.
@@ -118,18 +131,30 @@ async function checkContrast(page) {
       assert.deepEqual(await page.evaluate(lowContrasts), [], colorScheme);
     }
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
+    assert.deepEqual(await page.evaluate(stickingOut), [], `${viewport.width} pixels`);
   }
 }
 
 for (const [name, use] of Object.entries(PAGES)) {
-  test(`${name}: all has names, the keyboard reaches it, contrast is enough, narrow windows hold it`, async () => {
+  test(`${name}: all has names, the keyboard reaches it, contrast is enough, windows hold it`, async () => {
     const page = await it.open(server.page("/play"), { viewport: WIDE });
     await use(page);
     await checkNames(page);
     await checkKeyboard(page);
-    await checkContrast(page);
+    await checkLooks(page);
   });
 }
+
+test("what is on top of a page can be skipped", async () => {
+  for (const path of ["/", "/play", "/replay", "/gallery"]) {
+    const page = await it.open(empty.page(path));
+    await waitForText(page.locator(".link"), "Connected");
+    const target = await page.getAttribute(".skip", "href");
+    await page.locator(".skip").focus();
+    await page.keyboard.press("Enter");
+    await page.locator(`${target}:focus`).waitFor();
+  }
+});
 
 test("the theme follows the system until one is chosen, which every page keeps", async () => {
   const page = await it.open(server.page("/play"), { colorScheme: "dark" });

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { figure, picture, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { replayLastEpisode } from "./episodes.js";
 import { Learner, Server } from "./server.js";
 
 const FIRST = "#mosaic li:first-child canvas";
@@ -84,15 +85,7 @@ test("an environment is enlarged, and its last episode kept and replayed as it w
   await page.keyboard.press("Escape");
   await page.locator("#large").waitFor({ state: "hidden" });
 
-  // Which environments have ended an episode is the learner's luck: ask each until one has.
-  for (let environment = 0; new URL(page.url()).pathname !== "/replay"; environment += 1) {
-    await page.click(`#mosaic button[title='Environment ${environment % 16}']`);
-    await page.click("#keep-last");
-    await Promise.race([page.waitForURL("**/replay"), page.locator("#large-problem", { hasText: /./ }).waitFor()]);
-    if (new URL(page.url()).pathname !== "/replay") {
-      await page.keyboard.press("Escape");
-    }
-  }
+  await replayLastEpisode(page, 16);
   await waitForText(page.locator("#verdict"), "Identical to the recording");
   await waitForText(page.locator("#level"), "coinrun");
 });
@@ -101,7 +94,7 @@ test("a page without pools says how to begin, and shows the pool that is made th
   const empty = await Server.start();
   const page = await it.open(empty.page());
   await page.locator("#empty").waitFor();
-  assert.match(await page.locator("#empty pre").textContent(), /ProcgenVectorEnv\("coinrun", num_envs=64, server=/);
+  await waitForText(page.locator("#empty pre"), `ProcgenVectorEnv("coinrun", num_envs=64, server="${empty.address}")`);
   const first = await Learner.start(empty, "first", ["maze"], 4);
   await waitForText(page.locator("#pool-name"), "pools/first");
   await page.locator("#empty").waitFor({ state: "hidden" });

@@ -11,6 +11,9 @@ import { figure, picture, waitForPicture, waitForText, withBrowser } from "./bro
 import { COINRUN_1000, COINRUN_1000_PATH, COINRUN_1000_STEPS, playKeys } from "./playing.js";
 import { Server } from "./server.js";
 
+// Numbers of actions, as the catalog has them.
+const ACTIONS = { LEFT: 1, "LEFT+UP": 2, none: 4, "RIGHT+DOWN": 6, RIGHT: 7, "RIGHT+UP": 8, D: 9 };
+
 const it = withBrowser();
 let server;
 let folder;
@@ -44,7 +47,7 @@ test("recorded keys lead to the coin, and the trace is replayed outside of the b
 test("a level waits for its first key, then goes at 15 steps a second until it is paused", async () => {
   const page = await it.open(server.page("/play?game=bigfish&mode=hard&level=7"));
   const step = figure(page, "#figures", "Step");
-  await waitForText(page.locator("#message"), "Press a key to begin.");
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
   assert.equal(await step.textContent(), "0");
   await page.keyboard.press("ArrowLeft");
   await waitForText(step, /^[1-9]/);
@@ -64,6 +67,7 @@ test("restart plays the same level again, the next level has the next seed, and 
   const start = await picture(page, "#human");
   await page.keyboard.press(".");
   await waitForText(figure(page, "#figures", "Step"), /^1$/);
+  assert.equal(await page.getAttribute("#human", "aria-label"), "maze, level 41, step 1, score 0, as people see it");
   await page.keyboard.press("r");
   await waitForText(figure(page, "#figures", "Step"), /^0$/);
   await waitForPicture(page, "#human", (shown) => shown === start);
@@ -98,13 +102,42 @@ test("a mode that has one level alone says which", async () => {
   assert.equal(await page.locator("[name=level]").isEditable(), false);
 });
 
-test("fingers play by buttons, two at once together", async () => {
-  const page = await it.open(server.page("/play?game=coinrun&mode=easy&level=1000"), {
-    viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true,
-  });
-  await waitForText(page.locator("#message"), "Press a key to begin.");
-  const start = await picture(page, "#human");
-  await page.tap("[data-key=RIGHT]");
+// Opens a level whose server's requests are seen. `asked(action)` waits until the server is asked for this action.
+async function openHeard(options) {
+  const page = await it.open("about:blank", options);
+  const opened = page.waitForEvent("websocket");
+  await page.goto(server.page("/play?game=maze&mode=easy&level=5"));
+  const socket = await opened;
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  const asked = (action) =>
+    socket.waitForEvent("framesent", ({ payload }) => JSON.parse(payload).action === ACTIONS[action]);
+  return { page, asked };
+}
+
+test("of the keys that are held the newest counts, with as many others as go together", async () => {
+  const { page, asked } = await openHeard();
+  const change = (what, key, action) => Promise.all([asked(action), page.keyboard[what](key)]);
+  await change("down", "ArrowRight", "RIGHT");
+  await change("down", "d", "D");
+  await change("up", "d", "RIGHT");
+  await change("down", "ArrowUp", "RIGHT+UP");
+  await change("down", "ArrowLeft", "LEFT+UP");
+  await change("up", "ArrowUp", "LEFT");
+});
+
+test("fingers play by buttons: two at once together, and one that slides plays what it comes to", async () => {
+  const { page, asked } = await openHeard({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  const session = await page.context().newCDPSession(page);
+  const on = async (key, id) => {
+    const { x, y, width, height } = await page.locator(`[data-key="${key}"]`).boundingBox();
+    return { id, x: x + width / 2, y: y + height / 2 };
+  };
+  const touch = (type, touchPoints, action) =>
+    Promise.all([asked(action), session.send("Input.dispatchTouchEvent", { type, touchPoints })]);
+  await touch("touchStart", [await on("RIGHT", 1)], "RIGHT");
+  await touch("touchStart", [await on("UP", 2)], "RIGHT+UP");
+  await touch("touchMove", [await on("RIGHT", 1), await on("DOWN", 2)], "RIGHT+DOWN");
+  await touch("touchMove", [await on("LEFT UP", 1), await on("DOWN", 2)], "LEFT+UP");
+  await touch("touchEnd", [], "none");
   await waitForText(figure(page, "#figures", "Step"), /^[1-9]/);
-  await waitForPicture(page, "#human", (shown) => shown !== start);
 });

@@ -25,7 +25,7 @@ after(async () => {
 });
 
 function row(page, number) {
-  return waitForText(figure(page, "#figures", "Row"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
+  return waitForText(figure(page, "#figures", "Step"), new RegExp(`^${number} of ${COINRUN_1000_STEPS}$`));
 }
 
 // Moves the slider, as a pointer or a key would.
@@ -51,12 +51,15 @@ test("a play goes to the replay page, which shows what was played, forward and b
   await page.waitForURL("**/replay");
   await row(page, 0);
   assert.equal(await page.locator("#verdict").textContent(), "Identical to the recording");
+  const controls = await page.locator("#run").boundingBox();
+  assert(controls.y + controls.height <= page.viewportSize().height, "one need not scroll to go through it");
   await waitForPicture(page, "#human", (shown) => shown === pictures[0]);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
   await seek(page, COINRUN_1000_STEPS);
   assert.equal(await figure(page, "#figures", "Score").textContent(), "10");
   assert.equal(await figure(page, "#figures", "Reward").textContent(), "10");
+  assert.equal(await page.getAttribute("#human", "aria-label"), `step ${COINRUN_1000_STEPS}, score 10, as people see it`);
   assert.match(await figure(page, "#figures", "Fingerprint").textContent(), /^[0-9a-f]{16}$/);
   await seek(page, 3);
   await waitForPicture(page, "#human", (shown) => shown === pictures[3]);
@@ -98,7 +101,7 @@ test("a recording that went otherwise is told by its row", async () => {
   await writeFile(changed, bytes);
   const page = await it.open(server.page("/replay"));
   await page.setInputFiles("#file", changed);
-  await waitForText(page.locator("#verdict"), "Differs in row 5: reward is 0, was 1");
+  await waitForText(page.locator("#verdict"), "Differs at step 5: reward is 0, was 1");
 });
 
 test("a file that is no trace is refused, and the page goes on", async () => {

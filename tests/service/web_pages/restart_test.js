@@ -11,10 +11,10 @@ const it = withBrowser();
 test("pages say that the server is gone, wait, and go on by themselves when it is back", async () => {
   let server = await Server.start();
   let learner = await Learner.start(server, "before", ["coinrun"], 4);
-  const live = await it.open(server.page());
+  const live = await it.open(server.page(), { viewport: { width: 390, height: 844 } });
   await live.locator(FIRST).waitFor();
   const play = await it.open(server.page("/play?game=maze&mode=easy&level=5"));
-  await waitForText(play.locator("#message"), "Press a key to begin.");
+  await waitForText(play.locator("#message"), "Press an arrow key to begin.");
   await play.keyboard.press(".");
   await waitForText(figure(play, "#figures", "Step"), /^1$/);
 
@@ -23,9 +23,11 @@ test("pages say that the server is gone, wait, and go on by themselves when it i
   for (const page of [live, play]) {
     await waitForText(page.locator(".link"), "Waiting for the server");
   }
+  const size = await live.locator(".link").evaluate((state) => parseFloat(getComputedStyle(state).fontSize));
+  assert(size >= 12, "a narrow window tells it in words, not by a colour alone");
   await waitForText(play.locator("#message"), "The server is gone.");
 
-  server = await Server.start(`--web_address=${server.web}`);
+  server = await Server.start(`--web_address=${new URL(server.web).host}`);
   learner = await Learner.start(server, "after", ["coinrun"], 4);
   for (const page of [live, play]) {
     await waitForText(page.locator(".link"), "Connected");

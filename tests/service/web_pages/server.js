@@ -19,7 +19,7 @@ export class Server {
     const listening = new Promise((resolve) => {
       createInterface(server.process.stderr).on("line", (line) => {
         told.push(line);
-        const web = /event=listening .*\bweb=http:..([^/\s]+)/.exec(line);
+        const web = /event=listening .*\bweb=(\S+[^/\s])/.exec(line);
         if (web) {
           resolve(web[1]);
         }
@@ -31,9 +31,9 @@ export class Server {
     return server;
   }
 
-  // The address of a page.
+  // The address of a page. `web`: that of all of them.
   page(path = "/") {
-    return `http://${this.web}${path}`;
+    return `${this.web}${path}`;
   }
 
   // Gives its exit status.
@@ -41,6 +41,36 @@ export class Server {
     const exited = once(this.process, "exit");
     this.process.kill("SIGTERM");
     return (await exited)[0];
+  }
+}
+
+// Servers on loopback that are the nodes of a cluster, and a fleet server that spreads pools over them.
+export class Fleet {
+  nodes = new Map();  // by name
+  #flags = [`--cluster=pages-${process.pid}`, `--cluster_domain=${process.pid % 100}`, "--cluster_peers=127.0.0.1"];
+
+  static async start(...names) {
+    const fleet = new Fleet();
+    await Promise.all(names.map((name) => fleet.startNode(name)));
+    fleet.front = await Server.start(...fleet.#flags, "--fleet", "--node_id=front");
+    return fleet;
+  }
+
+  async startNode(name) {
+    this.nodes.set(name, await Server.start(...this.#flags, `--node_id=${name}`));
+  }
+
+  // Gives its exit status.
+  async stopNode(name) {
+    const node = this.nodes.get(name);
+    this.nodes.delete(name);
+    return node.stop();
+  }
+
+  // Gives all exit statuses.
+  async stop() {
+    const status = await this.front.stop();
+    return [status, ...await Promise.all([...this.nodes.keys()].map((name) => this.stopNode(name)))];
   }
 }
 

@@ -1,0 +1,22 @@
+// Texts that stick out of what they are in. Runs in the page.
+
+// Lists the texts that go beyond the sides of their panel, button or dialog; those that can be scrolled may.
+export function stickingOut() {
+  const out = [];
+  const texts = document.createTreeWalker(document.querySelector("dialog[open]") ?? document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const element = texts.currentNode.parentElement;
+    const box = element.closest("button, .button, .panel, dialog, header, main");
+    if (!box || !element.checkVisibility() || element.closest(".unseen, .skip, select, pre, .scroll, #pools")) {
+      continue;
+    }
+    const range = document.createRange();
+    range.selectNodeContents(texts.currentNode);
+    const text = range.getBoundingClientRect();
+    const { left, right } = box.getBoundingClientRect();
+    if (text.width > 0 && (text.left < left || text.right > right)) {
+      out.push(texts.currentNode.data.trim());
+    }
+  }
+  return out;
+}

@@ -1,0 +1,64 @@
+// Pages over TLS, of a server that asks who one is.
+
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { promisify } from "node:util";
+import { figure, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { Learner, Server } from "./server.js";
+
+const TOKEN = "alices-token-0123456789";
+const it = withBrowser();
+
+// Makes a certificate for loopback that vouches for itself. Gives the paths of it and of its key.
+async function makeCertificate(folder) {
+  const [certificate, key] = [join(folder, "certificate.pem"), join(folder, "key.pem")];
+  await promisify(execFile)("openssl", [
+    "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2", "-subj", "/CN=server",
+    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", certificate,
+  ]);
+  return [certificate, key];
+}
+
+test("over https the token is asked for, pools are watched, and levels played, by wss alone", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "procgen-web-"));
+  const [certificate, key] = await makeCertificate(folder);
+  await writeFile(join(folder, "tokens"), `alice ${TOKEN}\n`, { mode: 0o600 });
+  const server = await Server.start(
+    `--tls_certificate=${certificate}`, `--tls_key=${key}`, `--tokens=${join(folder, "tokens")}`);
+  const learner = await Learner.start(server, "hers", ["coinrun"], 4, { credentials: { ca: certificate, token: TOKEN } });
+  assert.match(server.page(), /^https:/);
+
+  // The browser trusts no certificate that vouches for itself but in contexts that are told to.
+  await assert.rejects(it.open(server.page()), /ERR_CERT_AUTHORITY_INVALID/);
+  const page = await it.open("about:blank", { ignoreHTTPSErrors: true });
+  const addresses = [];
+  page.on("request", (request) => addresses.push(request.url()));
+  page.on("websocket", (socket) => addresses.push(socket.url()));
+  await page.goto(server.page());
+  assert.equal(await page.evaluate(() => isSecureContext), true);
+  await page.fill("#token", "wrong-token-0123456789");
+  await page.keyboard.press("Enter");
+  await waitForText(page.locator("#token-problem"), "The server does not know this token.");
+  await page.fill("#token", TOKEN);
+  await page.keyboard.press("Enter");
+  await waitForText(page.locator("#pool-name"), "pools/hers");
+  await waitForChange(page, "#mosaic li:first-child canvas");
+
+  await page.click("text=Play");
+  await waitForText(page.locator("#message"), "Press an arrow key to begin.");
+  await page.keyboard.press(".");
+  await waitForText(figure(page, "#figures", "Step"), /^1$/);
+
+  const { host } = new URL(server.page());
+  assert(addresses.includes(`wss://${host}/socket`));
+  const others = addresses.filter((address) => !/^(https|wss):/.test(address) || new URL(address).host !== host);
+  assert.deepEqual(others, []);
+  assert(addresses.every((address) => !address.includes("token-")));
+  await learner.stop();
+  assert.equal(await server.stop(), 0);
+  await rm(folder, { recursive: true });
+});
