@@ -9,13 +9,24 @@ import numpy as np
 from procgen_client.batch import Batch
 
 
-def step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
-    """Gives the infos of a step; with SAME_STEP also what ended episodes showed last."""
-    everywhere = np.ones(batch.environment_count, np.bool_)
-    ended = batch.ended
-    infos = level_infos(batch, everywhere)
-    if not ended.any():
-        return infos
+def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
+    """Gives what is known of the levels, for the environments of `mask` (bool [N])."""
+    return {
+        "level_seed": batch.level_seeds,
+        "_level_seed": mask.copy(),
+        "prev_level_seed": batch.prev_level_seeds,
+        "_prev_level_seed": mask.copy(),
+        "prev_level_complete": batch.prev_level_complete,
+        "_prev_level_complete": mask.copy(),
+    }
+
+
+def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str, Any]:
+    """Gives what is known of the episodes of `ended` (bool [N]), which have ended in this step.
+
+    With SAME_STEP also what they showed last.
+    """
+    infos: dict[str, Any] = {}
     _add_info(infos, "episode_return", np.where(ended, batch.episode_returns, 0), ended)
     _add_info(infos, "episode_length", np.where(ended, batch.episode_lengths, 0), ended)
     if not same_step:
@@ -33,15 +44,6 @@ def step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
         _add_info(final_info, name, np.where(ended, values, 0).astype(values.dtype), ended)
     _add_info(infos, "final_obs", final_obs, ended)
     _add_info(infos, "final_info", final_info, ended)
-    return infos
-
-
-def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Gives what is known of the levels, for the environments of `mask` (bool [N])."""
-    infos: dict[str, Any] = {}
-    _add_info(infos, "level_seed", batch.level_seeds, mask)
-    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
-    _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
     return infos
 
 
