@@ -19,8 +19,8 @@ ACTION_COUNT = 15
 
 # By action, and the last one is that of -1: what signed numbers are on the wire (sint32). In
 # between is what numpy finds for numbers that are no actions.
-_NO_ACTION = b"\xff"
-_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION[0]] * 100, 1], np.uint8)
+_NO_ACTION = 0xFF
+_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION] * 100, 1], np.uint8)
 _ACTIONS_NUMBER = step_pb2.Step.DESCRIPTOR.fields_by_name["actions"].number
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
 _STEP_NUMBER = _FIELDS["step"].number
@@ -63,7 +63,7 @@ def action_bytes(actions: npt.ArrayLike) -> bytes:
     try:
         on_wire = _ACTIONS_ON_WIRE.take(array).tobytes()
     except (IndexError, TypeError):  # Further out than the table; 64 bits without a sign.
-        on_wire = _NO_ACTION
+        on_wire = bytes((_NO_ACTION,))
     if _NO_ACTION in on_wire:
         wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))
         if wrong.size:

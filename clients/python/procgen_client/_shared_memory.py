@@ -9,7 +9,7 @@ import operator
 import os
 import weakref
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,13 +50,13 @@ class _Rows(NamedTuple):
     batch: int  # Its number in the ring.
     first_environment: int
     memory: memoryview  # Of the whole batch.
+    pictures_type: np.dtype  # The arrays of these rows in there, as the fields of one element.
+    has_observations: bool  # They are written.
+    has_final_observations: bool
     numbers: memoryview  # All numbers of the batch, which lie side by side.
-    numbers_type: np.dtype  # The arrays of these rows in there, as the fields of one element.
+    numbers_type: np.dtype  # As pictures_type.
     terminated: slice  # Of the bytes of numbers.
     truncated: slice
-    observations_shape: tuple[int, ...] | None  # None: they are not written.
-    observations_begin: int  # In bytes from the batch's beginning.
-    final_observations_begin: int | None  # Likewise. None: they are not written.
     let_go: Callable[[object], None]  # Notes that the batch is held no more.
 
 
@@ -137,30 +137,22 @@ class SharedMapping:
         if rows is None:
             return None
         # All views of it, and views of those, refer to this array, and nothing else does.
-        memory = np.frombuffer(rows.memory, np.uint8)
-        self._held[rows.batch] = weakref.ref(memory, rows.let_go)
-        observations, final_observations = None, self._no_pictures
-        if rows.observations_shape is not None:
-            observations = np.ndarray(
-                rows.observations_shape, np.uint8, memory, rows.observations_begin
-            )
+        pictures: np.ndarray = np.ndarray((), rows.pictures_type, rows.memory)
+        self._held[rows.batch] = weakref.ref(pictures, rows.let_go)
         numbers = bytearray(rows.numbers)
         # A byte each, 0 or 1.
         terminated = int.from_bytes(numbers[rows.terminated], "little")
         truncated = int.from_bytes(numbers[rows.truncated], "little")
         ended = (terminated | truncated).bit_count()
-        if ended and rows.final_observations_begin is not None:
-            final_observations = np.ndarray(
-                (ended, *self._picture_shape), np.uint8, memory, rows.final_observations_begin
-            )
+        has_final_observations = rows.has_final_observations and ended
         *of_rows, fingerprints = _all_arrays(np.ndarray((), rows.numbers_type, numbers))
         fields: tuple[Any, ...] = (
             request.sequence_number,
             rows.first_environment,
             *of_rows,
             fingerprints[:ended],
-            final_observations,
-            observations,
+            pictures["final_observations"][:ended] if has_final_observations else self._no_pictures,
+            pictures["observations"] if rows.has_observations else None,
         )
         return Batch(*fields)
 
@@ -197,36 +189,38 @@ class SharedMapping:
                 f"the server answers with {count} environments from {first} on in batch {number} "
                 "of shared memory, which there are not"
             )
-        arrays = self._arrays
         batch_begin = number * self._batch_bytes
         memory = memoryview(self._memory)[batch_begin : batch_begin + self._batch_bytes]
-        numbers_begin = min(arrays[name].begin(0) for name in ARRAY_TYPES)
-        numbers_end = max(arrays[name].begin(self._env_count) for name in ARRAY_TYPES)
-        begins = {name: arrays[name].begin(first) - numbers_begin for name in ARRAY_TYPES}
-        numbers_type = np.dtype(
-            {
-                "names": list(ARRAY_TYPES),
-                "formats": [(dtype, (count,)) for dtype in ARRAY_TYPES.values()],
-                "offsets": list(begins.values()),
-                "itemsize": numbers_end - numbers_begin,
-            }
-        )
-        final_observations_begin = arrays["final_observations"].begin(first)
+        numbers_begin = min(self._arrays[name].begin(0) for name in ARRAY_TYPES)
+        numbers_end = max(self._arrays[name].begin(self._env_count) for name in ARRAY_TYPES)
+        begins = {
+            name: self._arrays[name].begin(first) - numbers_begin
+            for name in ("terminated", "truncated")
+        }
         let_go = self._let_go
         return _Rows(
             batch=number,
             first_environment=first,
             memory=memory,
+            pictures_type=self._type_of_rows(PICTURES, 0, first, count),
+            has_observations=batch.shared_observations,
+            has_final_observations=batch.shared_final_observations,
             numbers=memory[numbers_begin:numbers_end],
-            numbers_type=numbers_type,
+            numbers_type=self._type_of_rows(ARRAY_TYPES, numbers_begin, first, count),
             terminated=slice(begins["terminated"], begins["terminated"] + count),
             truncated=slice(begins["truncated"], begins["truncated"] + count),
-            observations_shape=(count, *self._picture_shape) if batch.shared_observations else None,
-            observations_begin=arrays["observations"].begin(first),
-            final_observations_begin=(
-                final_observations_begin if batch.shared_final_observations else None
-            ),
             let_go=lambda _: let_go.append(number),
+        )
+
+    def _type_of_rows(self, names: Iterable[str], begin: int, first: int, count: int) -> np.dtype:
+        """Gives rows of these arrays as the fields of one element, which begins at a byte."""
+        arrays = [self._arrays[name] for name in names]
+        return np.dtype(
+            {
+                "names": list(names),
+                "formats": [(array.dtype, (count, *array.row_shape)) for array in arrays],
+                "offsets": [array.begin(first) - begin for array in arrays],
+            }
         )
 
     def _note_let_go(self) -> None:
