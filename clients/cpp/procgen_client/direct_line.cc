@@ -10,9 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <thread>
-
-#include "absl/time/clock.h"
 
 namespace procgen_client {
 namespace {
@@ -20,8 +17,6 @@ namespace {
 constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Answers are small: the values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
-// How often a learner looks for an answer before it sleeps, if it does: for about 0.1 ms.
-constexpr int kLooksBeforeSleep = 320;
 
 }  // namespace
 
@@ -84,7 +79,6 @@ bool DirectLine::Receive(procgen::v1::StepPoolResponse* response) {
   }
   const bool is_valid = response->ParseFromArray(buffer_.data() + begin_, static_cast<int>(length));
   begin_ += length;
-  look_trial_.OnAnswer(absl::Now);
   return is_valid;
 }
 
@@ -99,15 +93,10 @@ bool DirectLine::Fill(size_t count) {
     begin_ = 0;
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
-  int looks = 0;
   while (end_ - begin_ < count) {
     const ssize_t received =
         recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
     if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-      if (look_trial_.looks() && ++looks < kLooksBeforeSleep) {
-        std::this_thread::yield();
-        continue;
-      }
       // Who waits in recv is woken for nothing whenever the server reads what was sent.
       pollfd input = {.fd = descriptor_, .events = POLLIN, .revents = 0};
       poll(&input, 1, -1);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "procgen/v1/step.pb.h"
-#include "procgen_client/look_trial.h"
 
 namespace procgen_client {
 
@@ -40,7 +39,6 @@ class DirectLine {
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;
-  LookTrial look_trial_;
 };
 
 }  // namespace procgen_client

@@ -12,17 +12,16 @@ import grpc
 import grpc.aio
 
 from procgen_client._proto import step_pb2
+from procgen_client._requests import Request
 from procgen_client._stream import (
-    SEQUENCE_NUMBER_TAG,
     BrokenConnectionError,
-    Request,
     backoffs,
     check_answers,
     check_stands_where_left,
     is_broken_connection,
     not_made_again,
 )
-from procgen_client._wire import Part, varint
+from procgen_client._wire import Part
 from procgen_client.encoding import ObservationDecoder, decode_parts, decoder_for
 from procgen_client.errors import InternalError, ProcgenError, UnavailableError, from_rpc_error
 
@@ -84,7 +83,7 @@ class AsyncStream:
 
     def send(self, body: bytes) -> None:
         """Numbers a request and sends it; what goes wrong, receive tells."""
-        request = Request(self._next_sequence_number, body)
+        request = Request.numbered(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
@@ -111,9 +110,7 @@ class AsyncStream:
             self._call.cancel()
 
     def _put(self, request: Request) -> None:
-        self._requests.put_nowait(
-            SEQUENCE_NUMBER_TAG + varint(request.sequence_number) + request.body
-        )
+        self._requests.put_nowait(request.head + request.body)
 
     async def _read_answer(self) -> list[Part]:
         parts: list[Part] = []

@@ -9,42 +9,42 @@ import numpy as np
 from procgen_client.batch import Batch
 
 
-def step_infos(batch: Batch, same_step: bool) -> dict[str, Any]:
-    """Gives the infos of a step; with SAME_STEP also what ended episodes showed last."""
-    everywhere = np.ones(batch.environment_count, np.bool_)
-    ended = batch.ended
-    infos = level_infos(batch, everywhere)
-    if not ended.any():
-        return infos
-    _add_info(infos, "episode_return", np.where(ended, batch.episode_returns, 0), ended)
-    _add_info(infos, "episode_length", np.where(ended, batch.episode_lengths, 0), ended)
+def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
+    """Gives what is known of the levels, for the environments of `mask` (bool [N])."""
+    return {
+        "level_seed": batch.level_seeds,
+        "_level_seed": mask.copy(),
+        "prev_level_seed": batch.prev_level_seeds,
+        "_prev_level_seed": mask.copy(),
+        "prev_level_complete": batch.prev_level_complete,
+        "_prev_level_complete": mask.copy(),
+    }
+
+
+def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str, Any]:
+    """Gives what is known of the episodes of `ended` (bool [N]), which have ended in this step.
+
+    With SAME_STEP also what they showed last.
+    """
+    infos: dict[str, Any] = {}
+    _add_numbers(infos, "episode_return", batch.episode_returns, ended)
+    _add_numbers(infos, "episode_length", batch.episode_lengths, ended)
     if not same_step:
         return infos
 
-    final_obs = np.full(batch.environment_count, None, dtype=object)
-    for row, observation in zip(np.flatnonzero(ended), batch.final_observations, strict=True):
+    final_obs = np.empty(batch.environment_count, dtype=object)  # Of None.
+    for row, observation in zip(ended.nonzero()[0], batch.final_observations, strict=True):
         final_obs[row] = observation.copy()
     final_info: dict[str, Any] = {}
-    for name, values in (
-        ("level_seed", batch.prev_level_seeds),  # The level that the last observation shows.
-        ("prev_level_seed", batch.prev_level_seeds),
-        ("prev_level_complete", batch.prev_level_complete),
-    ):
-        _add_info(final_info, name, np.where(ended, values, 0).astype(values.dtype), ended)
-    _add_info(infos, "final_obs", final_obs, ended)
-    _add_info(infos, "final_info", final_info, ended)
+    # The level that the last observation shows.
+    _add_numbers(final_info, "level_seed", batch.prev_level_seeds, ended)
+    _add_numbers(final_info, "prev_level_seed", batch.prev_level_seeds, ended)
+    _add_numbers(final_info, "prev_level_complete", batch.prev_level_complete, ended)
+    infos |= {"final_obs": final_obs, "_final_obs": ended.copy()}
+    infos |= {"final_info": final_info, "_final_info": ended.copy()}
     return infos
 
 
-def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
-    """Gives what is known of the levels, for the environments of `mask` (bool [N])."""
-    infos: dict[str, Any] = {}
-    _add_info(infos, "level_seed", batch.level_seeds, mask)
-    _add_info(infos, "prev_level_seed", batch.prev_level_seeds, mask)
-    _add_info(infos, "prev_level_complete", batch.prev_level_complete, mask)
-    return infos
-
-
-def _add_info(infos: dict[str, Any], name: str, values: object, mask: np.ndarray) -> None:
-    infos[name] = values
+def _add_numbers(infos: dict[str, Any], name: str, values: np.ndarray, mask: np.ndarray) -> None:
+    infos[name] = values * mask  # Of the values' type; np.where takes five times as long.
     infos[f"_{name}"] = mask.copy()

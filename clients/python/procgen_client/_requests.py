@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client._proto import states_pb2, step_pb2
-from procgen_client._wire import bytes_field
+from procgen_client._wire import bytes_field, number_tag, varint
 from procgen_client.errors import InvalidArgumentError
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
@@ -19,10 +19,25 @@ ACTION_COUNT = 15
 
 # By action, and the last one is that of -1: what signed numbers are on the wire (sint32). In
 # between is what numpy finds for numbers that are no actions.
-_NO_ACTION = b"\xff"
-_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION[0]] * 100, 1], np.uint8)
+_NO_ACTION = 0xFF
+_ACTIONS_ON_WIRE = np.array([*range(0, 2 * ACTION_COUNT, 2), *[_NO_ACTION] * 100, 1], np.uint8)
 _ACTIONS_NUMBER = step_pb2.Step.DESCRIPTOR.fields_by_name["actions"].number
-_STEP_NUMBER = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name["step"].number
+_FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
+_STEP_NUMBER = _FIELDS["step"].number
+_SEQUENCE_NUMBER_TAG = number_tag(_FIELDS["sequence_number"].number)
+
+
+class Request(NamedTuple):
+    """A request that may have to be sent again."""
+
+    sequence_number: int
+    head: bytes  # The number as a field, which stands in a response as it does in a request.
+    body: bytes  # A serialised StepPoolRequest without numbers.
+
+    @classmethod
+    def numbered(cls, sequence_number: int, body: bytes) -> Request:
+        """Gives what is asked for a number."""
+        return cls(sequence_number, _SEQUENCE_NUMBER_TAG + varint(sequence_number), body)
 
 
 class Reset(NamedTuple):
@@ -48,7 +63,7 @@ def action_bytes(actions: npt.ArrayLike) -> bytes:
     try:
         on_wire = _ACTIONS_ON_WIRE.take(array).tobytes()
     except (IndexError, TypeError):  # Further out than the table; 64 bits without a sign.
-        on_wire = _NO_ACTION
+        on_wire = bytes((_NO_ACTION,))
     if _NO_ACTION in on_wire:
         wrong = np.flatnonzero((array < ACTION_MIN) | (array >= ACTION_COUNT))
         if wrong.size:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import functools
+import math
 import mmap
+import operator
 import os
 import weakref
 from collections import deque
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
+from google.protobuf.message import DecodeError
 
 from procgen_client._proto import step_pb2
-from procgen_client._wire import ARRAY_TYPES, PICTURES, Part
+from procgen_client._requests import Request
+from procgen_client._wire import ARRAY_TYPES, PICTURES, bytes_field, varint
+from procgen_client.batch import Batch
 from procgen_client.errors import FailedPreconditionError, InternalError
 
 _ELEMENT_TYPES = {
@@ -21,12 +28,36 @@ _ELEMENT_TYPES = {
     "<u8": step_pb2.ELEMENT_TYPE_INT64,  # Fingerprints, which the contract calls signed.
     "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
 }
+_RELEASED_BATCHES = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name["released_batches"].number
+_all_arrays = operator.itemgetter(*ARRAY_TYPES)
+# Of so many different answers it is known where their values are. More are seldom given.
+_ROWS_KNOWN_MAX = 1024
 
 
 class _Array(NamedTuple):
-    offset_bytes: int
-    row_bytes: int
+    offset_bytes: int  # From the batch's beginning.
+    row_shape: tuple[int, ...]
     dtype: np.dtype
+
+    def begin(self, row: int) -> int:
+        """Where a row begins, in bytes from the batch's beginning."""
+        return self.offset_bytes + row * self.dtype.itemsize * math.prod(self.row_shape)
+
+
+class _Rows(NamedTuple):
+    """What an answer tells of: some rows of a batch."""
+
+    batch: int  # Its number in the ring.
+    first_environment: int
+    memory: memoryview  # Of the whole batch.
+    pictures_type: np.dtype  # The arrays of these rows in there, as the fields of one element.
+    has_observations: bool  # They are written.
+    has_final_observations: bool
+    numbers: memoryview  # All numbers of the batch, which lie side by side.
+    numbers_type: np.dtype  # As pictures_type.
+    terminated: slice  # Of the bytes of numbers.
+    truncated: slice
+    let_go: Callable[[object], None]  # Notes that the batch is held no more.
 
 
 class SharedMapping:
@@ -51,26 +82,17 @@ class SharedMapping:
         """
         self.path = memory.path
         self._held: dict[int, weakref.ref[np.ndarray]] = {}
-        self._released: list[int] = []
+        self._released = b""  # Written, for the server.
         self._let_go: deque[int] = deque()  # By the garbage collector; not yet in the two above.
         self.map_again(memory)
 
     def map_again(self, memory: step_pb2.SharedMemory) -> None:
         """Maps it, perhaps with more batches than before; errors as of making it."""
         self._arrays, self._env_count = _read_arrays(memory)
-        numbers = [self._arrays[name] for name in ARRAY_TYPES]
-        self._numbers_begin = min(array.offset_bytes for array in numbers)
-        self._numbers_end = max(
-            array.offset_bytes + self._env_count * array.row_bytes for array in numbers
-        )
-        self._numbers_type = np.dtype(
-            {
-                "names": list(ARRAY_TYPES),
-                "formats": [(array.dtype, (self._env_count,)) for array in numbers],
-                "offsets": [array.offset_bytes - self._numbers_begin for array in numbers],
-                "itemsize": self._numbers_end - self._numbers_begin,
-            }
-        )
+        self._picture_shape = self._arrays["observations"].row_shape
+        self._no_pictures = np.zeros((0, *self._picture_shape), np.uint8)
+        self._no_pictures.flags.writeable = False
+        self._known: dict[bytes, _Rows] = {}  # By answers without their sequence numbers.
         self.batch_count = memory.batch_count
         self._batch_bytes = memory.batch_bytes
         try:
@@ -88,28 +110,77 @@ class SharedMapping:
         self._note_let_go()
         return len(self._held)
 
-    def take_released(self) -> list[int]:
-        """Gives the batches that were let go of since the server was told the last time."""
+    def take_released(self) -> bytes:
+        """Gives what tells the server of the batches let go of since it was told the last time.
+
+        Fields of a serialised StepPoolRequest.
+        """
         self._note_let_go()
-        released, self._released = self._released, []
+        released, self._released = self._released, b""
         return released
 
     def take_held(self) -> list[int]:
         """Gives those that are held, to be told as a whole: no others are to be released then."""
         self._note_let_go()
-        self._released = []
+        self._released = b""
         return sorted(self._held)
 
-    def read(self, part: Part) -> None:
-        """Gives `part` its arrays: pictures are views, which hold the batch; numbers are copies.
+    def read(self, message: bytes, request: Request) -> Batch | None:
+        """Gives the batch that a response answers a request with; None: it answers otherwise.
+
+        Its pictures are views, which hold it; its numbers are copies.
 
         Raises:
             InternalError: It tells of what is not there.
         """
-        number, first, count = part.shared_batch, part.first_environment, part.environment_count
+        rows = self._rows_of(message, request)
+        if rows is None:
+            return None
+        # All views of it, and views of those, refer to this array, and nothing else does.
+        pictures: np.ndarray = np.ndarray((), rows.pictures_type, rows.memory)
+        self._held[rows.batch] = weakref.ref(pictures, rows.let_go)
+        numbers = bytearray(rows.numbers)
+        # A byte each, 0 or 1.
+        terminated = int.from_bytes(numbers[rows.terminated], "little")
+        truncated = int.from_bytes(numbers[rows.truncated], "little")
+        ended = (terminated | truncated).bit_count()
+        has_final_observations = rows.has_final_observations and ended
+        *of_rows, fingerprints = _all_arrays(np.ndarray((), rows.numbers_type, numbers))
+        fields: tuple[Any, ...] = (
+            request.sequence_number,
+            rows.first_environment,
+            *of_rows,
+            fingerprints[:ended],
+            pictures["final_observations"][:ended] if has_final_observations else self._no_pictures,
+            pictures["observations"] if rows.has_observations else None,
+        )
+        return Batch(*fields)
+
+    def _rows_of(self, message: bytes, request: Request) -> _Rows | None:
+        """Gives what a response tells of; None: of no batch, or it answers another request."""
+        told = message[len(request.head) :] if message.startswith(request.head) else b""
+        rows = self._known.get(told)
+        if rows is not None:
+            return rows
+        try:
+            response = step_pb2.StepPoolResponse.FromString(message)
+        except DecodeError:
+            return None  # Who reads it otherwise tells.
+        if not response.batch.HasField("shared_batch") or (
+            response.sequence_number != request.sequence_number
+        ):
+            return None
+        rows = self._find(response.batch)
+        if told:
+            if len(self._known) == _ROWS_KNOWN_MAX:
+                self._known.clear()
+            self._known[told] = rows
+        return rows
+
+    def _find(self, batch: step_pb2.Batch) -> _Rows:
+        number, first, count = batch.shared_batch, batch.first_environment, batch.environment_count
         if (
-            number is None
-            or not 0 <= number < self.batch_count
+            not 0 <= number < self.batch_count
             or first < 0
             or count < 1
             or first + count > self._env_count
@@ -118,36 +189,51 @@ class SharedMapping:
                 f"the server answers with {count} environments from {first} on in batch {number} "
                 "of shared memory, which there are not"
             )
-        memory = np.frombuffer(
-            self._memory, np.uint8, self._batch_bytes, number * self._batch_bytes
+        batch_begin = number * self._batch_bytes
+        memory = memoryview(self._memory)[batch_begin : batch_begin + self._batch_bytes]
+        numbers_begin = min(self._arrays[name].begin(0) for name in ARRAY_TYPES)
+        numbers_end = max(self._arrays[name].begin(self._env_count) for name in ARRAY_TYPES)
+        begins = {
+            name: self._arrays[name].begin(first) - numbers_begin
+            for name in ("terminated", "truncated")
+        }
+        let_go = self._let_go
+        return _Rows(
+            batch=number,
+            first_environment=first,
+            memory=memory,
+            pictures_type=self._type_of_rows(PICTURES, 0, first, count),
+            has_observations=batch.shared_observations,
+            has_final_observations=batch.shared_final_observations,
+            numbers=memory[numbers_begin:numbers_end],
+            numbers_type=self._type_of_rows(ARRAY_TYPES, numbers_begin, first, count),
+            terminated=slice(begins["terminated"], begins["terminated"] + count),
+            truncated=slice(begins["truncated"], begins["truncated"] + count),
+            let_go=lambda _: let_go.append(number),
         )
-        # All views of it, and views of those, refer to this array, and nothing else does.
-        let_go, batch = self._let_go, number
-        self._held[number] = weakref.ref(memory, lambda _: let_go.append(batch))
 
-        # One copy for all numbers, which lie side by side.
-        copy = memory[self._numbers_begin : self._numbers_end].copy()
-        numbers: np.ndarray = np.ndarray((), self._numbers_type, copy)
-        rows = slice(first, first + count)
-        arrays = {name: numbers[name][rows] for name in ARRAY_TYPES}
-        ended = int(np.count_nonzero(arrays["terminated"] | arrays["truncated"]))
-        arrays["fingerprints"] = arrays["fingerprints"][:ended]
-
-        for name, row_count, is_shared in (
-            ("final_observations", ended, part.shared_final_observations),
-            ("observations", count, part.shared_observations),
-        ):
-            array = self._arrays[name]
-            begin = array.offset_bytes + first * array.row_bytes
-            end = begin + (row_count * array.row_bytes if is_shared else 0)
-            arrays[name] = memory[begin:end]
-        part.arrays = arrays
+    def _type_of_rows(self, names: Iterable[str], begin: int, first: int, count: int) -> np.dtype:
+        """Gives rows of these arrays as the fields of one element, which begins at a byte."""
+        arrays = [self._arrays[name] for name in names]
+        return np.dtype(
+            {
+                "names": list(names),
+                "formats": [(array.dtype, (count, *array.row_shape)) for array in arrays],
+                "offsets": [array.begin(first) - begin for array in arrays],
+            }
+        )
 
     def _note_let_go(self) -> None:
         while self._let_go:
             number = self._let_go.popleft()
             del self._held[number]
-            self._released.append(number)
+            self._released += _release(number)
+
+
+@functools.lru_cache(maxsize=None)  # There are few batches.
+def _release(batch: int) -> bytes:
+    """Writes that a batch is released: a field of StepPoolRequest, which may come again."""
+    return bytes_field(_RELEASED_BATCHES, varint(batch))
 
 
 def _map(path: str, size_bytes: int) -> mmap.mmap:
@@ -173,17 +259,16 @@ def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]
                 f"the server's shared memory {memory.path} has no array {name} of its type"
             )
         env_count = env_count or array.shape[0]
-        row_bytes = dtype.itemsize * int(np.prod(array.shape[1:], dtype=np.int64))
-        end = array.offset_bytes + env_count * row_bytes
+        read = _Array(array.offset_bytes, tuple(array.shape[1:]), dtype)
         if (
             min(array.shape) < 1
             or array.shape[0] != env_count
             or array.offset_bytes < 0
             or array.offset_bytes % 64
-            or end > memory.batch_bytes
+            or read.begin(env_count) > memory.batch_bytes
         ):
             raise InternalError(
                 f"the server's shared memory {memory.path} has an array {name} that does not fit"
             )
-        arrays[name] = _Array(array.offset_bytes, row_bytes, dtype)
+        arrays[name] = read
     return arrays, env_count

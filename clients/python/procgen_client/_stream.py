@@ -7,15 +7,17 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import grpc
 from google.protobuf.message import DecodeError
 
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
+from procgen_client._requests import Request
 from procgen_client._shared_memory import SharedMapping
-from procgen_client._wire import Part, bytes_field, number_tag, read_response, varint
+from procgen_client._wire import Part, number_tag, read_response, varint
+from procgen_client.batch import Batch
 from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
@@ -33,18 +35,8 @@ _BACKOFF_MAX = 2.0
 _DRAINS_KEY = "procgen-drains"
 
 
-# The fields that are written beside what is asked for.
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
-SEQUENCE_NUMBER_TAG = number_tag(_FIELDS["sequence_number"].number)
 _ACKNOWLEDGED_TAG = number_tag(_FIELDS["acknowledged_sequence_number"].number)
-_RELEASED = _FIELDS["released_batches"].number
-
-
-class Request(NamedTuple):
-    """A request that may have to be sent again."""
-
-    sequence_number: int
-    body: bytes  # A serialised StepPoolRequest without numbers.
 
 
 class Call(Protocol):
@@ -147,16 +139,17 @@ class Stream:
         Args:
             body: A serialised StepPoolRequest that has only what is asked for.
         """
-        request = Request(self._next_sequence_number, body)
+        request = Request.numbered(self._next_sequence_number, body)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
         return request.sequence_number
 
-    def receive(self) -> list[Part]:
-        """Waits for the answer to the oldest unanswered request, one part or more.
+    def receive(self) -> Batch | list[Part]:
+        """Waits for the answer to the oldest unanswered request.
 
-        A request that has nothing to tell is answered by none.
+        A batch, of a pool that shares memory; else one part or more. A request that has nothing to
+        tell is answered by no part.
 
         Raises:
             DataLossError: Its observations are damaged. The stream is over.
@@ -164,14 +157,14 @@ class Stream:
         """
         while True:
             try:
-                parts = self._read_answer(self._unanswered[0])
+                answer = self._read_answer(self._unanswered[0])
             except BrokenConnectionError as broken:
                 self._resume(broken.error)
             else:
-                self._decode(parts)
+                if self._decoder is not None and not isinstance(answer, Batch):
+                    self._decode(answer)
                 self._unanswered.popleft()
-                self._read_shared(parts)
-                return parts
+                return answer
 
     def close(self) -> None:
         """Ends the stream; requests in flight are carried out, and their answers lost."""
@@ -194,16 +187,14 @@ class Stream:
             self._call.cancel()
 
     def _put(self, request: Request) -> None:
-        head = SEQUENCE_NUMBER_TAG + varint(request.sequence_number)
+        message = request.head + request.body
         if self.mapping is not None:
             # So that the batches of answers that have arrived are not kept for repetition.
-            head += _ACKNOWLEDGED_TAG + varint(self._unanswered[0].sequence_number - 1)
-            released = self.mapping.take_released()
-            if released:
-                head += bytes_field(_RELEASED, b"".join(map(varint, released)))
+            message += _ACKNOWLEDGED_TAG + varint(self._unanswered[0].sequence_number - 1)
+            message += self.mapping.take_released()
         bearer = self._call if self._line is None else self._line
         assert bearer is not None
-        bearer.send(head + request.body)
+        bearer.send(message)
 
     def _end_requests(self) -> None:
         assert self._call is not None
@@ -211,10 +202,15 @@ class Stream:
         if self._line is not None:
             self._line.hang_up()
 
-    def _read_answer(self, request: Request) -> list[Part]:
+    def _read_answer(self, request: Request) -> Batch | list[Part]:
         parts: list[Part] = []
         while not parts or not parts[-1].last:
-            response = self._next_response()
+            message = self._next_message()
+            if self.mapping is not None:
+                batch = self.mapping.read(bytes(message), request)
+                if batch is not None:
+                    return batch
+            response = self._read_response(message)
             is_done = not isinstance(response, Part) and response.HasField("done")
             if not isinstance(response, Part) and not is_done:
                 continue  # Of a kind that this client does not know: clients ignore those.
@@ -228,35 +224,20 @@ class Stream:
             parts.append(response)
         return parts
 
-    def _read_shared(self, parts: list[Part]) -> None:
-        for part in parts:
-            if part.shared_batch is None:
-                continue
-            if self.mapping is None:
-                self.drop()
-                raise InternalError(f"{self._attach.pool} shares no memory and answers as if")
-            self.mapping.read(part)
-
     def _decode(self, parts: list[Part]) -> None:
         """Decodes a whole answer: what was read of one whose connection broke comes again."""
-        if self._decoder is None:
-            return
+        assert self._decoder is not None
         try:
             decode_parts(self._decoder, self._attach.pool, parts)
         except BaseException:  # Also Ctrl-C, say: what it has decoded it cannot decode again.
             self.drop()
             raise
 
-    def _next_response(self) -> Part | step_pb2.StepPoolResponse:
+    def _next_message(self) -> bytes | memoryview:
         assert self._call is not None
         try:
             message = None if self._line is None else self._line.receive()
             message = self._call.receive() if message is None else message
-            if message is not None:
-                return read_response(message)
-        except DecodeError as error:
-            self.drop()
-            raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
         except grpc.RpcError as error:
             is_broken = is_broken_connection(error)
             self.drop()
@@ -266,12 +247,21 @@ class Stream:
         except BaseException:  # Ctrl-C, say: nobody can wait for another answer after that.
             self.drop()
             raise
+        if message is not None:
+            return message
         # The server took the connection's end for that of the stream.
         self.drop()
         ended = UnavailableError(f"the server ended the stream of {self._attach.pool}")
         if self._reconnect_timeout > 0:
             raise BrokenConnectionError(ended)
         raise ended
+
+    def _read_response(self, message: bytes | memoryview) -> Part | step_pb2.StepPoolResponse:
+        try:
+            return read_response(message)
+        except DecodeError as error:
+            self.drop()
+            raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
 
     def _open(self, timeout: float | None = None) -> step_pb2.Attached:
         self._line = None
@@ -280,7 +270,7 @@ class Stream:
         attach = step_pb2.StepPoolRequest(attach=self._attach)
         self._call = self._step_pool(timeout)
         self._call.send(attach.SerializeToString())
-        response = self._next_response()
+        response = self._read_response(self._next_message())
         if isinstance(response, Part) or response.WhichOneof("response") != "attached":
             self.drop()
             raise InternalError(

@@ -12,7 +12,6 @@ the same from step to step is serialised once.
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,9 +39,6 @@ _SCALARS = (
     "first_environment",
     "environment_count",
     "last",
-    "shared_batch",
-    "shared_observations",
-    "shared_final_observations",
 )
 
 _BATCH_FIELDS = step_pb2.Batch.DESCRIPTOR.fields_by_name
@@ -51,10 +47,6 @@ _ARRAY_NUMBERS = {_BATCH_FIELDS[name].number: name for name in (*ARRAY_TYPES, *P
 _RESPONSE_FIELDS = step_pb2.StepPoolResponse.DESCRIPTOR.fields_by_name
 _SEQUENCE_NUMBER = _RESPONSE_FIELDS["sequence_number"].number
 _BATCH = _RESPONSE_FIELDS["batch"].number
-
-
-# What tells of a batch of shared memory has fewer bytes, and but for its number comes again.
-_SHARED_BYTES_MAX = 64
 
 
 class _OtherwiseWrittenError(Exception):
@@ -66,8 +58,7 @@ class Part:
     """One response with a batch: the answer to a request, or a part of it.
 
     ``arrays`` maps the names of Batch's arrays to one-dimensional arrays. Numbers are copies and
-    writable; pictures are uint8 views of the received message and read-only. With ``shared_batch``
-    there are none yet: the values are in that batch of shared memory (_shared_memory.py).
+    writable; pictures are uint8 views of the received message and read-only.
     """
 
     sequence_number: int
@@ -75,9 +66,6 @@ class Part:
     environment_count: int
     last: bool
     arrays: dict[str, np.ndarray]
-    shared_batch: int | None = None
-    shared_observations: bool = False
-    shared_final_observations: bool = False
 
 
 def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolResponse:
@@ -87,9 +75,6 @@ def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolRespon
         google.protobuf.message.DecodeError: The bytes are no such message.
     """
     try:
-        if len(message) <= _SHARED_BYTES_MAX and message[0] == _SEQUENCE_NUMBER << 3 | _VARINT:
-            sequence_number, position = _varint(message, 1)
-            return Part(sequence_number, *_read_shared(bytes(message[position:])))
         return _read_batch_response(message)
     except (_OtherwiseWrittenError, IndexError, ValueError):
         response = step_pb2.StepPoolResponse.FromString(bytes(message))
@@ -99,23 +84,18 @@ def read_response(message: bytes | memoryview) -> Part | step_pb2.StepPoolRespon
 def part_of(response: step_pb2.StepPoolResponse) -> Part:
     """Gives what read_response gives, by way of the generated message: the slow and obvious way."""
     batch = response.batch
-    arrays: dict[str, np.ndarray] = {}
-    if not batch.HasField("shared_batch"):
-        # Fingerprints are 64 bits that the contract sends as signed numbers.
-        arrays = {
-            name: np.array(getattr(batch, name), dtype.str.replace("u", "i")).view(dtype)
-            for name, dtype in ARRAY_TYPES.items()
-        }
-        arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
+    # Fingerprints are 64 bits that the contract sends as signed numbers.
+    arrays = {
+        name: np.array(getattr(batch, name), dtype.str.replace("u", "i")).view(dtype)
+        for name, dtype in ARRAY_TYPES.items()
+    }
+    arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
     return Part(
         response.sequence_number,
         batch.first_environment,
         batch.environment_count,
         batch.last,
         arrays,
-        batch.shared_batch if batch.HasField("shared_batch") else None,
-        batch.shared_observations,
-        batch.shared_final_observations,
     )
 
 
@@ -143,33 +123,12 @@ def _read_batch_response(message: bytes | memoryview) -> Part:
             raise _OtherwiseWrittenError
         # Anything else is a field of a later server, which clients ignore.
 
-    shared_batch = scalars.get("shared_batch")
     return Part(
         sequence_number,
         scalars.get("first_environment", 0),
         scalars.get("environment_count", 0),
         bool(scalars.get("last")),
-        _arrays(message, ranges) if shared_batch is None else {},
-        shared_batch,
-        bool(scalars.get("shared_observations")),
-        bool(scalars.get("shared_final_observations")),
-    )
-
-
-@functools.lru_cache(maxsize=256)
-def _read_shared(message: bytes) -> tuple[int, int, bool, dict, int, bool, bool]:
-    """Gives the fields of a Part but for the first, of a message without a number."""
-    part = _read_batch_response(message)
-    if part.shared_batch is None:
-        raise _OtherwiseWrittenError
-    return (
-        part.first_environment,
-        part.environment_count,
-        part.last,
-        part.arrays,
-        part.shared_batch,
-        part.shared_observations,
-        part.shared_final_observations,
+        _arrays(message, ranges),
     )
 
 

@@ -80,8 +80,7 @@ def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
         InternalError: They do not, or an array is not as long as the number of environments says.
     """
     for part in parts:
-        if part.shared_batch is None:  # Else the client itself has cut its arrays.
-            _check(part, observation_shape)
+        _check(part, observation_shape)
     for part, successor in pairwise(parts):
         expected = part.first_environment + part.environment_count
         if successor.first_environment != expected:

@@ -224,7 +224,7 @@ class Pool(PoolResource):
         self._require_nothing_in_flight()
         sampler = level_sampler_message(level_sampler)
         self._send(step_pb2.StepPoolRequest(level_sampler=sampler).SerializeToString())
-        self._receive_parts()
+        self._receive()
 
     # Stepping with requests sent ahead.
 
@@ -302,7 +302,8 @@ class Pool(PoolResource):
             ProcgenError: The server refused that request, or is gone. The stream is over, and
                 answers to later requests are lost with it.
         """
-        return assemble(self._receive_parts(), self.observation_shape)
+        answer = self._receive()
+        return answer if isinstance(answer, Batch) else assemble(answer, self.observation_shape)
 
     # The stream's beginning and end.
 
@@ -385,30 +386,31 @@ class Pool(PoolResource):
         return min(row, self._client.catalog().limits.response_bytes_max)
 
     def _send(self, request: bytes) -> int:
-        if self.in_flight >= self.requests_in_flight_max:
+        in_flight = self.in_flight
+        if in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
-                f"{self.in_flight} requests to {self.name} are unanswered, of at most "
+                f"{in_flight} requests to {self.name} are unanswered, of at most "
                 f"{self.requests_in_flight_max}: receive first"
             )
         self.attach()
         assert self._stream is not None
-        self._require_room()
+        if self._mapping is not None:
+            self._require_room(self._mapping, in_flight)
         return self._stream.send(request)
 
-    def _require_room(self) -> None:
+    def _require_room(self, mapping: SharedMapping, in_flight: int) -> None:
         """Checks that there is a batch of shared memory for the answer."""
-        mapping = self._mapping
-        if mapping is None or mapping.held_count + self.in_flight < mapping.batch_count:
+        if mapping.held_count + in_flight < mapping.batch_count:
             return
         gc.collect()  # What is only in cycles is nobody's.
-        if mapping.held_count + self.in_flight >= mapping.batch_count:
+        if mapping.held_count + in_flight >= mapping.batch_count:
             raise FailedPreconditionError(
                 f"arrays refer to {mapping.held_count} batches of the shared memory of {self.name} "
-                f"and {self.in_flight} requests are unanswered, of {mapping.batch_count} batches: "
-                "copy observations that are kept, or make the pool with a larger held_batches_max"
+                f"and {in_flight} requests are unanswered, of {mapping.batch_count} batches: copy "
+                "observations that are kept, or make the pool with a larger held_batches_max"
             )
 
-    def _receive_parts(self) -> list[Part]:
+    def _receive(self) -> Batch | list[Part]:
         if self._stream is None or not self._stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
         try:

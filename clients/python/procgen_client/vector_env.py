@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client._gymnasium import AutoresetMode, VectorEnv, vector_spaces
-from procgen_client._infos import level_infos, step_infos
+from procgen_client._infos import episode_infos, level_infos
 from procgen_client._requests import ACTION_COUNT, Reset, in_range
 from procgen_client.batch import Batch
 from procgen_client.client import Client
@@ -128,15 +128,14 @@ class ProcgenVectorEnv(VectorEnv):
         self.num_envs = num_envs
         self.render_mode = render_mode
         self.metadata = self.metadata | {"autoreset_mode": mode}
-        shape = self.pool.observation_shape
-        for name, space in vector_spaces(shape, ACTION_COUNT, num_envs).items():
-            setattr(self, name, space)
+        self.__dict__ |= vector_spaces(self.pool.observation_shape, ACTION_COUNT, num_envs)
         self._mode = mode
         self._frame_skip = frame_skip
         self._next_levels: dict[int, int] = {}  # To be told with the next step.
         self._copy = copy
         self._render_side_px = render_side_px
         self._untouched = True  # Neither reset nor stepped: all stand at their first step.
+        self._everywhere = np.ones(num_envs, np.bool_)
         self._ended = np.zeros(num_envs, np.bool_)  # Whose episode is over, to be reset (DISABLED).
         owned = None if client is server else client
         self._close_once = weakref.finalize(self, _close, self.pool, owned)
@@ -247,12 +246,15 @@ class ProcgenVectorEnv(VectorEnv):
         batch = self.pool.receive()
         self._untouched = False
         self._ended = batch.ended
+        infos = level_infos(batch, self._everywhere)
+        if np.count_nonzero(self._ended):  # As any(), in a fifth of its time.
+            infos |= episode_infos(batch, self._ended, self._mode is AutoresetMode.SAME_STEP)
         return (
             self._observations(batch),
             batch.rewards.astype(np.float64),
             batch.terminated,
             batch.truncated,
-            step_infos(batch, self._mode is AutoresetMode.SAME_STEP),
+            infos,
         )
 
     def set_next_levels(self, level_seeds: Mapping[int, int]) -> None:
@@ -337,13 +339,15 @@ class ProcgenVectorEnv(VectorEnv):
         # One that was saved where the next episode begins with the end of the last (`first`) is in
         # the midst of that.
         self._ended = batch.ended & ~batch.first
-        return self._observations(batch), level_infos(batch, np.ones(self.num_envs, np.bool_))
+        return self._observations(batch), level_infos(batch, self._everywhere)
 
     def _observations(self, batch: Batch) -> np.ndarray:
-        assert batch.observations is not None
+        observations = batch.observations
+        assert observations is not None
         # What was joined from several responses is an array of its own already.
-        view_only = not batch.observations.flags.writeable
-        return batch.observations.copy() if self._copy and view_only else batch.observations
+        if not self._copy or observations.flags.writeable:
+            return observations
+        return observations.copy()
 
 
 def _create_pool(

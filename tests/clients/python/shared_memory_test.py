@@ -19,7 +19,6 @@ from conftest import server_binary
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
 from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
-from procgen_client._shared_memory import SharedMapping
 
 _ENV_COUNT = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
@@ -384,38 +383,3 @@ def test_transports_have_names(client: Client) -> None:
 def test_what_is_shared_is_raw(client: Client) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="SHARED_MEMORY: ENCODING_RAW"):
         _create(client, encoding="zstd_difference")
-
-
-def _memory(**changes: object) -> step_pb2.SharedMemory:
-    """Of one environment with one byte of observation, told as it should be."""
-    names = {"rewards": 5, "first": 2, "terminated": 2, "truncated": 2, "level_seeds": 3}
-    names |= {"prev_level_seeds": 3, "prev_level_complete": 2, "episode_returns": 5}
-    names |= {"episode_lengths": 3, "fingerprints": 4, "final_observations": 1, "observations": 1}
-    arrays = [
-        step_pb2.SharedArray(field=name, offset_bytes=64 * i, element_type=kind, shape=[1])
-        for i, (name, kind) in enumerate(names.items())
-    ]
-    told = {"path": "/nowhere", "size_bytes": 4096, "batch_count": 1, "batch_bytes": 4096}
-    return step_pb2.SharedMemory(**(told | {"arrays": arrays} | changes))
-
-
-def test_memory_that_is_told_wrongly_is_refused() -> None:
-    with pytest.raises(errors.FailedPreconditionError, match="/nowhere"):
-        SharedMapping(_memory())
-    for changes in (
-        {"batch_count": 2},
-        {"batch_count": 0},
-        {"arrays": []},
-        {"size_bytes": 64, "batch_bytes": 64},
-    ):
-        with pytest.raises(errors.InternalError):
-            SharedMapping(_memory(**changes))
-    for field, value in (("offset_bytes", -64), ("offset_bytes", 4096), ("element_type", 1)):
-        memory = _memory()
-        setattr(memory.arrays[0], field, value)
-        with pytest.raises(errors.InternalError, match="rewards"):
-            SharedMapping(memory)
-    memory = _memory()
-    memory.arrays[0].shape[:] = [5000]
-    with pytest.raises(errors.InternalError):
-        SharedMapping(memory)

@@ -274,6 +274,15 @@ def test_same_step_begins_the_episode_at_once(make_env: MakeEnv) -> None:
     assert final_info["level_seed"][0] == before["level_seed"][0]
     assert infos["level_seed"][0] != before["level_seed"][0]
     assert infos["level_seed"][1] == before["level_seed"][1]
+    assert (infos["episode_return"].dtype, infos["episode_length"].dtype) == (np.float32, np.int32)
+    assert infos["episode_length"].tolist() == [2, 0, 0, 0]
+    numbers = {name: final_info[name].dtype for name in final_info if name[0] != "_"}
+    assert numbers == {
+        "level_seed": np.int32,
+        "prev_level_seed": np.int32,
+        "prev_level_complete": np.bool_,
+    }
+    assert not final_info["level_seed"][1:].any()
 
 
 def test_all_modes_tell_of_the_same_episodes(make_env: MakeEnv) -> None:
