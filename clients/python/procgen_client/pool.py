@@ -29,13 +29,11 @@ from procgen_client.errors import (
     UnavailableError,
 )
 from procgen_client.options import LevelSampler, level_sampler_message
-from procgen_client.pool_resource import PoolResource
+from procgen_client.pool_resource import RESPONSE_BYTES_DEFAULT, PoolResource
 
 if TYPE_CHECKING:
     from procgen_client.client import Client
 
-# What a server sends at most in one response unless told otherwise. In bytes.
-_RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
 _ROW_OVERHEAD_BYTES = 1024
 # Where server and learner share all cores of a machine, slices that are smaller than this,
@@ -381,7 +379,7 @@ class Pool(PoolResource):
         is_raw = self.spec.encoding == pools_pb2.ENCODING_RAW
         sent_bytes = observation_bytes if is_raw else observation_bytes * 3 // 2
         row = sent_bytes + observation_bytes + _ROW_OVERHEAD_BYTES
-        if row <= _RESPONSE_BYTES_DEFAULT:
+        if row <= RESPONSE_BYTES_DEFAULT:
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
 
