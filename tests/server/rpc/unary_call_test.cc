@@ -23,7 +23,8 @@ TEST(ParseMessageTest, GarbageIsToldWithItsSize) {
   v1::GetPoolRequest message;
   const absl::Status status = ParseMessage(BytesOf("\xff\xff"), &message);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(status.message(), testing::HasSubstr("2 bytes are no valid procgen.v1.GetPoolRequest"));
+  EXPECT_THAT(status.message(),
+              testing::HasSubstr("2 bytes are no valid procgen.v1.GetPoolRequest"));
 }
 
 TEST(ParseMessageTest, CallsThatWereGivenUpBeforeTheirMessageCameAskedForNothingWrong) {
