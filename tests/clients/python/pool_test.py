@@ -335,11 +335,12 @@ def test_an_interrupted_wait_leaves_a_pool_that_can_be_closed(client: Client) ->
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
         with client.create_pool("maze", 512) as pool:
-            pool.attach()
-            signal.setitimer(signal.ITIMER_REAL, 0.02)
+            for _ in range(2):  # Half a million steps in each.
+                pool.send_step([_NOTHING] * 512, repeat_count=1000, observe=False)
             with pytest.raises(KeyboardInterrupt):
-                while True:  # Half a million steps in each request.
-                    pool.step([_NOTHING] * 512, repeat_count=1000, observe=False)
+                signal.setitimer(signal.ITIMER_REAL, 0.02)
+                pool.receive()
+                pool.receive()
             assert not pool.attached
     finally:
         signal.signal(signal.SIGALRM, before)
