@@ -398,7 +398,7 @@ def test_an_interrupted_wait_ends_the_stream_and_not_the_pool(client: Client) ->
         assert stream is not None
         with pytest.raises(KeyboardInterrupt):
             threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
-            stream._next_response()  # Nobody has asked for anything.
+            stream._next_message()  # Nobody has asked for anything.
         pool._stream = None
         pool.attach(take_over=True)
         assert pool.step([4, 4]).environment_count == 2
