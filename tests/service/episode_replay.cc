@@ -38,7 +38,8 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
 void ExpectPlaysTheSame(const v1::Episode& episode) {
   ASSERT_EQ(episode.incomplete_because(), "");
   const std::unique_ptr<Pool> pool = PoolFor(episode);
-  BatchNumbers values;  // of the one environment
+  BatchNumbers values;
+  values.LendTo({}, 1);  // an episode that has only begun tells of no step
   int32_t played = 0;
   int later = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
