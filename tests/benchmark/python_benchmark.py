@@ -232,7 +232,8 @@ def main() -> None:
     parser.add_argument("contestant", help="the program procgen-benchmark-contestant")
     parser.add_argument("--games", nargs="+", metavar="GAME", help="default: all")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
-    parser.add_argument("--rounds", type=int, default=5, help="default: %(default)s")
+    # In its first turns the pool in process still prepares the pictures of its levels.
+    parser.add_argument("--rounds", type=int, default=9, help="default: %(default)s")
     parser.add_argument("--summary", action="store_true", help="no table of the games")
     arguments = parser.parse_args()
     count = arguments.environments
