@@ -18,6 +18,7 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libabsl_cordz_handle.so\n"
          "called_from_lib:libabsl_cordz_info.so\n"
          "called_from_lib:libabsl_graphcycles_internal.so\n"
+         "called_from_lib:libabsl_random_internal_pool_urbg.so\n"
          "called_from_lib:libabsl_status.so\n"
          "called_from_lib:libabsl_statusor.so\n"
          "called_from_lib:libabsl_str_format_internal.so\n"

@@ -171,7 +171,8 @@ TEST_F(FleetTest, KilledNodesAreNotNoticed) {
       nodes_.erase("a");
     }
   });
-  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 3"));
+  // That of b, and then both of a; or one, where the pool was divided anew meanwhile.
+  EXPECT_THAT(MetricsText(), testing::ContainsRegex("procgen_fleet_moves_total [23]\n"));
 }
 
 TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
