@@ -171,8 +171,7 @@ TEST_F(FleetTest, KilledNodesAreNotNoticed) {
       nodes_.erase("a");
     }
   });
-  // That of b, and then both of a; or one, where the pool was divided anew meanwhile.
-  EXPECT_THAT(MetricsText(), testing::ContainsRegex("procgen_fleet_moves_total [23]\n"));
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 3"));
 }
 
 TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
