@@ -41,6 +41,12 @@ export async function waitForText(locator, text) {
   await locator.filter({ hasText: text }).waitFor();
 }
 
+// Tells a token to the page that asks for one.
+export async function enterToken(page, token) {
+  await page.fill("#token", token);
+  await page.keyboard.press("Enter");
+}
+
 // What a canvas shows, as a short text that can be compared.
 export async function picture(page, selector) {
   const content = await page.locator(selector).first().evaluate((canvas) => canvas.toDataURL());

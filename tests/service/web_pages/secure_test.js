@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { promisify } from "node:util";
-import { figure, waitForChange, waitForText, withBrowser } from "./browser.js";
+import { enterToken, figure, waitForChange, waitForText, withBrowser } from "./browser.js";
 import { Learner, Server } from "./server.js";
 
 const TOKEN = "alices-token-0123456789";
@@ -40,11 +40,9 @@ test("over https the token is asked for, pools are watched, and levels played, b
   page.on("websocket", (socket) => addresses.push(socket.url()));
   await page.goto(server.page());
   assert.equal(await page.evaluate(() => isSecureContext), true);
-  await page.fill("#token", "wrong-token-0123456789");
-  await page.keyboard.press("Enter");
+  await enterToken(page, "wrong-token-0123456789");
   await waitForText(page.locator("#token-problem"), "The server does not know this token.");
-  await page.fill("#token", TOKEN);
-  await page.keyboard.press("Enter");
+  await enterToken(page, TOKEN);
   await waitForText(page.locator("#pool-name"), "pools/hers");
   await waitForChange(page, "#mosaic li:first-child canvas");
 

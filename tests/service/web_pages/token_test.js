@@ -5,7 +5,7 @@ import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { waitForText, withBrowser } from "./browser.js";
+import { enterToken, waitForText, withBrowser } from "./browser.js";
 import { Learner, Server } from "./server.js";
 
 const TOKEN = "alices-token-0123456789";
@@ -23,11 +23,9 @@ test("the page asks for the token until it is right, keeps it for the tab, and n
     await page.keyboard.press("Escape");
   }
   page.on("request", (request) => addresses.push(request.url()));
-  await page.fill("#token", "wrong-token-0123456789");
-  await page.keyboard.press("Enter");
+  await enterToken(page, "wrong-token-0123456789");
   await waitForText(page.locator("#token-problem"), "The server does not know this token.");
-  await page.fill("#token", TOKEN);
-  await page.keyboard.press("Enter");
+  await enterToken(page, TOKEN);
   await waitForText(page.locator("#pool-name"), "pools/hers");
   await waitForText(page.locator("#pool-about"), "owner alice");
   await page.reload();
@@ -36,8 +34,7 @@ test("the page asks for the token until it is right, keeps it for the tab, and n
   assert(addresses.every((address) => !address.includes("token-")));
 
   const other = await it.open(server.page());
-  await other.fill("#token", "bobs-token-0123456789");
-  await other.keyboard.press("Enter");
+  await enterToken(other, "bobs-token-0123456789");
   await other.locator("#empty").waitFor();
   await learner.stop();
   assert.equal(await server.stop(), 0);
