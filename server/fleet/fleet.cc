@@ -15,8 +15,6 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kSideThreadCount = 2;
-// How often shards look at their nodes though nothing seems to have changed.
-constexpr absl::Duration kLookInterval = absl::Seconds(1);
 
 std::string DrawName() { return absl::StrFormat("%08x", std::random_device()()); }
 
@@ -196,7 +194,7 @@ void Fleet::Watch() {
     for (FleetPool* pool : pools_) {
       pool->Look();
     }
-    mutex_.AwaitWithTimeout(absl::Condition(&awaited), kLookInterval);
+    mutex_.AwaitWithTimeout(absl::Condition(&awaited), options_.look_interval);
   }
 }
 
