@@ -270,7 +270,8 @@ void FleetPool::AnswerPart() {
   done(std::move(status));
 }
 
-void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done) {
+void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done,
+                          NearEnd /*near_end*/) {
   {
     absl::MutexLock lock(&mutex_);
     part_ = {part.first, part.count};
@@ -282,7 +283,7 @@ void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done) 
 
 void FleetPool::SetLevelSampler(std::shared_ptr<const LevelSampler> /*level_sampler*/, Done done) {
   // BeginRequest has it in the log.
-  StepAsync({}, {}, std::move(done));
+  StepAsync({}, {}, std::move(done), nullptr);
 }
 
 void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {

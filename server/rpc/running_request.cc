@@ -29,7 +29,8 @@ void RunningRequest::Begin(StreamRequest* request) {
   answer_.clear();
 }
 
-void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done) {
+void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession::Done done,
+                             PoolSession::NearEnd near_end) {
   response_ = response;
   batch_ = {};
   if (response != nullptr && request_->request.shared_batch >= 0) {
@@ -37,7 +38,7 @@ void RunningRequest::RunPart(PoolSession* pool, Response* response, PoolSession:
   } else if (response != nullptr) {
     batch_ = PrepareResponse(*request_, part_, pool->observation_bytes(), &frames_, response);
   }
-  pool->RunPart(request_->request, part_, batch_, std::move(done));
+  pool->RunPart(request_->request, part_, batch_, std::move(done), std::move(near_end));
 }
 
 Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
@@ -52,7 +53,10 @@ Outgoing RunningRequest::EndPart(const PoolSession& pool, bool ok, bool keeps) {
       Encode(pool, outgoing.response);
     }
     outgoing.answered = IsOver() ? request_ : nullptr;
-    if (keeps) {
+    if (keeps && outgoing.response->observations.size() == 0) {
+      // So few bytes are written sooner than shared, and once more when they are sent.
+      answer_.emplace_back(outgoing.response->message.SerializeAsString());
+    } else if (keeps) {
       outgoing.bytes = Serialized(*outgoing.response);
       answer_.push_back(CordOf(outgoing.bytes));
     }

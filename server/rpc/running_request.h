@@ -25,8 +25,10 @@ class RunningRequest {
   // The next one to carry out. REQUIRES: it was accepted.
   void Begin(StreamRequest* request);
 
-  // Steps the next part into `response` (null: for nobody), then calls `done`.
-  void RunPart(PoolSession* pool, Response* response, PoolSession::Done done);
+  // Steps the next part into `response` (null: for nobody), then calls `done`. `near_end`: as that
+  // of Pool::StepAsync.
+  void RunPart(PoolSession* pool, Response* response, PoolSession::Done done,
+               PoolSession::NearEnd near_end = nullptr);
   // Ends the part, which was stepped or, if not `ok`, was not; returns its response to be sent or,
   // if not `ok`, to be given back. `keeps`: the response also becomes a part of the answer.
   Outgoing EndPart(const PoolSession& pool, bool ok, bool keeps);

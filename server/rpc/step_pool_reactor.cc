@@ -92,8 +92,8 @@ StepPoolReactor::Action StepPoolReactor::NextAction() {
       return Action::kTurn;
     }
   }
-  // Nobody reads ahead of what is carried out: who ends a request looks for the next one, so that
-  // no thread is woken for it.
+  // Who carries out a request looks for the next one, near its end and then after it, so that no
+  // thread is woken for it.
   if (line_input_ == LineInput::kUnknown && WantsLine()) {
     line_input_ = LineInput::kNone;
     requests_.BeginRead();
@@ -366,9 +366,10 @@ void StepPoolReactor::RunPart() {
     absl::MutexLock lock(&mutex_);
     response = TakeResponse();
   }
-  running_.RunPart(pool_.get(), response, [self = shared_from_this()](const absl::Status& status) {
-    self->OnPartDone(status);
-  });
+  running_.RunPart(
+      pool_.get(), response,
+      [self = shared_from_this()](const absl::Status& status) { self->OnPartDone(status); },
+      [self = shared_from_this()] { self->ReadLineAhead(); });
 }
 
 void StepPoolReactor::OnPartDone(const absl::Status& status) {

@@ -102,8 +102,13 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   // Whether what comes by the direct line would be carried out at once.
   bool WantsLine() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void ReadLine();
+  // Takes in the next request while one is carried out, if it has come.
+  void ReadLineAhead();
+  // Takes in what was received from the line, if it is a request.
+  using LineMessage = absl::StatusOr<std::optional<absl::string_view>>;
+  void TakeInFromLine(const LineMessage& message);
   // Receives what a learner that has been answered sends next, if that comes soon.
-  absl::StatusOr<std::optional<absl::string_view>> LookForNext(DirectLine* line);
+  LineMessage LookForNext(DirectLine* line);
   void WatchLine();
   // Takes in what was read into `request`, by gRPC or the direct line; `status`: of its parsing.
   void TakeIn(StreamRequest* request, absl::Status status);

@@ -61,8 +61,23 @@ void StepPoolReactor::ReadLine() {
     line = line_;
     is_answered = !responses_.CanWrite();
   }
-  const absl::StatusOr<std::optional<absl::string_view>> message =
-      is_answered ? LookForNext(line.get()) : line->Receive();
+  TakeInFromLine(is_answered ? LookForNext(line.get()) : line->Receive());
+}
+
+void StepPoolReactor::ReadLineAhead() {
+  std::shared_ptr<DirectLine> line;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (line_ == nullptr || !requests_.CanRead()) {
+      return;
+    }
+    requests_.BeginRead();
+    line = line_;
+  }
+  TakeInFromLine(line->Receive());
+}
+
+void StepPoolReactor::TakeInFromLine(const LineMessage& message) {
   StreamRequest* request = nullptr;
   {
     absl::MutexLock lock(&mutex_);
@@ -85,8 +100,8 @@ void StepPoolReactor::ReadLine() {
   TakeIn(request, ParseMessage(**message, &request->message));
 }
 
-absl::StatusOr<std::optional<absl::string_view>> StepPoolReactor::LookForNext(DirectLine* line) {
-  absl::StatusOr<std::optional<absl::string_view>> message = line->Receive();
+StepPoolReactor::LineMessage StepPoolReactor::LookForNext(DirectLine* line) {
+  LineMessage message = line->Receive();
   if (not_looked_for_ > 0) {
     --not_looked_for_;
     return message;

@@ -38,8 +38,8 @@ LocalPool::LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew)
 
 LocalPool::~LocalPool() = default;
 
-void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done) {
-  pool_->StepAsync(part, batch, std::move(done));
+void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done, NearEnd near_end) {
+  pool_->StepAsync(part, batch, std::move(done), std::move(near_end));
 }
 
 void LocalPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {

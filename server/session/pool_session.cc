@@ -369,7 +369,8 @@ absl::Status PoolSession::CheckNoneAwaitsReset(const Request& request) const {
   return absl::OkStatus();
 }
 
-void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done) {
+void PoolSession::RunPart(const Request& request, Part part, const Batch& batch, Done done,
+                          NearEnd near_end) {
   if (part.first == request.first) {
     pool_->BeginRequest(request, batch);
   }
@@ -399,7 +400,8 @@ void PoolSession::RunPart(const Request& request, Part part, const Batch& batch,
         Remember(request, input, lent, status.ok());
         TellTaps(request, {input.first, input.count}, lent, status.ok());
         done(std::move(status));
-      });
+      },
+      std::move(near_end));
 }
 
 void PoolSession::Remember(const Request& request, const StepInput& input, const Batch& batch,

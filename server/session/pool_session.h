@@ -85,6 +85,7 @@ class PoolSession {
   // Detach.
   using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
   using Done = HostedPool::Done;
+  using NearEnd = HostedPool::NearEnd;
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
   using TakeState = HostedPool::TakeState;
 
@@ -178,8 +179,10 @@ class PoolSession {
   // Carries out a part of an accepted request (kSample: all of it). Returns soon; `done` is
   // called once, on another thread or, with an error or a single environment, on this one before
   // this returns; with an error the whole request has changed nothing, and its number is the next
-  // again. `request` and the memory of `batch` must stay valid until then.
-  void RunPart(const Request& request, Part part, const Batch& batch, Done done);
+  // again. `request` and the memory of `batch` must stay valid until then. `near_end`: as that of
+  // Pool::StepAsync.
+  void RunPart(const Request& request, Part part, const Batch& batch, Done done,
+               NearEnd near_end = nullptr);
   // Notes that a request was carried out, and how long that took since it arrived.
   void AddRequestTime(absl::Duration duration) { request_times_.Add(duration); }
   // A number that is another one whenever environments were stepped, reset or restored, or their

@@ -87,7 +87,8 @@ void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone d
         }
         episodes_->SetLevel(environment, observed->level_seeds.front());
         done(episodes_->Read(environment, /*under_way=*/true));
-      });
+      },
+      /*near_end=*/nullptr);
 }
 
 }  // namespace procgen
