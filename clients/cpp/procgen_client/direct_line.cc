@@ -17,6 +17,9 @@ namespace {
 constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Answers are small: the values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
+// Who has waited for an answer waits for the next ones, too, as a rule: so often it is not tried
+// first whether they are there.
+constexpr int kWaitsExpected = 64;
 
 }  // namespace
 
@@ -94,12 +97,16 @@ bool DirectLine::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
-    const ssize_t received =
-        recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
-    if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+    if (waits_expected_ > 0) {
+      --waits_expected_;
       // Who waits in recv is woken for nothing whenever the server reads what was sent.
       pollfd input = {.fd = descriptor_, .events = POLLIN, .revents = 0};
       poll(&input, 1, -1);
+    }
+    const ssize_t received =
+        recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
+    if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+      waits_expected_ = kWaitsExpected;
       continue;
     }
     if (received < 0 && errno == EINTR) {

@@ -39,6 +39,7 @@ class DirectLine {
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;
+  int waits_expected_ = 0;  // times that input is waited for before it is looked for
 };
 
 }  // namespace procgen_client
