@@ -15,7 +15,7 @@ constexpr size_t kAgentViewBytes = kObservationBytes;
 }  // namespace
 
 PoolView::PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-                   SideCrew* drawing)
+                   PoliteThread* drawing)
     : pool_(std::move(pool)),
       order_(std::move(order)),
       encode_(std::move(encode)),
@@ -92,7 +92,8 @@ bool PoolView::BeginTick(absl::Time now) {
   }
   // What can be copied comes by itself while the learner goes on; a turn is for the last moment
   // before it pauses, and for learners who do not look.
-  const absl::Time from = pool_->looks_from();
+  const absl::Time from =
+      at_once_ ? pool_->looks_from() : std::max(pool_->looks_from(), drawing_->rests_until());
   if (now < from) {
     due_ = std::min(due_, from);
     return false;

@@ -16,8 +16,8 @@
 #include "absl/types/span.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/pool_session.h"
+#include "server/session/polite_thread.h"
 #include "server/session/pool_tap.h"
-#include "server/session/side_crew.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
@@ -28,13 +28,13 @@ namespace procgen {
 // for the learner, with the next request that shows it. Where no such request comes until the next
 // moment would be due, and at other sizes, the pool is looked at in a turn, which takes some
 // microseconds an environment, and drawn afterwards, by a thread that has whatever is left of the
-// machine. Where the pool has not changed, or nobody could send what would be drawn, nothing is.
+// machine: where nothing is, moments are left out but for a watcher's first. Where the pool has not changed, or nobody could send what would be drawn, nothing is.
 // Threads: any method from any thread.
 class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolView> {
  public:
   // `drawing` must outlive this. It must be added to the pool's taps.
   PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-           SideCrew* drawing);
+           PoliteThread* drawing);
 
   // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get
   // one. None: the view has ended.
@@ -76,7 +76,7 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   const std::shared_ptr<PoolSession> pool_;
   const WatchOrder order_;
   const EncodeMoment encode_;
-  SideCrew* const drawing_;
+  PoliteThread* const drawing_;
   const bool can_copy_;  // observations are what the agent sees
 
   absl::Mutex mutex_;

@@ -1,23 +1,12 @@
 #include "server/session/pool_views.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <optional>
 #include <vector>
 
 namespace procgen {
-namespace {
 
-// The least that a thread can have of a busy machine.
-constexpr int kNicenessMax = 19;
-
-}  // namespace
-
-PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {
-  // On Linux that is said of a thread. Where it is refused, pictures cost the learners more.
-  drawing_.Run([] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
-}
+PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {}
 
 absl::Status PoolViews::Watch(std::shared_ptr<PoolSession> pool, const WatchOrder& order,
                               const EncodeMoment& encode, std::shared_ptr<Watcher> watcher) {

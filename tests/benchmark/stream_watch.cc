@@ -25,10 +25,16 @@ namespace {
 constexpr int32_t kWatchedCount = 16;
 constexpr float kFramesPerSecond = 15;
 constexpr int32_t kResponseBytesMax = 16 << 20;
-// Of each of the two in a round: some moments long.
-constexpr absl::Duration kShare = absl::Milliseconds(400);
-// Machines are now faster and now slower; the median of so many rounds is not.
-constexpr int kRounds = 15;
+// Machines are now faster and now slower, so a round is short, of each of the two some moments
+// long, and there are many, of which the median is told.
+struct Rounds {
+  int32_t side_px = 0;
+  absl::Duration share;  // of each of the two
+  int count = 0;
+};
+constexpr Rounds kAgentRounds = {kObservationSidePx, absl::Milliseconds(200), 200};
+// People's view comes about once a second where the machine is busy.
+constexpr Rounds kHumanRounds = {256, absl::Milliseconds(1500), 25};
 
 // Somebody who watches the pool of a server that has one, as long as this lives. The first moment
 // has come when it is made: how a watch begins is not what is measured.
@@ -64,11 +70,11 @@ class Viewer {
 };
 
 // Steps per second.
-absl::StatusOr<double> RateOf(RemoteLearner* learner) {
+absl::StatusOr<double> RateOf(RemoteLearner* learner, absl::Duration share) {
   int64_t step_count = 0;
   const absl::Duration begin = TimeNow(TimeKind::kWall);
   absl::Duration time;
-  while ((time = TimeNow(TimeKind::kWall) - begin) < kShare) {
+  while ((time = TimeNow(TimeKind::kWall) - begin) < share) {
     if (absl::Status status = learner->Step(); !status.ok()) {
       return status;
     }
@@ -85,9 +91,11 @@ double MedianOf(std::vector<double> values) {
 
 class WatchContest {
  public:
-  static absl::StatusOr<std::unique_ptr<WatchContest>> Start(int32_t env_count, int32_t side_px) {
+  static absl::StatusOr<std::unique_ptr<WatchContest>> Start(int32_t env_count,
+                                                             const Rounds& rounds) {
     auto contest = std::make_unique<WatchContest>();
-    absl::Status status = contest->Begin(env_count, side_px);
+    contest->share_ = rounds.share;
+    absl::Status status = contest->Begin(env_count, rounds.side_px);
     if (!status.ok()) {
       return status;
     }
@@ -112,7 +120,7 @@ class WatchContest {
     state.counters["watched_ratio_least"] = *std::min_element(ratios_.begin(), ratios_.end());
     state.counters["moments_per_second"] =
         static_cast<double>(moment_count_) /
-        (absl::ToDoubleSeconds(kShare) * static_cast<double>(ratios_.size()));
+        (absl::ToDoubleSeconds(share_) * static_cast<double>(ratios_.size()));
     state.counters["items_per_second"] = MedianOf(rates_) * env_count;
   }
 
@@ -147,14 +155,15 @@ class WatchContest {
 
   absl::StatusOr<double> Measure(bool watched) {
     if (!watched) {
-      return RateOf(learner_.get());
+      return RateOf(learner_.get(), share_);
     }
     const Viewer viewer(client_.get(), request_);
-    absl::StatusOr<double> rate = RateOf(learner_.get());
+    absl::StatusOr<double> rate = RateOf(learner_.get(), share_);
     moment_count_ += viewer.moment_count();
     return rate;
   }
 
+  absl::Duration share_;
   std::unique_ptr<Server> server_;
   std::unique_ptr<procgen_client::Client> client_;
   std::unique_ptr<RemoteLearner> learner_;
@@ -164,8 +173,8 @@ class WatchContest {
   int64_t moment_count_ = 0;
 };
 
-void RunWatch(int32_t env_count, int32_t side_px, benchmark::State& state) {
-  const auto contest = WatchContest::Start(env_count, side_px);
+void RunWatch(int32_t env_count, const Rounds& rounds, benchmark::State& state) {
+  const auto contest = WatchContest::Start(env_count, rounds);
   if (RunRounds(
           contest.status(), [&] { return (*contest)->RunRound(); }, state)) {
     (*contest)->Report(env_count, state);
@@ -175,12 +184,12 @@ void RunWatch(int32_t env_count, int32_t side_px, benchmark::State& state) {
 }  // namespace
 
 void RegisterWatches() {
-  for (const int32_t side_px : {kObservationSidePx, 256}) {
+  for (const Rounds& rounds : {kAgentRounds, kHumanRounds}) {
     for (const int32_t env_count : {64, 256}) {
       benchmark::RegisterBenchmark(
-          absl::StrCat("watch/side_px:", side_px, "/environments:", env_count).c_str(),
-          [env_count, side_px](benchmark::State& state) { RunWatch(env_count, side_px, state); })
-          ->Iterations(kRounds)
+          absl::StrCat("watch/side_px:", rounds.side_px, "/environments:", env_count).c_str(),
+          [env_count, rounds](benchmark::State& state) { RunWatch(env_count, rounds, state); })
+          ->Iterations(rounds.count)
           ->UseManualTime();
     }
   }
