@@ -34,7 +34,12 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
 }
 
 absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
-  auto learner = LocalLearner::Start({.game = game, .worker_count = kStreamWorkerCount}, env_count);
+  // What a learner on a server gets, as in stream/shm/...
+  auto learner = LocalLearner::Start({.game = game,
+                                      .worker_count = kStreamWorkerCount,
+                                      .batch_count = kRequestsInFlight,
+                                      .answers_all = true},
+                                     env_count);
   if (!learner.ok()) {
     return learner.status();
   }

@@ -1,30 +1,24 @@
 // watch/...: a learner while somebody watches its pool, beside the same one while nobody does.
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/notification.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
-#include "procgen_client/client.h"
 #include "tests/benchmark/remote_learner.h"
 #include "tests/benchmark/stream_courses.h"
 #include "tests/benchmark/time_now.h"
+#include "tests/benchmark/viewer_process.h"
 
 namespace procgen {
 namespace {
 
-constexpr int32_t kWatchedCount = 16;
-constexpr float kFramesPerSecond = 15;
-constexpr int32_t kResponseBytesMax = 16 << 20;
 // Machines are now faster and now slower, so a round is short, of each of the two some moments
 // long, and there are many, of which the median is told.
 struct Rounds {
@@ -35,39 +29,6 @@ struct Rounds {
 constexpr Rounds kAgentRounds = {kObservationSidePx, absl::Milliseconds(200), 200};
 // People's view comes about once a second where the machine is busy.
 constexpr Rounds kHumanRounds = {256, absl::Milliseconds(1500), 25};
-
-// Somebody who watches the pool of a server that has one, as long as this lives. The first moment
-// has come when it is made: how a watch begins is not what is measured.
-class Viewer {
- public:
-  Viewer(procgen_client::Client* client, const v1::WatchPoolRequest& request)
-      : watch_(client->Watch(request)), thread_([this] { Watch(); }) {
-    begun_.WaitForNotification();
-  }
-  ~Viewer() {
-    watch_->Stop();
-    thread_.join();
-  }
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
-
-  int64_t moment_count() const { return moment_count_; }
-
- private:
-  void Watch() {
-    bool goes_on = watch_->Next().ok();
-    begun_.Notify();
-    while (goes_on) {
-      goes_on = watch_->Next().ok();
-      moment_count_ += goes_on ? 1 : 0;
-    }
-  }
-
-  std::atomic<int64_t> moment_count_ = 0;
-  absl::Notification begun_;
-  const std::unique_ptr<procgen_client::PoolWatch> watch_;
-  std::thread thread_;
-};
 
 // Steps per second.
 absl::StatusOr<double> RateOf(RemoteLearner* learner, absl::Duration share) {
@@ -132,24 +93,11 @@ class WatchContest {
     }
     server_ = *std::move(server);
     auto learner = RemoteLearner::Start(server_->address(), {.env_count = env_count});
-    auto client = procgen_client::Client::Connect(server_->address(),
-                                                  {.response_bytes_max = kResponseBytesMax});
-    if (!learner.ok() || !client.ok()) {
-      return learner.ok() ? client.status() : learner.status();
+    if (!learner.ok()) {
+      return learner.status();
     }
     learner_ = *std::move(learner);
-    client_ = *std::move(client);
-    const auto pools = client_->ListPools();
-    if (!pools.ok()) {
-      return pools.status();
-    }
-    request_.set_pool(pools->front().name());
-    for (int32_t i = 0; i < kWatchedCount; ++i) {
-      request_.add_environments(i);
-    }
-    request_.set_side_px(side_px);
-    request_.set_frames_per_second_max(kFramesPerSecond);
-    request_.set_response_bytes_max(kResponseBytesMax);
+    viewer_ = std::make_unique<ViewerProcess>(server_->address(), side_px);
     return absl::OkStatus();
   }
 
@@ -157,17 +105,20 @@ class WatchContest {
     if (!watched) {
       return RateOf(learner_.get(), share_);
     }
-    const Viewer viewer(client_.get(), request_);
-    absl::StatusOr<double> rate = RateOf(learner_.get(), share_);
-    moment_count_ += viewer.moment_count();
+    const auto begun = viewer_->Toggle();
+    absl::StatusOr<double> rate = begun.ok() ? RateOf(learner_.get(), share_) : begun.status();
+    const auto moment_count = rate.ok() ? viewer_->Toggle() : begun;
+    if (!moment_count.ok()) {
+      return moment_count.status();
+    }
+    moment_count_ += *moment_count;
     return rate;
   }
 
   absl::Duration share_;
   std::unique_ptr<Server> server_;
-  std::unique_ptr<procgen_client::Client> client_;
   std::unique_ptr<RemoteLearner> learner_;
-  v1::WatchPoolRequest request_;
+  std::unique_ptr<ViewerProcess> viewer_;
   std::vector<double> ratios_;
   std::vector<double> rates_;  // watched
   int64_t moment_count_ = 0;
