@@ -23,12 +23,13 @@ absl::Cord CordOf(const grpc::ByteBuffer& bytes) {
 
 grpc::ByteBuffer ByteBufferOf(const absl::Cord& bytes) {
   std::vector<grpc::Slice> slices;
-  const auto let_go = [](void* held) { delete static_cast<absl::Cord*>(held); };
-  for (const absl::string_view chunk : bytes.Chunks()) {
-    // Each slice holds the whole: it has its memory, and the chunk is a part of that.
-    auto held = std::make_unique<absl::Cord>(bytes);
-    // gRPC only reads what it sends; its type does not say so.
-    slices.emplace_back(const_cast<char*>(chunk.data()), chunk.size(), let_go, held.release());
+  using Held = std::shared_ptr<const absl::Cord>;
+  const auto let_go = [](void* held) { delete static_cast<Held*>(held); };
+  // On the heap, because a short Cord holds its bytes in itself.
+  const auto whole = std::make_shared<const absl::Cord>(bytes);
+  for (const absl::string_view chunk : whole->Chunks()) {
+    // Each slice holds the whole. gRPC only reads what it sends; its type does not say so.
+    slices.emplace_back(const_cast<char*>(chunk.data()), chunk.size(), let_go, new Held(whole));
   }
   return {slices.data(), slices.size()};
 }

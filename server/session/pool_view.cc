@@ -15,7 +15,7 @@ constexpr size_t kAgentViewBytes = kObservationBytes;
 }  // namespace
 
 PoolView::PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-                   PoliteThread* drawing)
+                   SideCrew* drawing)
     : pool_(std::move(pool)),
       order_(std::move(order)),
       encode_(std::move(encode)),
@@ -93,7 +93,7 @@ bool PoolView::BeginTick(absl::Time now) {
   // What can be copied comes by itself while the learner goes on; a turn is for the last moment
   // before it pauses, and for learners who do not look.
   const absl::Time from =
-      at_once_ ? pool_->looks_from() : std::max(pool_->looks_from(), drawing_->rests_until());
+      at_once_ ? pool_->looks_from() : std::max(pool_->looks_from(), rests_until_);
   if (now < from) {
     due_ = std::min(due_, from);
     return false;
@@ -159,6 +159,8 @@ void PoolView::OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_
   }
   drawing_->Run(
       [self = shared_from_this(), moment = std::move(moment), draw = *std::move(draw)]() mutable {
+        const CoreUse use;
+        const int64_t sequence_number = moment.sequence_number;
         const auto side = static_cast<size_t>(self->order_.side_px);
         std::vector<absl::Span<uint8_t>> frames;
         moment.images.resize(moment.environments.size());
@@ -168,7 +170,16 @@ void PoolView::OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_
         }
         draw(frames);
         self->Deliver(std::move(moment));
+        self->Rest(sequence_number, use);
       });
+}
+
+void PoolView::Rest(int64_t sequence_number, const CoreUse& use) {
+  if (pool_->next_sequence_number() - 1 == sequence_number) {
+    return;  // whoever wanted the core, the learner waits
+  }
+  absl::MutexLock lock(&mutex_);
+  rests_until_ = SteadyNow() + use.RestDue();
 }
 
 void PoolView::Deliver(Moment moment) {

@@ -14,10 +14,11 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
+#include "server/session/core_use.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/pool_session.h"
-#include "server/session/polite_thread.h"
 #include "server/session/pool_tap.h"
+#include "server/session/side_crew.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
@@ -28,13 +29,14 @@ namespace procgen {
 // for the learner, with the next request that shows it. Where no such request comes until the next
 // moment would be due, and at other sizes, the pool is looked at in a turn, which takes some
 // microseconds an environment, and drawn afterwards, by a thread that has whatever is left of the
-// machine: where nothing is, moments are left out but for a watcher's first. Where the pool has not changed, or nobody could send what would be drawn, nothing is.
-// Threads: any method from any thread.
+// machine: where the learner goes on meanwhile and wants all of it, moments are left out. Where the
+// pool has not changed, or nobody could send what would be drawn, nothing is. Threads: any method
+// from any thread.
 class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolView> {
  public:
   // `drawing` must outlive this. It must be added to the pool's taps.
   PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-           PoliteThread* drawing);
+           SideCrew* drawing);
 
   // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get
   // one. None: the view has ended.
@@ -72,17 +74,20 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   // A moment that has its numbers and no images yet.
   Moment BeginMoment() const;
   void Deliver(Moment moment) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Notes what a moment after request `sequence_number` has taken.
+  void Rest(int64_t sequence_number, const CoreUse& use) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const std::shared_ptr<PoolSession> pool_;
   const WatchOrder order_;
   const EncodeMoment encode_;
-  PoliteThread* const drawing_;
+  SideCrew* const drawing_;
   const bool can_copy_;  // observations are what the agent sees
 
   absl::Mutex mutex_;
   std::vector<std::shared_ptr<Watcher>> watchers_ ABSL_GUARDED_BY(mutex_);
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Time due_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Time rests_until_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   bool at_once_ ABSL_GUARDED_BY(mutex_) = true;    // a watcher has had nothing yet
   bool copy_came_ ABSL_GUARDED_BY(mutex_) = true;  // the last moment was copied
   bool waits_for_turn_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,12 +1,23 @@
 #include "server/session/pool_views.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <optional>
 #include <vector>
 
 namespace procgen {
+namespace {
 
-PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {}
+// The least that a thread can have of a busy machine.
+constexpr int kNicenessMax = 19;
+
+}  // namespace
+
+PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {
+  // On Linux that is said of a thread. Where it is refused, pictures cost the learners more.
+  drawing_.Run([] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
+}
 
 absl::Status PoolViews::Watch(std::shared_ptr<PoolSession> pool, const WatchOrder& order,
                               const EncodeMoment& encode, std::shared_ptr<Watcher> watcher) {

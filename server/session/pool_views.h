@@ -12,7 +12,7 @@
 #include "server/session/alarm.h"
 #include "server/session/pool_session.h"
 #include "server/session/pool_view.h"
-#include "server/session/polite_thread.h"
+#include "server/session/side_crew.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
@@ -45,7 +45,7 @@ class PoolViews {
   std::map<const Watcher*, std::shared_ptr<PoolView>> seen_by_ ABSL_GUARDED_BY(mutex_);
 
   // Last, so that their threads end before what they use.
-  PoliteThread drawing_;
+  SideCrew drawing_{1};
   Alarm alarm_;
 };
 

@@ -52,5 +52,13 @@ TEST(SharedBytesTest, BytesOutliveWhoGaveThem) {
   EXPECT_EQ(TextOf(buffer), std::string(1000, 'x'));
 }
 
+// A short Cord holds its bytes in itself.
+TEST(SharedBytesTest, FewBytesOutliveWhoGaveThem) {
+  absl::Cord cord("short");
+  const grpc::ByteBuffer buffer = ByteBufferOf(cord);
+  cord = absl::Cord("other");
+  EXPECT_EQ(TextOf(buffer), "short");
+}
+
 }  // namespace
 }  // namespace procgen
