@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 import mmap
-import operator
 import os
 import weakref
 from collections import deque
@@ -29,7 +28,6 @@ _ELEMENT_TYPES = {
     "<f4": step_pb2.ELEMENT_TYPE_FLOAT32,
 }
 _RELEASED_BATCHES = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name["released_batches"].number
-_all_arrays = operator.itemgetter(*ARRAY_TYPES)
 # Of so many different answers it is known where their values are. More are seldom given.
 _ROWS_KNOWN_MAX = 1024
 
@@ -55,9 +53,29 @@ class _Rows(NamedTuple):
     has_final_observations: bool
     numbers: memoryview  # All numbers of the batch, which lie side by side.
     numbers_type: np.dtype  # As pictures_type.
-    terminated: slice  # Of the bytes of numbers.
-    truncated: slice
     let_go: Callable[[object], None]  # Notes that the batch is held no more.
+
+
+class _SharedBatch(Batch):
+    """A batch whose arrays of numbers are made when they are first asked for; few are."""
+
+    __slots__ = ("numbers",)
+
+    numbers: np.ndarray  # All of them, as the fields of one element.
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Makes an array, once: no other attribute is missing."""
+        if name not in ARRAY_TYPES:
+            raise AttributeError(f"a batch has no {name}")
+        array = self.numbers[name]
+        if name == "fingerprints":
+            array = array[: self.ended_count()]
+        setattr(self, name, array)
+        return array
+
+    def ended_count(self) -> int:
+        """How many episodes ended."""
+        return int(np.count_nonzero(self.terminated | self.truncated))
 
 
 class SharedMapping:
@@ -139,22 +157,16 @@ class SharedMapping:
         # All views of it, and views of those, refer to this array, and nothing else does.
         pictures: np.ndarray = np.ndarray((), rows.pictures_type, rows.memory)
         self._held[rows.batch] = weakref.ref(pictures, rows.let_go)
-        numbers = bytearray(rows.numbers)
-        # A byte each, 0 or 1.
-        terminated = int.from_bytes(numbers[rows.terminated], "little")
-        truncated = int.from_bytes(numbers[rows.truncated], "little")
-        ended = (terminated | truncated).bit_count()
-        has_final_observations = rows.has_final_observations and ended
-        *of_rows, fingerprints = _all_arrays(np.ndarray((), rows.numbers_type, numbers))
-        fields: tuple[Any, ...] = (
-            request.sequence_number,
-            rows.first_environment,
-            *of_rows,
-            fingerprints[:ended],
-            pictures["final_observations"][:ended] if has_final_observations else self._no_pictures,
-            pictures["observations"] if rows.has_observations else None,
+        batch = _SharedBatch.__new__(_SharedBatch)
+        batch.sequence_number = request.sequence_number
+        batch.first_environment = rows.first_environment
+        batch.numbers = np.ndarray((), rows.numbers_type, bytearray(rows.numbers))
+        batch.observations = pictures["observations"] if rows.has_observations else None
+        ended_count = batch.ended_count() if rows.has_final_observations else 0
+        batch.final_observations = (
+            pictures["final_observations"][:ended_count] if ended_count else self._no_pictures
         )
-        return Batch(*fields)
+        return batch
 
     def _rows_of(self, message: bytes, request: Request) -> _Rows | None:
         """Gives what a response tells of; None: of no batch, or it answers another request."""
@@ -193,10 +205,6 @@ class SharedMapping:
         memory = memoryview(self._memory)[batch_begin : batch_begin + self._batch_bytes]
         numbers_begin = min(self._arrays[name].begin(0) for name in ARRAY_TYPES)
         numbers_end = max(self._arrays[name].begin(self._env_count) for name in ARRAY_TYPES)
-        begins = {
-            name: self._arrays[name].begin(first) - numbers_begin
-            for name in ("terminated", "truncated")
-        }
         let_go = self._let_go
         return _Rows(
             batch=number,
@@ -207,8 +215,6 @@ class SharedMapping:
             has_final_observations=batch.shared_final_observations,
             numbers=memory[numbers_begin:numbers_end],
             numbers_type=self._type_of_rows(ARRAY_TYPES, numbers_begin, first, count),
-            terminated=slice(begins["terminated"], begins["terminated"] + count),
-            truncated=slice(begins["truncated"], begins["truncated"] + count),
             let_go=lambda _: let_go.append(number),
         )
 

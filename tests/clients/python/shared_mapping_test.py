@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +118,22 @@ def test_each_slice_of_each_batch_is_read_where_it_is(
             assert array.flags.aligned, name
             assert array.flags.writeable is (name not in PICTURES) or not array.size, name
             np.testing.assert_array_equal(array, values, name)
+
+
+def test_numbers_are_those_of_the_answer_whenever_they_are_asked_for(
+    mapping: SharedMapping, content: list[dict[str, np.ndarray]]
+) -> None:
+    batch = _read(mapping, shared_observations=True)
+    again = pickle.loads(pickle.dumps(batch))
+    Path(mapping.path).write_bytes(bytes(_BATCH_COUNT * _BATCH_BYTES))  # The server goes on.
+    for read in (batch, again):
+        np.testing.assert_array_equal(read.rewards, content[0]["rewards"])
+        np.testing.assert_array_equal(read.ended, content[0]["terminated"] | content[0]["truncated"])
+        assert read.level_seeds is read.level_seeds, "who writes to it finds what was written"
+        assert "rewards=array(" in repr(read)
+        with pytest.raises(AttributeError, match="a batch has no reward"):
+            read.reward  # noqa: B018 - a misspelt name
+    np.testing.assert_array_equal(again.observations, content[0]["observations"])
 
 
 def test_fields_of_a_batch_stand_as_its_arrays_do() -> None:
