@@ -128,7 +128,8 @@ def test_numbers_are_those_of_the_answer_whenever_they_are_asked_for(
     Path(mapping.path).write_bytes(bytes(_BATCH_COUNT * _BATCH_BYTES))  # The server goes on.
     for read in (batch, again):
         np.testing.assert_array_equal(read.rewards, content[0]["rewards"])
-        np.testing.assert_array_equal(read.ended, content[0]["terminated"] | content[0]["truncated"])
+        ended = content[0]["terminated"] | content[0]["truncated"]
+        np.testing.assert_array_equal(read.ended, ended)
         assert read.level_seeds is read.level_seeds, "who writes to it finds what was written"
         assert "rewards=array(" in repr(read)
         with pytest.raises(AttributeError, match="a batch has no reward"):
