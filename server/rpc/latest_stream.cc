@@ -35,12 +35,11 @@ void LatestStream::OnWriteDone(bool ok) {
   {
     absl::MutexLock lock(&mutex_);
     writes_ = false;
+    if (!ok && !end_.has_value()) {
+      end_ = absl::OkStatus();  // who watched has gone
+    }
   }
-  if (ok) {
-    Continue();
-  } else {
-    Close(absl::OkStatus());  // who watched has gone
-  }
+  Continue();
 }
 
 void LatestStream::OnCancel() { Close(absl::OkStatus()); }

@@ -203,6 +203,19 @@ TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
   EXPECT_THAT(EndOf(silent.get()), StatusIs(absl::StatusCode::kAborted, _));
 }
 
+// A stream that is cancelled while it writes ends, or its server never would.
+TEST_F(WatchTest, WhoLeavesWithoutReadingIsWaitedForByNobody) {
+  const auto stream = CreateAndAttach(MazeSpec(16));
+  const auto silent = client_->Watch(WatchRequest(stream->pool().name(), {0, 1, 2, 3}, 256));
+  procgen_client::Batch batch;
+  for (int32_t step = 0; step < 20; ++step) {
+    ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
+  }
+  silent->Stop();
+  server_goes_on_ = false;
+  server_.reset();
+}
+
 TEST_F(WatchTest, WatchesOfOneOwnerAreLimited) {
   const std::string pool = CreatePool(MazeSpec(1));
   std::vector<std::unique_ptr<PoolWatch>> watches;
