@@ -2,10 +2,8 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "google/protobuf/io/coded_stream.h"
-#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "google/protobuf/wire_format_lite.h"
 
 namespace procgen {
@@ -14,10 +12,11 @@ namespace {
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedOutputStream;
 
-// What stands before a field of `size` bytes: its number, its kind and its size.
-void WriteHead(int field, size_t size, CodedOutputStream* out) {
-  WireFormatLite::WriteTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED, out);
-  out->WriteVarint32(static_cast<uint32_t>(size));
+// Writes what stands before a field of `size` bytes: its number, its kind and its size; returns
+// where it ends.
+uint8_t* WriteHead(int field, size_t size, uint8_t* out) {
+  out = WireFormatLite::WriteTagToArray(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED, out);
+  return CodedOutputStream::WriteVarint32ToArray(static_cast<uint32_t>(size), out);
 }
 
 size_t HeadSize(int field, size_t size) {
@@ -27,21 +26,24 @@ size_t HeadSize(int field, size_t size) {
 
 // All that stands before the observations: they are the last field of the batch, and the batch is
 // that of the response.
-std::string BytesBefore(const Response& response) {
+grpc::Slice BytesBefore(const Response& response) {
+  constexpr int kNumber = v1::StepPoolResponse::kSequenceNumberFieldNumber;
+  constexpr int kBatch = v1::StepPoolResponse::kBatchFieldNumber;
   constexpr int kObservations = v1::Batch::kObservationsFieldNumber;
   const v1::Batch& batch = response.message.batch();
+  const int64_t number = response.message.sequence_number();
   const size_t picture_bytes = response.observations.size();
-  const size_t batch_bytes =
-      batch.ByteSizeLong() + HeadSize(kObservations, picture_bytes) + picture_bytes;
-  std::string bytes;
-  google::protobuf::io::StringOutputStream stream(&bytes);
-  CodedOutputStream out(&stream);
-  WireFormatLite::WriteInt64(v1::StepPoolResponse::kSequenceNumberFieldNumber,
-                             response.message.sequence_number(), &out);
-  WriteHead(v1::StepPoolResponse::kBatchFieldNumber, batch_bytes, &out);
-  batch.SerializeWithCachedSizes(&out);
-  WriteHead(kObservations, picture_bytes, &out);
-  out.Trim();
+  const size_t rows_bytes = batch.ByteSizeLong() + HeadSize(kObservations, picture_bytes);
+  const size_t batch_bytes = rows_bytes + picture_bytes;
+  const size_t number_bytes = WireFormatLite::TagSize(kNumber, WireFormatLite::TYPE_INT64) +
+                              WireFormatLite::Int64Size(number);
+  const grpc::Slice bytes(number_bytes + HeadSize(kBatch, batch_bytes) + rows_bytes);
+  // It is nobody else's yet; its type does not say so.
+  auto* end = const_cast<uint8_t*>(bytes.begin());
+  end = WireFormatLite::WriteInt64ToArray(kNumber, number, end);
+  end = WriteHead(kBatch, batch_bytes, end);
+  end = batch.SerializeWithCachedSizesToArray(end);
+  WriteHead(kObservations, picture_bytes, end);
   return bytes;
 }
 
@@ -52,8 +54,7 @@ grpc::ByteBuffer Serialized(const Response& response) {
     const grpc::Slice bytes(response.message.SerializeAsString());
     return {&bytes, 1};
   }
-  const std::array<grpc::Slice, 2> slices = {grpc::Slice(BytesBefore(response)),
-                                             response.observations};
+  const std::array<grpc::Slice, 2> slices = {BytesBefore(response), response.observations};
   return {slices.data(), slices.size()};
 }
 

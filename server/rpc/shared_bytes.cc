@@ -1,5 +1,6 @@
 #include "server/rpc/shared_bytes.h"
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -7,16 +8,25 @@
 #include "grpcpp/support/slice.h"
 
 namespace procgen {
+namespace {
+
+// So few bytes are sooner copied than shared. Short slices, which hold their bytes in themselves,
+// could not be shared so.
+constexpr size_t kCopiedBytesMax = 512;
+
+}  // namespace
 
 absl::Cord CordOf(const grpc::ByteBuffer& bytes) {
   std::vector<grpc::Slice> slices;
   bytes.Dump(&slices).ok();  // fails only without a buffer, and then there are no slices
   absl::Cord cord;
   for (const grpc::Slice& slice : slices) {
-    // On the heap, because short slices hold their bytes in themselves.
-    auto held = std::make_unique<grpc::Slice>(slice);
-    const absl::string_view view(reinterpret_cast<const char*>(held->begin()), held->size());
-    cord.Append(absl::MakeCordFromExternal(view, [held = std::move(held)] {}));
+    const absl::string_view view(reinterpret_cast<const char*>(slice.begin()), slice.size());
+    if (view.size() <= kCopiedBytesMax) {
+      cord.Append(view);
+    } else {
+      cord.Append(absl::MakeCordFromExternal(view, [slice] {}));
+    }
   }
   return cord;
 }

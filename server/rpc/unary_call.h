@@ -27,18 +27,24 @@ absl::Status ParsedStatus(bool is_valid, size_t byte_count) {
 // The bytes on the wire as a message. Errors: INVALID_ARGUMENT; CANCELLED: there are none, for the
 // call was given up before they came.
 template <typename Message>
+absl::Status ParseMessage(absl::string_view bytes, Message* message) {
+  return ParsedStatus<Message>(
+      message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size())), bytes.size());
+}
+template <typename Message>
 absl::Status ParseMessage(const grpc::ByteBuffer& bytes, Message* message) {
   if (!bytes.Valid()) {
     return absl::CancelledError("the call ended before its request came");
   }
+  // Small requests, which come in one piece, are read as they lie: gRPC's reader of many pieces
+  // takes 2 us longer.
+  if (grpc::Slice piece; bytes.TrySingleSlice(&piece).ok()) {
+    return ParseMessage(
+        absl::string_view(reinterpret_cast<const char*>(piece.begin()), piece.size()), message);
+  }
   grpc::ByteBuffer consumed(bytes);  // shares the bytes
   const bool is_valid = grpc::SerializationTraits<Message>::Deserialize(&consumed, message).ok();
   return ParsedStatus<Message>(is_valid, bytes.Length());
-}
-template <typename Message>
-absl::Status ParseMessage(absl::string_view bytes, Message* message) {
-  return ParsedStatus<Message>(
-      message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size())), bytes.size());
 }
 
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own

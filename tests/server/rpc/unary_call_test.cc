@@ -1,5 +1,8 @@
 #include "server/rpc/unary_call.h"
 
+#include <array>
+#include <string>
+
 #include "gmock/gmock.h"
 #include "grpcpp/support/slice.h"
 #include "gtest/gtest.h"
@@ -17,6 +20,20 @@ grpc::ByteBuffer BytesOf(const std::string& bytes) {
 TEST(ParseMessageTest, MessageWithoutFieldsHasNoBytes) {
   v1::GetLoadRequest message;
   EXPECT_TRUE(ParseMessage(BytesOf(""), &message).ok());
+}
+
+TEST(ParseMessageTest, PiecesAreReadAsOne) {
+  v1::GetPoolRequest sent;
+  sent.set_name("pools/of-more-bytes-than-a-slice-holds-in-itself");
+  const std::string bytes = sent.SerializeAsString();
+  const std::array<grpc::Slice, 2> pieces = {grpc::Slice(bytes.substr(0, 10)),
+                                             grpc::Slice(bytes.substr(10))};
+  for (const grpc::ByteBuffer& buffer :
+       {BytesOf(bytes), grpc::ByteBuffer(pieces.data(), pieces.size())}) {
+    v1::GetPoolRequest message;
+    EXPECT_TRUE(ParseMessage(buffer, &message).ok());
+    EXPECT_EQ(message.name(), sent.name());
+  }
 }
 
 TEST(ParseMessageTest, GarbageIsToldWithItsSize) {
