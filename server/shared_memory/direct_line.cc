@@ -1,13 +1,16 @@
 #include "server/shared_memory/direct_line.h"
 
+#include <fcntl.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -23,49 +26,70 @@ absl::Status Ended() { return absl::CancelledError("the direct line has ended");
 
 }  // namespace
 
-std::unique_ptr<DirectLine> DirectLine::Take(int descriptor, size_t message_bytes_max) {
-  const int watch = epoll_create1(EPOLL_CLOEXEC);
-  epoll_event nothing = {};
-  if (watch < 0 || epoll_ctl(watch, EPOLL_CTL_ADD, descriptor, &nothing) != 0) {
-    if (watch >= 0) {
-      close(watch);
-    }
-    close(descriptor);
-    return nullptr;
-  }
-  return std::unique_ptr<DirectLine>(new DirectLine(descriptor, watch, message_bytes_max));
+std::unique_ptr<DirectLine> DirectLine::Make(size_t message_bytes_max) {
+  std::unique_ptr<DirectLine> line(new DirectLine(message_bytes_max));
+  return line->MakePipes() && line->WatchPipes() ? std::move(line) : nullptr;
 }
 
-DirectLine::DirectLine(int descriptor, int watch, size_t message_bytes_max)
-    : descriptor_(descriptor),
-      watch_(watch),
-      message_bytes_max_(message_bytes_max),
-      buffer_(kBufferBytes) {}
+DirectLine::DirectLine(size_t message_bytes_max)
+    : message_bytes_max_(message_bytes_max), buffer_(kBufferBytes) {}
 
-DirectLine::~DirectLine() {
-  close(watch_);
-  close(descriptor_);
+DirectLine::~DirectLine() = default;
+
+bool DirectLine::MakePipes() {
+  std::array<int, 2> requests = {-1, -1};
+  std::array<int, 2> responses = {-1, -1};
+  const bool made =
+      pipe2(requests.data(), O_CLOEXEC) == 0 && pipe2(responses.data(), O_CLOEXEC) == 0;
+  requests_ = FileDescriptor(requests[0]);
+  learners_requests_ = FileDescriptor(requests[1]);
+  learners_responses_ = FileDescriptor(responses[0]);
+  responses_ = FileDescriptor(responses[1]);
+  // The learner's ends wait as it likes.
+  return made && fcntl(requests_.number(), F_SETFL, O_NONBLOCK) == 0 &&
+         fcntl(responses_.number(), F_SETFL, O_NONBLOCK) == 0;
 }
 
-absl::StatusOr<absl::string_view> DirectLine::ReceiveBytes(size_t count) {
-  if (Fill(count, true) != Filled::kYes) {
-    return Ended();
-  }
-  const absl::string_view bytes(buffer_.data() + begin_, count);
-  begin_ += count;
-  return bytes;
+bool DirectLine::WatchPipes() {
+  responses_read_ = FileDescriptor(fcntl(learners_responses_.number(), F_DUPFD_CLOEXEC, 0));
+  watch_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
+  epoll_event end_only = {};
+  end_only.events = EPOLLONESHOT;
+  return responses_read_.is_open() && watch_.is_open() &&
+         epoll_ctl(watch_.number(), EPOLL_CTL_ADD, requests_.number(), &end_only) == 0 &&
+         epoll_ctl(watch_.number(), EPOLL_CTL_ADD, responses_read_.number(), &end_only) == 0;
+}
+
+bool DirectLine::HandOver(int socket) {
+  const FileDescriptor requests = std::move(learners_requests_);
+  const FileDescriptor responses = std::move(learners_responses_);
+  const std::array<int, 2> ends = {requests.number(), responses.number()};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ends))> control = {};
+  char nothing = 0;
+  iovec content = {.iov_base = &nothing, .iov_len = 1};
+  msghdr message = {};
+  message.msg_iov = &content;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* const head = CMSG_FIRSTHDR(&message);
+  head->cmsg_level = SOL_SOCKET;
+  head->cmsg_type = SCM_RIGHTS;
+  head->cmsg_len = CMSG_LEN(sizeof(ends));
+  std::memcpy(CMSG_DATA(head), ends.data(), sizeof(ends));
+  return sendmsg(socket, &message, MSG_NOSIGNAL) == 1;
 }
 
 absl::StatusOr<std::optional<absl::string_view>> DirectLine::Receive() {
   uint32_t length = 0;
-  Filled filled = Fill(kLengthBytes, false);
+  Filled filled = Fill(kLengthBytes);
   if (filled == Filled::kYes) {
     std::memcpy(&length, buffer_.data() + begin_, kLengthBytes);
     if (length > message_bytes_max_) {
       return absl::ResourceExhaustedError(absl::StrCat(
           "a request of ", length, " bytes, limit request_bytes_max is ", message_bytes_max_));
     }
-    filled = Fill(kLengthBytes + length, false);
+    filled = Fill(kLengthBytes + length);
   }
   if (filled == Filled::kEnded) {
     return Ended();
@@ -78,7 +102,7 @@ absl::StatusOr<std::optional<absl::string_view>> DirectLine::Receive() {
   return message;
 }
 
-DirectLine::Filled DirectLine::Fill(size_t count, bool waits) {
+DirectLine::Filled DirectLine::Fill(size_t count) {
   if (begin_ == end_) {
     begin_ = end_ = 0;
   }
@@ -89,13 +113,12 @@ DirectLine::Filled DirectLine::Fill(size_t count, bool waits) {
     buffer_.resize(std::max(buffer_.size(), count));
   }
   while (end_ - begin_ < count) {
-    const ssize_t received =
-        recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, waits ? 0 : MSG_DONTWAIT);
+    const ssize_t received = read(requests_.number(), buffer_.data() + end_, buffer_.size() - end_);
     if (received < 0 && errno == EINTR) {
       continue;
     }
     if (received <= 0) {
-      const bool is_to_come = received < 0 && !waits && (errno == EAGAIN || errno == EWOULDBLOCK);
+      const bool is_to_come = received < 0 && errno == EAGAIN && !hung_up_;
       return is_to_come ? Filled::kNotYet : Filled::kEnded;
     }
     end_ += static_cast<size_t>(received);
@@ -105,13 +128,13 @@ DirectLine::Filled DirectLine::Fill(size_t count, bool waits) {
 
 void DirectLine::Watch() {
   epoll_event input = {};
-  input.events = EPOLLIN | EPOLLRDHUP | EPOLLONESHOT;
-  epoll_ctl(watch_, EPOLL_CTL_MOD, descriptor_, &input);
+  input.events = EPOLLIN | EPOLLONESHOT;
+  epoll_ctl(watch_.number(), EPOLL_CTL_MOD, requests_.number(), &input);
 }
 
 bool DirectLine::AwaitInput() {
   epoll_event input = {};
-  while (!hung_up_ && epoll_wait(watch_, &input, 1, -1) < 0 && errno == EINTR) {
+  while (!hung_up_ && epoll_wait(watch_.number(), &input, 1, -1) < 0 && errno == EINTR) {
   }
   return !hung_up_;
 }
@@ -127,15 +150,16 @@ bool DirectLine::Send(const std::vector<absl::string_view>& pieces) {
   // those that share memory are small.
   ssize_t sent = 0;
   do {
-    sent = send(descriptor_, outgoing_.data(), outgoing_.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    sent = write(responses_.number(), outgoing_.data(), outgoing_.size());
   } while (sent < 0 && errno == EINTR);
   return sent == static_cast<ssize_t>(outgoing_.size());
 }
 
 void DirectLine::HangUp() {
   hung_up_ = true;
-  shutdown(descriptor_, SHUT_RDWR);
-  Watch();  // has who waits find out
+  // Closes the end that is written to, at once and for every thread, without its number becoming
+  // another file's: what cannot be written to takes its place.
+  dup3(responses_read_.number(), responses_.number(), O_CLOEXEC);
 }
 
 }  // namespace procgen

@@ -11,27 +11,30 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "server/shared_memory/file_descriptor.h"
 
 namespace procgen {
 
-// One side of a unix socket on which a learner and its stream exchange messages past gRPC, each
-// after its length as an unsigned number of four bytes (both are on one machine, so in its order).
+// The server's side of two pipes by which a learner and its stream exchange messages past gRPC:
+// requests and responses, each after its length as an unsigned number of four bytes (both are on
+// one machine, so in its order).
 //
 // Nobody has to wait for messages: who has time looks for the next one (Receive), and only who
 // finds none has a thread woken by it (Watch, AwaitInput). Threads: one may receive while another
 // sends and a third one waits; Watch and HangUp from any.
 class DirectLine {
  public:
-  // Takes over a connected socket. Messages that are received have at most `message_bytes_max`.
-  // Null: the process has no file descriptor left to wait with.
-  static std::unique_ptr<DirectLine> Take(int descriptor, size_t message_bytes_max);
+  // Messages that are received have at most `message_bytes_max`. Null: the process or the system
+  // has no file descriptors left for it.
+  static std::unique_ptr<DirectLine> Make(size_t message_bytes_max);
   ~DirectLine();
   DirectLine(const DirectLine&) = delete;
   DirectLine& operator=(const DirectLine&) = delete;
 
-  // Waits for so many bytes that are no message, good until the next call. Errors: CANCELLED the
-  // line has ended.
-  absl::StatusOr<absl::string_view> ReceiveBytes(size_t count);
+  // Gives the learner its ends of the pipes, once, through a connected unix socket: a byte 0 with
+  // the end to write requests to and the end to read responses from. False: it is not there.
+  bool HandOver(int socket);
+
   // The next message, good until the next call; none: it is not there yet. Errors: CANCELLED the
   // line has ended; RESOURCE_EXHAUSTED the message is larger, and the line of no more use.
   absl::StatusOr<std::optional<absl::string_view>> Receive();
@@ -48,18 +51,24 @@ class DirectLine {
   // Ends the line for both sides: what was sent can still be received there.
   void HangUp();
 
-  int descriptor() const { return descriptor_; }
-
  private:
   enum class Filled : uint8_t { kYes, kNotYet, kEnded };
 
-  DirectLine(int descriptor, int watch, size_t message_bytes_max);
-  // Whether `count` bytes are there from begin_ on, or come while it `waits`.
-  Filled Fill(size_t count, bool waits);
+  explicit DirectLine(size_t message_bytes_max);
+  bool MakePipes();
+  bool WatchPipes();
+  // Whether `count` bytes are there from begin_ on.
+  Filled Fill(size_t count);
 
-  const int descriptor_;
-  const int watch_;  // an epoll that knows the socket only
   const size_t message_bytes_max_;
+  FileDescriptor requests_;
+  FileDescriptor responses_;
+  // Their reading end, from which nobody reads here: while it is open, nobody who writes gets a
+  // SIGPIPE; and it tells who waits that the line was hung up.
+  FileDescriptor responses_read_;
+  FileDescriptor learners_requests_;  // until they are handed over
+  FileDescriptor learners_responses_;
+  FileDescriptor watch_;  // an epoll that knows what is read here
   std::atomic<bool> hung_up_ = false;
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <iterator>
@@ -91,7 +92,10 @@ DirectLines::~DirectLines() {
     absl::MutexLock lock(&mutex_);
     visits.swap(visits_);
     for (const Visit& visit : visits) {
-      if (!visit.is_over) {
+      if (visit.connection.is_open()) {
+        shutdown(visit.connection.number(), SHUT_RDWR);
+      }
+      if (visit.line != nullptr) {
         visit.line->HangUp();
       }
     }
@@ -127,54 +131,70 @@ std::shared_ptr<DirectLineUser> DirectLines::Claim(absl::string_view key) {
 
 void DirectLines::AcceptUntilStopped() {
   while (true) {
-    const int connection = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
-    const int error = connection < 0 ? errno : 0;
+    FileDescriptor connection(accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC));
+    const int error = connection.is_open() ? 0 : errno;
     Reap();
     {
       absl::MutexLock lock(&mutex_);
       if (stopping_) {
-        if (connection >= 0) {
-          close(connection);
-        }
         return;
       }
     }
-    if (connection >= 0) {
-      Begin(connection);
+    if (connection.is_open()) {
+      Begin(std::move(connection));
     } else if (error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM) {
       absl::SleepFor(kNoDescriptorsPause);
     }
   }
 }
 
-void DirectLines::Begin(int connection) {
-  std::shared_ptr<DirectLine> line = DirectLine::Take(connection, message_bytes_max_);
+void DirectLines::Begin(FileDescriptor connection) {
   absl::MutexLock lock(&mutex_);
-  if (line == nullptr || stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection)) {
+  if (stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection.number())) {
     return;
   }
   ++unknown_count_;
   Visit& visit = visits_.emplace_back();
-  visit.line = line;
-  visit.thread = std::thread([this, &visit, line = std::move(line)] {
-    Receive(line);
+  visit.connection = std::move(connection);
+  visit.thread = std::thread([this, &visit] {
+    Receive(&visit);
     absl::MutexLock over(&mutex_);
     visit.is_over = true;
     visit.line = nullptr;
   });
 }
 
-void DirectLines::Receive(const std::shared_ptr<DirectLine>& line) {
-  SetPatience(line->descriptor(), kKeySeconds);
-  const absl::StatusOr<absl::string_view> key = line->ReceiveBytes(kKeyBytes);
-  SetPatience(line->descriptor(), 0);
-  std::shared_ptr<DirectLineUser> user = key.ok() ? Claim(*key) : nullptr;
+std::shared_ptr<DirectLineUser> DirectLines::Identify(int connection) {
+  SetPatience(connection, kKeySeconds);
+  std::array<char, kKeyBytes> key = {};
+  const ssize_t received = recv(connection, key.data(), key.size(), MSG_WAITALL);
+  return received == static_cast<ssize_t>(key.size())
+             ? Claim(absl::string_view(key.data(), key.size()))
+             : nullptr;
+}
+
+std::shared_ptr<DirectLine> DirectLines::MakeLine(Visit* visit) {
+  std::shared_ptr<DirectLine> line = DirectLine::Make(message_bytes_max_);
+  if (line == nullptr || !line->HandOver(visit->connection.number())) {
+    return nullptr;
+  }
+  absl::MutexLock lock(&mutex_);
+  if (stopping_) {
+    return nullptr;
+  }
+  visit->line = line;
+  return line;
+}
+
+void DirectLines::Receive(Visit* visit) {
+  const std::shared_ptr<DirectLineUser> user = Identify(visit->connection.number());
+  const std::shared_ptr<DirectLine> line = user == nullptr ? nullptr : MakeLine(visit);
   {
     absl::MutexLock lock(&mutex_);
     --unknown_count_;
+    visit->connection = FileDescriptor();
   }
-  if (user == nullptr) {
-    line->HangUp();
+  if (line == nullptr) {
     return;
   }
   user->OnLineOpened(line);

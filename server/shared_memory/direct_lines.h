@@ -13,6 +13,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "server/shared_memory/direct_line.h"
+#include "server/shared_memory/file_descriptor.h"
 
 namespace procgen {
 
@@ -32,7 +33,8 @@ class DirectLineUser {
 
 // Where learners on this machine open direct lines to their streams: a unix socket without a file,
 // which is gone with the process. Only processes of the same user are let in, and each must show
-// the key of its stream. A line has a thread, which waits where nobody else finds its messages.
+// the key of its stream; who has shown it is given the learner's ends of the line, and the
+// connection ends. A line has a thread, which waits where nobody else finds its messages.
 // Threads: any method from any thread.
 class DirectLines {
  public:
@@ -54,17 +56,23 @@ class DirectLines {
   void Forget(const std::string& key);
 
  private:
-  // Of one who has come: its line, its thread, and whether that is at its end.
+  // Of one who has come: a connection until a key is shown, and then a line; and its thread.
   struct Visit {
+    FileDescriptor connection;  // changed by the thread only, under the lock
     std::shared_ptr<DirectLine> line;
     std::thread thread;
-    bool is_over = false;
+    bool is_over = false;  // the thread is at its end
   };
 
   DirectLines(int socket, std::string socket_name, size_t message_bytes_max);
   void AcceptUntilStopped();
-  void Begin(int connection);
-  void Receive(const std::shared_ptr<DirectLine>& line);
+  void Begin(FileDescriptor connection);
+  // What a visit's thread does.
+  void Receive(Visit* visit);
+  // The stream to which who has come shows a key; null: none.
+  std::shared_ptr<DirectLineUser> Identify(int connection);
+  // Makes a line for who has come; null: it is gone, or no more line can be made or is wanted.
+  std::shared_ptr<DirectLine> MakeLine(Visit* visit);
   // Whom a key is for, once; null: nobody.
   std::shared_ptr<DirectLineUser> Claim(absl::string_view key);
   // Waits for threads that are at their ends.

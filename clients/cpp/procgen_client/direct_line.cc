@@ -1,15 +1,20 @@
 #include "procgen_client/direct_line.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/strings/str_cat.h"
 
 namespace procgen_client {
 namespace {
@@ -17,57 +22,99 @@ namespace {
 constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Answers are small: the values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
-// Who has waited for an answer waits for the next ones, too, as a rule: so often it is not tried
-// first whether they are there.
-constexpr int kWaitsExpected = 64;
 
-}  // namespace
-
-std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offer) {
-  const std::string& name = offer.socket_name();
+// A socket that is connected to this name; negative: it could not be.
+int ConnectedTo(const std::string& name) {
   sockaddr_un address = {};
   if (name.empty() || name.size() >= sizeof(address.sun_path)) {
-    return nullptr;
+    return -1;
   }
-  const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (descriptor < 0) {
-    return nullptr;
+  const int connection = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (connection < 0) {
+    return -1;
   }
-  std::unique_ptr<DirectLine> line(new DirectLine(descriptor));
   // A name without a file begins with a byte 0.
   address.sun_family = AF_UNIX;
   std::copy(name.begin(), name.end(), address.sun_path + 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), size) != 0 ||
-      !line->SendAll(offer.key())) {
-    return nullptr;
+  if (connect(connection, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
+    close(connection);
+    return -1;
   }
-  return line;
+  return connection;
 }
 
-DirectLine::~DirectLine() { close(descriptor_); }
+}  // namespace
+
+std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offer) {
+  const int connection = ConnectedTo(offer.socket_name());
+  if (connection < 0) {
+    return nullptr;
+  }
+  const absl::Cleanup disconnect = [connection] { close(connection); };
+  const std::string& key = offer.key();
+  const ssize_t shown = send(connection, key.data(), key.size(), MSG_NOSIGNAL);
+  std::unique_ptr<DirectLine> line(new DirectLine());
+  return shown == static_cast<ssize_t>(key.size()) && line->TakeEnds(connection) ? std::move(line)
+                                                                                 : nullptr;
+}
+
+bool DirectLine::TakeEnds(int socket) {
+  std::array<int, 2> ends = {-1, -1};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ends))> control = {};
+  char nothing = 0;
+  iovec content = {.iov_base = &nothing, .iov_len = 1};
+  msghdr message = {};
+  message.msg_iov = &content;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  if (recvmsg(socket, &message, MSG_CMSG_CLOEXEC) != 1) {
+    return false;
+  }
+  const cmsghdr* const head = CMSG_FIRSTHDR(&message);
+  if (head == nullptr || head->cmsg_type != SCM_RIGHTS ||
+      head->cmsg_len != CMSG_LEN(sizeof(ends))) {
+    return false;
+  }
+  std::memcpy(ends.data(), CMSG_DATA(head), sizeof(ends));
+  requests_ = ends[0];
+  responses_ = ends[1];
+  const std::string again = absl::StrCat("/proc/self/fd/", requests_);
+  requests_read_ = open(again.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0;
+}
+
+DirectLine::~DirectLine() {
+  for (const int end : {requests_, requests_read_, responses_}) {
+    if (end >= 0) {
+      close(end);
+    }
+  }
+}
 
 bool DirectLine::Send(const procgen::v1::StepPoolRequest& request) {
   outgoing_.assign(kLengthBytes, '\0');
   request.AppendToString(&outgoing_);
   const auto length = static_cast<uint32_t>(outgoing_.size() - kLengthBytes);
   std::memcpy(outgoing_.data(), &length, kLengthBytes);
-  return SendAll(outgoing_);
-}
-
-bool DirectLine::SendAll(const std::string& bytes) {
   size_t sent = 0;
-  while (sent < bytes.size()) {
-    const ssize_t count = send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-    if (count < 0 && errno == EINTR) {
-      continue;
-    }
-    if (count < 0) {
+  while (sent < outgoing_.size()) {
+    const ssize_t count = write(requests_, outgoing_.data() + sent, outgoing_.size() - sent);
+    if (count >= 0) {
+      sent += static_cast<size_t>(count);
+    } else if (errno != EINTR && (errno != EAGAIN || !AwaitRoom())) {
       return false;
     }
-    sent += static_cast<size_t>(count);
   }
   return true;
+}
+
+bool DirectLine::AwaitRoom() const {
+  std::array<pollfd, 2> ends = {{{.fd = requests_, .events = POLLOUT, .revents = 0},
+                                 {.fd = responses_, .events = 0, .revents = 0}}};
+  poll(ends.data(), ends.size(), -1);
+  return (ends[1].revents & POLLHUP) == 0;
 }
 
 bool DirectLine::Receive(procgen::v1::StepPoolResponse* response) {
@@ -97,18 +144,7 @@ bool DirectLine::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
-    if (waits_expected_ > 0) {
-      --waits_expected_;
-      // Who waits in recv is woken for nothing whenever the server reads what was sent.
-      pollfd input = {.fd = descriptor_, .events = POLLIN, .revents = 0};
-      poll(&input, 1, -1);
-    }
-    const ssize_t received =
-        recv(descriptor_, buffer_.data() + end_, buffer_.size() - end_, MSG_DONTWAIT);
-    if (received < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-      waits_expected_ = kWaitsExpected;
-      continue;
-    }
+    const ssize_t received = read(responses_, buffer_.data() + end_, buffer_.size() - end_);
     if (received < 0 && errno == EINTR) {
       continue;
     }
@@ -120,6 +156,10 @@ bool DirectLine::Fill(size_t count) {
   return true;
 }
 
-void DirectLine::HangUp() { shutdown(descriptor_, SHUT_RDWR); }
+void DirectLine::HangUp() {
+  // Closes the end that is written to, at once and for every thread, without its number becoming
+  // another file's: what cannot be written to takes its place.
+  dup3(requests_read_, requests_, O_CLOEXEC);
+}
 
 }  // namespace procgen_client

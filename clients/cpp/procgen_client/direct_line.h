@@ -10,9 +10,8 @@
 
 namespace procgen_client {
 
-// The learner's side of a direct line (procgen.v1.DirectLine): a unix socket that bears the
-// messages of a stream in place of gRPC. Threads: one may send while another receives; HangUp from
-// any.
+// The learner's side of a direct line (procgen.v1.DirectLine): two pipes that bear the messages of
+// a stream in place of gRPC. Threads: one may send while another receives; HangUp from any.
 class DirectLine {
  public:
   // Connects; null: that cannot be done from here, and gRPC's stream does as well.
@@ -25,21 +24,26 @@ class DirectLine {
   bool Send(const procgen::v1::StepPoolRequest& request);
   // Waits for the next response. False: as for Send.
   bool Receive(procgen::v1::StepPoolResponse* response);
-  // Ends the line for both sides.
+  // Sends nothing more: the stream ends when what was sent is answered.
   void HangUp();
 
  private:
-  explicit DirectLine(int descriptor) : descriptor_(descriptor) {}
-  bool SendAll(const std::string& bytes);
+  DirectLine() = default;
+  // Receives the ends of the pipes.
+  bool TakeEnds(int socket);
+  // Waits until there is room for a request. False: the line has ended.
+  bool AwaitRoom() const;
   // Waits until `count` bytes are there from begin_ on.
   bool Fill(size_t count);
 
-  const int descriptor_;
+  int requests_ = -1;
+  // Their reading end, from which nobody reads here: while it is open, who writes gets no SIGPIPE.
+  int requests_read_ = -1;
+  int responses_ = -1;
   std::string outgoing_;      // length and message; its memory is kept
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;
-  int waits_expected_ = 0;  // times that input is waited for before it is looked for
 };
 
 }  // namespace procgen_client

@@ -217,7 +217,8 @@ absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
     absl::MutexLock lock(&mutex_);
     unanswered = unanswered_;
   }
-  for (const procgen::v1::StepPoolRequest& request : unanswered) {
+  for (procgen::v1::StepPoolRequest& request : unanswered) {
+    request.clear_released_batches();  // attaching has told what is held as a whole
     if (!connection->Write(request)) {
       return EndOf(connection.get(), is_broken);
     }
@@ -248,10 +249,16 @@ absl::StatusOr<int64_t> StepStream::SendStep(absl::Span<const int32_t> actions) 
   return Send(StepRequest(actions));
 }
 
-procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> actions) const {
+procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> actions) {
   procgen::v1::StepPoolRequest request;
-  request.mutable_step()->mutable_actions()->Add(actions.begin(), actions.end());
-  request.mutable_step()->set_response_count_min(pipeline_);
+  {
+    absl::MutexLock lock(&mutex_);
+    std::swap(request, answered_);
+  }
+  procgen::v1::Step* step = request.mutable_step();
+  step->Clear();
+  step->mutable_actions()->Assign(actions.begin(), actions.end());
+  step->set_response_count_min(pipeline_);
   return request;
 }
 
@@ -300,18 +307,17 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     // So that the batches of answers that have arrived are not kept for repetition.
     request.set_acknowledged_sequence_number(answered_sequence_number_);
   }
+  const std::vector<int32_t> released = held_->TakeReleased();
+  request.mutable_released_batches()->Assign(released.begin(), released.end());
   std::shared_ptr<Connection> connection;
+  const procgen::v1::StepPoolRequest* sent = nullptr;
   {
     absl::MutexLock lock(&mutex_);
     connection = connection_;
-    if (resumes()) {
-      unanswered_.push_back(request);
-    }
+    // Stays where it is until it is answered, which is not before its bytes are written.
+    sent = &unanswered_.emplace_back(std::move(request));
   }
-  // Not in what is sent again: attaching tells what is held as a whole.
-  const std::vector<int32_t> released = held_->TakeReleased();
-  request.mutable_released_batches()->Assign(released.begin(), released.end());
-  connection->Write(request);
+  connection->Write(*sent);
   return number;
 }
 
@@ -337,9 +343,8 @@ absl::Status StepStream::Receive(Batch* batch) {
   }
   absl::MutexLock lock(&mutex_);
   answered_sequence_number_ = batch->sequence_number();
-  if (resumes()) {
-    unanswered_.pop_front();
-  }
+  std::swap(answered_, unanswered_.front());
+  unanswered_.pop_front();
   return absl::OkStatus();
 }
 

@@ -131,7 +131,7 @@ class StepStream {
              const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
-  procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions) const;
+  procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions);
   // Attaches with a new connection, by `deadline`. `is_broken`: whether an error may be another
   // one the next time.
   absl::Status Open(absl::Time deadline, procgen::v1::Attached* attached, bool* is_broken)
@@ -180,7 +180,8 @@ class StepStream {
   absl::Mutex send_mutex_;  // of who writes, or makes the connection anew
   absl::Mutex mutex_;
   std::shared_ptr<Connection> connection_ ABSL_GUARDED_BY(mutex_);
-  std::deque<procgen::v1::StepPoolRequest> unanswered_ ABSL_GUARDED_BY(mutex_);  // if it resumes
+  std::deque<procgen::v1::StepPoolRequest> unanswered_ ABSL_GUARDED_BY(mutex_);
+  procgen::v1::StepPoolRequest answered_ ABSL_GUARDED_BY(mutex_);  // whose memory the next one has
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
 };

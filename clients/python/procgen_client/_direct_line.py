@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import select
+import os
 import socket
 import struct
+from typing import BinaryIO
 
 from procgen_client._proto import step_pb2
 
@@ -14,7 +15,7 @@ _RECEIVE_BYTES = 1 << 12
 
 
 class DirectLine:
-    """A unix socket that bears the messages of a stream whose pool shares memory.
+    """Two pipes that bear the messages of a stream whose pool shares memory.
 
     Threads: one may send while another receives.
     """
@@ -22,27 +23,29 @@ class DirectLine:
     @classmethod
     def open(cls, offer: step_pb2.DirectLine) -> DirectLine | None:
         """Connects; None: that cannot be done from here, and gRPC's stream does as well."""
-        line = socket.socket(socket.AF_UNIX)
-        try:
-            line.connect("\0" + offer.socket_name)
-            line.sendall(offer.key)
-        except OSError:
-            line.close()
-            return None
-        return cls(line)
+        with socket.socket(socket.AF_UNIX) as connection:
+            try:
+                connection.connect("\0" + offer.socket_name)
+                connection.sendall(offer.key)
+                _, ends, _, _ = socket.recv_fds(connection, 1, 2)
+                requests, responses = ends
+            except (OSError, ValueError):  # There is nobody, or nobody who knows the key.
+                return None
+        return cls(os.fdopen(requests, "wb", buffering=0), os.fdopen(responses, "rb", buffering=0))
 
-    def __init__(self, line: socket.socket) -> None:
-        """Takes over a socket that has shown its key."""
-        self._line = line
-        self._arrives = select.poll()
-        self._arrives.register(line, select.POLLIN)
+    def __init__(self, requests: BinaryIO, responses: BinaryIO) -> None:
+        """Takes over the learner's ends of the pipes."""
+        self._requests = requests
+        self._responses = responses
         self._received = b""
 
     def send(self, message: bytes) -> None:
         """Sends a serialised request; that the line has ended, only receive finds."""
+        left = _LENGTH.pack(len(message)) + message
         try:
-            self._line.sendall(_LENGTH.pack(len(message)) + message)
-        except OSError:
+            while left:
+                left = left[self._requests.write(left) :]
+        except (OSError, ValueError):  # It has ended, or this side has hung up.
             pass
 
     def receive(self) -> bytes | None:
@@ -55,14 +58,13 @@ class DirectLine:
                     self._received = received[end:]
                     return received[_LENGTH.size : end]
             try:
-                self._arrives.poll()
-                more = self._line.recv(_RECEIVE_BYTES)
-            except OSError:
+                more = self._responses.read(_RECEIVE_BYTES)
+            except (OSError, ValueError):
                 return None
             if not more:
                 return None
             self._received = received + more
 
     def hang_up(self) -> None:
-        """Ends the line for both sides."""
-        self._line.close()
+        """Sends nothing more: the stream ends when what was sent is answered."""
+        self._requests.close()

@@ -15,6 +15,8 @@
 #include "absl/strings/string_view.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/shared_memory/file_descriptor.h"
+#include "tests/server/shared_memory/learners_ends.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -24,27 +26,34 @@ using testing::HasSubstr;
 
 constexpr size_t kMessageBytesMax = 10'000;
 
-// A line and the other end of its socket.
+// A line and the learner's ends of it.
 class DirectLineTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::array<int, 2> ends = {};
-    ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()), 0);
-    line_ = DirectLine::Take(ends[0], kMessageBytesMax);
+    line_ = DirectLine::Make(kMessageBytesMax);
     ASSERT_NE(line_, nullptr);
-    other_ = ends[1];
+    std::array<int, 2> sockets = {};
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets.data()), 0);
+    const FileDescriptor ours(sockets[0]);
+    const FileDescriptor theirs(sockets[1]);
+    ASSERT_TRUE(line_->HandOver(ours.number()));
+    other_ = LearnersEnds::Receive(theirs.number());
+    ASSERT_TRUE(other_.has_value());
   }
-  void TearDown() override { Leave(); }
 
   void Say(const std::string& bytes) const {
-    ASSERT_EQ(send(other_, bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    ASSERT_EQ(write(other_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
-  void Leave() {
-    if (other_ >= 0) {
-      close(other_);
+  // All that comes until the line ends.
+  std::string Heard() const {
+    std::string heard;
+    char byte = 0;
+    while (read(other_->responses.number(), &byte, 1) == 1) {
+      heard.push_back(byte);
     }
-    other_ = -1;
+    return heard;
   }
+  void Leave() { other_.reset(); }
   // The next message; none: it is not there.
   std::optional<absl::string_view> Received() {
     const auto message = line_->Receive();
@@ -59,7 +68,7 @@ class DirectLineTest : public testing::Test {
   }
 
   std::unique_ptr<DirectLine> line_;
-  int other_ = -1;
+  std::optional<LearnersEnds> other_;
 };
 
 TEST_F(DirectLineTest, NobodyWaitsForWhatIsNotThere) {
@@ -94,7 +103,20 @@ TEST_F(DirectLineTest, TheOthersEndIsTold) {
   Leave();
   EXPECT_TRUE(line_->AwaitInput());
   EXPECT_THAT(line_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
-  EXPECT_THAT(line_->ReceiveBytes(100), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+}
+
+TEST_F(DirectLineTest, NoSignalEndsWhoAnswersALearnerThatIsGone) {
+  Leave();
+  EXPECT_TRUE(line_->Send({"nobody reads this"}));
+}
+
+TEST_F(DirectLineTest, NobodyWaitsForALearnerThatReadsNothing) {
+  const std::string large(kMessageBytesMax, 'x');
+  int sent = 0;
+  while (line_->Send({large})) {
+    ++sent;
+  }
+  EXPECT_GT(sent, 0);
 }
 
 TEST_F(DirectLineTest, WhoHangsUpWaitsNoMore) {
@@ -106,6 +128,24 @@ TEST_F(DirectLineTest, WhoHangsUpWaitsNoMore) {
   EXPECT_FALSE(is_open);
   EXPECT_FALSE(line_->AwaitInput());
   EXPECT_FALSE(line_->Send({"?"}));
+  EXPECT_EQ(Received(), "unwatched");
+  EXPECT_THAT(line_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+}
+
+TEST_F(DirectLineTest, WhatWasSentBeforeHangingUpIsStillReceived) {
+  EXPECT_TRUE(line_->Send({"la", "st"}));
+  line_->HangUp();
+  EXPECT_EQ(Heard(), Framed("last"));
+}
+
+TEST_F(DirectLineTest, ALearnerThatIsGoneIsNotHandedOver) {
+  std::array<int, 2> sockets = {};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets.data()), 0);
+  const FileDescriptor ours(sockets[0]);
+  close(sockets[1]);
+  const auto line = DirectLine::Make(kMessageBytesMax);
+  EXPECT_FALSE(line->HandOver(ours.number()));
+  EXPECT_THAT(line->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
 }  // namespace

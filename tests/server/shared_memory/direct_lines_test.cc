@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "absl/synchronization/mutex.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/shared_memory/file_descriptor.h"
+#include "tests/server/shared_memory/learners_ends.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -50,29 +53,39 @@ class Visitor {
     const std::string& name = lines.socket_name();
     std::copy(name.begin(), name.end(), address.sun_path + 1);
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-    connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), size) == 0;
+    connected_ = connect(socket_.number(), reinterpret_cast<const sockaddr*>(&address), size) == 0;
   }
-  ~Visitor() { close(socket_); }
-  Visitor(const Visitor&) = delete;
-  Visitor& operator=(const Visitor&) = delete;
-
   bool connected() const { return connected_; }
+  // Shows a key; whether it is let in.
+  bool Enter(const std::string& key) {
+    // Who is sent away at once may not even get so far.
+    if (send(socket_.number(), key.data(), key.size(), MSG_NOSIGNAL) == ssize_t(key.size())) {
+      ends_ = LearnersEnds::Receive(socket_.number());
+    }
+    return ends_.has_value();
+  }
+  // Whether it is sent away before it shows a key.
+  bool IsSentAway() const {
+    char byte = 0;
+    return recv(socket_.number(), &byte, 1, 0) == 0;
+  }
   void Say(const std::string& bytes) const {
-    ASSERT_EQ(send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+    ASSERT_EQ(write(ends_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
   // All that comes until the line ends or `count` bytes are there.
   std::string Hear(size_t count = SIZE_MAX) const {
     std::string heard;
     char byte = 0;
-    while (heard.size() < count && recv(socket_, &byte, 1, 0) == 1) {
+    while (heard.size() < count && read(ends_->responses.number(), &byte, 1) == 1) {
       heard.push_back(byte);
     }
     return heard;
   }
 
  private:
-  const int socket_;
+  const FileDescriptor socket_;
   bool connected_ = false;
+  std::optional<LearnersEnds> ends_;
 };
 
 // Notes what comes, and answers it with "re: " before it; hangs up after the tenth.
@@ -135,8 +148,8 @@ TEST_F(DirectLinesTest, MessagesGoBothWays) {
   EXPECT_EQ(key.size(), DirectLines::kKeyBytes);
   const std::string large(kMessageBytesMax, 'x');
   {
-    const Visitor visitor(*lines_);
-    visitor.Say(key);
+    Visitor visitor(*lines_);
+    ASSERT_TRUE(visitor.Enter(key));
     visitor.Say(Framed("one") + Framed("") + Framed("two").substr(0, 5));
     const std::string first = Framed("re: one") + Framed("re: ");
     EXPECT_EQ(visitor.Hear(first.size()), first);
@@ -151,21 +164,20 @@ TEST_F(DirectLinesTest, MessagesGoBothWays) {
 TEST_F(DirectLinesTest, WhoShowsNoKeyIsNotHeard) {
   const std::string key = lines_->Expect(stream_);
   for (const std::string& wrong : {std::string(DirectLines::kKeyBytes, 'x'), key.substr(1) + "x"}) {
-    const Visitor visitor(*lines_);
-    visitor.Say(wrong + Framed("let me in"));
-    EXPECT_EQ(visitor.Hear(), "");
+    Visitor visitor(*lines_);
+    EXPECT_FALSE(visitor.Enter(wrong));
   }
   EXPECT_THAT(stream_->heard(), IsEmpty());
 }
 
 TEST_F(DirectLinesTest, AKeyIsGoodForOne) {
   const std::string key = lines_->Expect(stream_);
-  const Visitor first(*lines_);
-  first.Say(key + Framed("first"));
+  Visitor first(*lines_);
+  ASSERT_TRUE(first.Enter(key));
+  first.Say(Framed("first"));
   EXPECT_EQ(first.Hear(8), Framed("re: first").substr(0, 8));
-  const Visitor second(*lines_);
-  second.Say(key + Framed("second"));
-  EXPECT_EQ(second.Hear(), "");
+  Visitor second(*lines_);
+  EXPECT_FALSE(second.Enter(key));
   EXPECT_THAT(stream_->heard(), ElementsAre("first"));
 }
 
@@ -174,15 +186,14 @@ TEST_F(DirectLinesTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
   lines_->Forget(forgotten);
   const std::string of_nobody = lines_->Expect(std::weak_ptr<Stream>());
   for (const std::string& key : {forgotten, of_nobody}) {
-    const Visitor visitor(*lines_);
-    visitor.Say(key);
-    EXPECT_EQ(visitor.Hear(), "");
+    Visitor visitor(*lines_);
+    EXPECT_FALSE(visitor.Enter(key));
   }
 }
 
 TEST_F(DirectLinesTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
-  const Visitor visitor(*lines_);
-  visitor.Say(lines_->Expect(stream_));
+  Visitor visitor(*lines_);
+  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
   visitor.Say(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
   EXPECT_THAT(stream_->WaitForEnd(),
               StatusIs(absl::StatusCode::kResourceExhausted,
@@ -191,8 +202,8 @@ TEST_F(DirectLinesTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
 }
 
 TEST_F(DirectLinesTest, AStreamThatWantsNoMoreEndsTheLine) {
-  const Visitor visitor(*lines_);
-  visitor.Say(lines_->Expect(stream_));
+  Visitor visitor(*lines_);
+  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
   for (int i = 0; i < 10; ++i) {
     visitor.Say(Framed("?"));
   }
@@ -207,27 +218,30 @@ TEST_F(DirectLinesTest, WhoSaysNothingKeepsNobodyOutForLong) {
     silent.push_back(std::make_unique<Visitor>(*lines_));
   }
   // Those beyond the limit were sent away at once; the others go when they like.
-  EXPECT_EQ(silent.back()->Hear(), "");
+  EXPECT_TRUE(silent.back()->IsSentAway());
   silent.clear();
   const std::string key = lines_->Expect(stream_);
-  std::string heard;
-  while (heard.empty()) {
-    const Visitor visitor(*lines_);
-    visitor.Say(key + Framed("now?"));
-    heard = visitor.Hear(4);
+  bool is_in = false;
+  while (!is_in) {
+    Visitor visitor(*lines_);
+    is_in = visitor.Enter(key);
+    if (is_in) {
+      visitor.Say(Framed("now?"));
+      visitor.Hear(4);
+    }
   }
   EXPECT_THAT(stream_->heard(), ElementsAre("now?"));
 }
 
 TEST_F(DirectLinesTest, AllLinesEndWithIt) {
-  const Visitor visitor(*lines_);
-  visitor.Say(lines_->Expect(stream_));
+  Visitor visitor(*lines_);
+  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
   visitor.Say(Framed("?"));
   EXPECT_EQ(visitor.Hear(9).size(), 9);
   const Visitor silent(*lines_);
   lines_ = nullptr;
   EXPECT_EQ(visitor.Hear(), "");
-  EXPECT_EQ(silent.Hear(), "");
+  EXPECT_TRUE(silent.IsSentAway());
   EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
@@ -241,8 +255,7 @@ TEST_F(DirectLinesTest, OtherUsersAreNotLetIn) {
       _exit(1);
     }
     const Visitor visitor(*lines_);
-    const bool connected = visitor.connected();
-    _exit(connected && visitor.Hear().empty() ? 0 : 2);
+    _exit(visitor.connected() && visitor.IsSentAway() ? 0 : 2);
   }
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
