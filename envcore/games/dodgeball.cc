@@ -347,18 +347,18 @@ class Dodgeball final : public Game {
   }
 
   // An enemy throws when the agent is nearly above, below or beside it, and goes after its ball.
-  void ThrowAtAgent(size_t index) {
+  void ThrowAtAgent(size_t thrower) {
     const Entity& agent = world_.agent();
-    const float dx = world_.entities[index].x - agent.x;
-    const float dy = world_.entities[index].y - agent.y;
+    const float dx = world_.entities[thrower].x - agent.x;
+    const float dy = world_.entities[thrower].y - agent.y;
     const bool in_column = std::fabs(dx) < kAimTolerance;
     if (!in_column && std::fabs(dy) >= kAimTolerance) {
       return;
     }
     const float direction_x = in_column ? 0.0F : (dx < 0 ? 1.0F : -1.0F);
     const float direction_y = !in_column ? 0.0F : (dy < 0 ? 1.0F : -1.0F);
-    AddBall(kEnemyBallKind, index, direction_x, direction_y);
-    Entity& enemy = world_.entities[index];
+    AddBall(kEnemyBallKind, thrower, direction_x, direction_y);
+    Entity& enemy = world_.entities[thrower];
     enemy.shot_step = step_number() + random_.Int(kEnemyThrowPauseRange);
     enemy.vx = direction_x * kEnemySpeed;
     enemy.vy = direction_y * kEnemySpeed;

@@ -26,7 +26,8 @@ constexpr int kWorldSideMemory = 23;
 constexpr float kCellsInViewMemory = 8;
 constexpr int kMazeSizeMin = 5;  // cells; sizes are odd
 constexpr int kKeyCountMax = 3;
-constexpr const char* kKeyTakenNames[kKeyCountMax] = {"key_0_taken", "key_1_taken", "key_2_taken"};
+constexpr std::array<const char*, kKeyCountMax> kKeyTakenNames = {"key_0_taken", "key_1_taken",
+                                                                  "key_2_taken"};
 constexpr float kRadius = 0.375F;  // of agent, keys and gem, cells; half the width of the latter
 constexpr float kLockRadius = 0.5F;
 constexpr float kTopSpeed = 0.75F;         // cells a step

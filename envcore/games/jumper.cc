@@ -258,8 +258,9 @@ class Jumper final : public Game {
   }
 
   void StandIn(Entity& entity, int32_t cell) const {
+    const int row = cell / world_.grid.width();
     entity.x = static_cast<float>(cell % world_.grid.width()) + 0.5F;
-    entity.y = static_cast<float>(cell / world_.grid.width()) + entity.ry;
+    entity.y = static_cast<float>(row) + entity.ry;
   }
 
   void SpawnSpikeMen() {

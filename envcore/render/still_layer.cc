@@ -104,20 +104,20 @@ void StillLayer::Remember(const Scene& scene) {
   world_height_ = scene.world_height;
   art_style_ = scene.art_style;
   below_cells_ = scene.below_cells;
-  has_cells_ = scene.cells.grid != nullptr;
+  const Grid* const grid = scene.cells.grid;
+  has_cells_ = grid != nullptr;
   kinds_.clear();
-  if (!has_cells_) {
+  if (grid == nullptr) {
     return;
   }
-  const Grid& grid = *scene.cells.grid;
-  grid_width_ = grid.width();
-  grid_height_ = grid.height();
-  cells_ = scene.cells;
-  cells_.grid = nullptr;
+  grid_width_ = grid->width();
+  grid_height_ = grid->height();
   ForEachRow(scene.cells, [this](absl::Span<const int16_t> kinds) {
     kinds_.insert(kinds_.end(), kinds.begin(), kinds.end());
     return true;
   });
+  cells_ = scene.cells;
+  cells_.grid = nullptr;
 }
 
 }  // namespace procgen

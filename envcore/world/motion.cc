@@ -139,7 +139,8 @@ class Mover {
       : world_(world), rules_(rules), entity_(entity), neighbours_(world, entity) {}
 
   // Moves by (dx, dy), one of which is 0. Returns whether something blocked.
-  bool MoveElementary(float dx, float dy, int depth) {
+  bool MoveElementary(  // NOLINT(misc-no-recursion): kPushDepthMax deep
+      float dx, float dy, int depth) {
     if (entity_.marked) {
       return false;
     }
@@ -189,7 +190,8 @@ class Mover {
     return answer.blocked;
   }
 
-  void PushOutOf(const Entity& other, Axis axis, int depth) {
+  void PushOutOf(  // NOLINT(misc-no-recursion): kPushDepthMax deep
+      const Entity& other, Axis axis, int depth) {
     if (axis == Axis::kHorizontal) {
       const float way = PushOut(entity_.x, entity_.rx, other.x, other.rx);
       if (depth < kPushDepthMax) {

@@ -47,8 +47,9 @@ Entity& SpawnInBox(World& world, RandomStream& random, int kind, float rx, float
 }
 
 Entity& SpawnAtCell(World& world, int kind, float radius, int cell_index) {
+  const int row = cell_index / world.grid.width();
   const float x = static_cast<float>(cell_index % world.grid.width()) + 0.5F;
-  const float y = static_cast<float>(cell_index / world.grid.width()) + 0.5F;
+  const float y = static_cast<float>(row) + 0.5F;
   return world.entities.emplace_back(Entity::Make(kind, x, y, 0, 0, radius, radius));
 }
 

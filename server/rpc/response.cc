@@ -27,20 +27,20 @@ size_t HeadSize(int field, size_t size) {
 // All that stands before the observations: they are the last field of the batch, and the batch is
 // that of the response.
 grpc::Slice BytesBefore(const Response& response) {
-  constexpr int kNumber = v1::StepPoolResponse::kSequenceNumberFieldNumber;
+  constexpr int kSequenceNumber = v1::StepPoolResponse::kSequenceNumberFieldNumber;
   constexpr int kBatch = v1::StepPoolResponse::kBatchFieldNumber;
   constexpr int kObservations = v1::Batch::kObservationsFieldNumber;
   const v1::Batch& batch = response.message.batch();
-  const int64_t number = response.message.sequence_number();
+  const int64_t value = response.message.sequence_number();
   const size_t picture_bytes = response.observations.size();
   const size_t rows_bytes = batch.ByteSizeLong() + HeadSize(kObservations, picture_bytes);
   const size_t batch_bytes = rows_bytes + picture_bytes;
-  const size_t number_bytes = WireFormatLite::TagSize(kNumber, WireFormatLite::TYPE_INT64) +
-                              WireFormatLite::Int64Size(number);
-  const grpc::Slice bytes(number_bytes + HeadSize(kBatch, batch_bytes) + rows_bytes);
+  const size_t number_bytes = WireFormatLite::TagSize(kSequenceNumber, WireFormatLite::TYPE_INT64) +
+                              WireFormatLite::Int64Size(value);
+  grpc::Slice bytes(number_bytes + HeadSize(kBatch, batch_bytes) + rows_bytes);
   // It is nobody else's yet; its type does not say so.
   auto* end = const_cast<uint8_t*>(bytes.begin());
-  end = WireFormatLite::WriteInt64ToArray(kNumber, number, end);
+  end = WireFormatLite::WriteInt64ToArray(kSequenceNumber, value, end);
   end = WriteHead(kBatch, batch_bytes, end);
   end = batch.SerializeWithCachedSizesToArray(end);
   WriteHead(kObservations, picture_bytes, end);

@@ -46,6 +46,7 @@ StepPoolReactor::StepPoolReactor(Sessions* sessions, const Callers* callers,
       context_(context),
       caller_(std::move(caller)) {}
 
+// NOLINTBEGIN(misc-no-recursion): Drive enters itself once, and then has nothing to do.
 void StepPoolReactor::Drive() {
   // An event that happens while this thread drives, in something that Act calls, is seen by the
   // loop that is under way. A second one inside of it would nest with each request.
@@ -453,6 +454,7 @@ void StepPoolReactor::OnWriteDone(bool ok) {
   }
   Drive();
 }
+// NOLINTEND(misc-no-recursion)
 
 void StepPoolReactor::OnCancel() {
   {

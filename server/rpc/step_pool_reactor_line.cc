@@ -129,7 +129,7 @@ bool StepPoolReactor::WriteToLine(DirectLine* line, const Outgoing& outgoing) {
   if (!outgoing.bytes.Valid()) {
     // It bears no observations: those are in shared memory.
     outgoing.response->message.SerializeToString(&line_bytes_);
-    pieces.push_back(line_bytes_);
+    pieces.emplace_back(line_bytes_);
   } else if (outgoing.bytes.Dump(&slices).ok()) {
     for (const grpc::Slice& slice : slices) {
       pieces.emplace_back(reinterpret_cast<const char*>(slice.begin()), slice.size());

@@ -107,7 +107,8 @@ DirectLine::Filled DirectLine::Fill(size_t count) {
     begin_ = end_ = 0;
   }
   if (begin_ + count > buffer_.size()) {
-    std::copy(buffer_.begin() + begin_, buffer_.begin() + end_, buffer_.begin());
+    std::copy(buffer_.begin() + static_cast<ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
     end_ -= begin_;
     begin_ = 0;
     buffer_.resize(std::max(buffer_.size(), count));

@@ -284,8 +284,8 @@ const Json& Fields::ObjectOr(const std::string& name) {
   return value;
 }
 
-void Fields::Refuse(std::string message) {
-  status_.Update(absl::InvalidArgumentError(std::move(message)));
+void Fields::Refuse(absl::string_view message) {
+  status_.Update(absl::InvalidArgumentError(message));
 }
 
 absl::Status Fields::CheckAll() {

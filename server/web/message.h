@@ -31,7 +31,7 @@ struct Part {
 };
 
 // What a page asks for.
-struct Request {
+struct Request {  // NOLINT(bugprone-exception-escape): JSON that is moved throws nothing
   int64_t id = 0;
   std::string method;
   Json members;  // an object: all others
@@ -87,7 +87,7 @@ class Fields {
   const Json& ObjectOr(const std::string& name);
 
   // Says that something is wrong.
-  void Refuse(std::string message);
+  void Refuse(absl::string_view message);
   // OK: all that were asked for are right, and there are no others. Errors: INVALID_ARGUMENT.
   absl::Status CheckAll();
 

@@ -102,7 +102,7 @@ bool Site::IsOurHost(const Visit& visit) const {
           }));
 }
 
-Reply Site::WrongHost(const Visit& visit) const {
+Reply Site::WrongHost(const Visit& visit) {
   const bool is_short = visit.host.size() <= 253 && !visit.host.empty();
   return TextReply(
       kMisdirected,
@@ -154,8 +154,9 @@ Reply Site::ReplyToPage(const Visit& visit) const {
 }
 
 std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(const Visit& visit) {
-  const bool is_host = std::all_of(visit.host.begin(), visit.host.end(), [](unsigned char letter) {
-    return absl::ascii_isalnum(letter) || absl::StrContains("-._:[]", letter);
+  const bool is_host = std::all_of(visit.host.begin(), visit.host.end(), [](char letter) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(letter)) ||
+           absl::StrContains("-._:[]", letter);
   });
   // Not all browsers take 'self' for the socket's scheme, too.
   const std::string socket =

@@ -57,7 +57,7 @@ class Site {
   // Whether it asks by a name that is this server's. A page of elsewhere whose name was made to
   // lead here is kept out by that.
   bool IsOurHost(const Visit& visit) const;
-  Reply WrongHost(const Visit& visit) const;
+  static Reply WrongHost(const Visit& visit);
 
   const std::vector<std::string> hosts_;
   std::map<std::string, File, std::less<>> files_;  // by path

@@ -156,7 +156,7 @@ bool DirectLine::Fill(size_t count) {
   return true;
 }
 
-void DirectLine::HangUp() {
+void DirectLine::HangUp() const {
   // Closes the end that is written to, at once and for every thread, without its number becoming
   // another file's: what cannot be written to takes its place.
   dup3(requests_read_, requests_, O_CLOEXEC);

@@ -25,7 +25,7 @@ class DirectLine {
   // Waits for the next response. False: as for Send.
   bool Receive(procgen::v1::StepPoolResponse* response);
   // Sends nothing more: the stream ends when what was sent is answered.
-  void HangUp();
+  void HangUp() const;
 
  private:
   DirectLine() = default;

@@ -48,11 +48,11 @@ class Backoff {
 
 }  // namespace
 
-bool StepStream::Connection::Write(const procgen::v1::StepPoolRequest& request) {
+bool StepStream::Connection::Write(const procgen::v1::StepPoolRequest& request) const {
   return line == nullptr ? stream->Write(request) : line->Send(request);
 }
 
-bool StepStream::Connection::Read(procgen::v1::StepPoolResponse* response) {
+bool StepStream::Connection::Read(procgen::v1::StepPoolResponse* response) const {
   return line == nullptr ? stream->Read(response) : line->Receive(response);
 }
 

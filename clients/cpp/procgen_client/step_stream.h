@@ -123,8 +123,8 @@ class StepStream {
     std::unique_ptr<DirectLine> line;
 
     // False: it has ended.
-    bool Write(const procgen::v1::StepPoolRequest& request);
-    bool Read(procgen::v1::StepPoolResponse* response);
+    bool Write(const procgen::v1::StepPoolRequest& request) const;
+    bool Read(procgen::v1::StepPoolResponse* response) const;
   };
 
   StepStream(procgen::v1::StepService::Stub* stub, std::string token, const std::string& pool,
