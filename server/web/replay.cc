@@ -88,6 +88,7 @@ template <typename T>
 size_t FirstDifference(const std::vector<T>& expected, const std::vector<T>& got) {
   const size_t size = std::min(expected.size(), got.size());
   for (size_t i = 0; i < size; ++i) {
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): 0 and -0 are to differ
     if (std::memcmp(&expected[i], &got[i], sizeof(T)) != 0) {
       return i;
     }
@@ -96,7 +97,7 @@ size_t FirstDifference(const std::vector<T>& expected, const std::vector<T>& got
 }
 
 // Finds the first of all differences.
-class Comparison {
+class Comparison {  // NOLINT(bugprone-exception-escape): what is moved throws nothing
  public:
   template <typename T>
   void Compare(const char* field, const std::vector<T>& expected, const std::vector<T>& got) {
@@ -222,7 +223,7 @@ absl::Status Replay::PlayAll(const Trace& trace, const std::atomic<bool>& is_sto
     const auto part =
         actions.subspan(static_cast<size_t>(row_), static_cast<size_t>(snapshot_rows_));
     size_t taken = 0;
-    const absl::Status status = pool_->StepAll(
+    absl::Status status = pool_->StepAll(
         part, [this, &part, &taken](const Row& row) { recording_.Add(part[taken++], row); });
     if (!status.ok()) {
       return status;
