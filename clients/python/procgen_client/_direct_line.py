@@ -28,6 +28,8 @@ class DirectLine:
                 connection.connect("\0" + offer.socket_name)
                 connection.sendall(offer.key)
                 _, ends, _, _ = socket.recv_fds(connection, 1, 2)
+                for end in ends:
+                    os.set_inheritable(end, False)
                 requests, responses = ends
             except (OSError, ValueError):  # There is nobody, or nobody who knows the key.
                 return None
