@@ -20,36 +20,39 @@ Alarm::Alarm(Clock clock, Ring ring)
 
 Alarm::~Alarm() {
   {
-    absl::MutexLock lock(&mutex_);
+    const std::lock_guard lock(mutex_);
     stops_ = true;
-    changed_.Signal();
+    changed_.notify_one();
   }
   thread_.join();
 }
 
 void Alarm::RingBy(absl::Time time) {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard lock(mutex_);
   if (time < next_ring_) {
     next_ring_ = time;
-    changed_.Signal();
+    changed_.notify_one();
   }
 }
 
 void Alarm::RingUntilStopped() {
-  mutex_.Lock();
+  std::unique_lock lock(mutex_);
   while (!stops_) {
     const absl::Time now = clock_();
+    if (next_ring_ == absl::InfiniteFuture()) {
+      changed_.wait(lock);
+      continue;
+    }
     if (next_ring_ > now) {
-      changed_.WaitWithTimeout(&mutex_, next_ring_ - now);
+      changed_.wait_for(lock, absl::ToChronoNanoseconds(next_ring_ - now));
       continue;
     }
     next_ring_ = absl::InfiniteFuture();
-    mutex_.Unlock();
+    lock.unlock();
     const absl::Time next = ring_(now);
-    mutex_.Lock();
+    lock.lock();
     next_ring_ = std::min(next_ring_, next);
   }
-  mutex_.Unlock();
 }
 
 }  // namespace procgen

@@ -1,12 +1,12 @@
 #ifndef SERVER_SESSION_ALARM_H_
 #define SERVER_SESSION_ALARM_H_
 
+#include <condition_variable>
 #include <functional>
+#include <mutex>
 #include <thread>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 
 namespace procgen {
@@ -42,10 +42,11 @@ class Alarm {
 
   const Clock clock_;
   Ring ring_;  // of the thread
-  absl::Mutex mutex_;
-  absl::CondVar changed_;
-  absl::Time next_ring_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
-  bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  // Not absl's, which wait by the time of day.
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  absl::Time next_ring_ = absl::InfiniteFuture();  // guarded by mutex_
+  bool stops_ = false;                             // guarded by mutex_
   std::thread thread_;
 };
 

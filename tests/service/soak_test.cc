@@ -143,7 +143,9 @@ int64_t PeakUntil(absl::Time end, pid_t process) {
 TEST(SoakTest, LearnersThatComeAndGoBadlySeeTheirTracesAndLeaveNothing) {
   HaveFreedMemoryGivenBack();
   // Its log would fill the pipe that nobody reads meanwhile.
-  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
+  // On a fast machine there are hundreds of pools whose leases run.
+  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error",
+                        "--pool_count_max=4096"});
   const std::string address = server.Address();
   const auto client = Client::Connect(address);
   ASSERT_THAT(client, IsOk());
