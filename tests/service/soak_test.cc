@@ -144,8 +144,8 @@ TEST(SoakTest, LearnersThatComeAndGoBadlySeeTheirTracesAndLeaveNothing) {
   HaveFreedMemoryGivenBack();
   // Its log would fill the pipe that nobody reads meanwhile.
   // On a fast machine there are hundreds of pools whose leases run.
-  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error",
-                        "--pool_count_max=4096"});
+  ServerProcess server(
+      {"--address=127.0.0.1:0", "--workers=2", "--log_level=error", "--pool_count_max=4096"});
   const std::string address = server.Address();
   const auto client = Client::Connect(address);
   ASSERT_THAT(client, IsOk());
