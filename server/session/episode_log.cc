@@ -140,11 +140,7 @@ StepRun* EpisodeLog::AddRow(const StepInput& input, const Batch& batch) {
   }
   const auto step = static_cast<int32_t>(run->numbers.size());
   run->numbers.push_back(number_);
-  const size_t begin = run->actions.size();
-  run->actions.resize(begin + input.actions.size());
-  for (size_t row = 0; row < input.actions.size(); ++row) {
-    run->actions[begin + row] = static_cast<uint8_t>(input.actions[row]);
-  }
+  run->actions.insert(run->actions.end(), input.actions.begin(), input.actions.end());
   if (input.repeat > 1 || !run->counts.empty()) {
     AddCounts(input, batch, run.get());
   }

@@ -170,9 +170,10 @@ int32_t HeldBatches::count() const {
   return static_cast<int32_t>(held_.size());
 }
 
-std::vector<int32_t> HeldBatches::TakeReleased() {
+void HeldBatches::TakeReleased(google::protobuf::RepeatedField<int32_t>* released) {
   absl::MutexLock lock(&mutex_);
-  return std::exchange(released_, {});
+  released->Assign(released_.begin(), released_.end());
+  released_.clear();
 }
 
 std::vector<int32_t> HeldBatches::TakeHeld() {

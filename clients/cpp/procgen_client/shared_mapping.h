@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/types/span.h"
+#include "google/protobuf/repeated_field.h"
 #include "procgen/v1/step.pb.h"
 
 namespace procgen_client {
@@ -91,8 +92,8 @@ class HeldBatches {
   void Release(int32_t batch);
 
   int32_t count() const;
-  // What was let go of; it is told now.
-  std::vector<int32_t> TakeReleased();
+  // Has `released` tell what was let go of.
+  void TakeReleased(google::protobuf::RepeatedField<int32_t>* released);
   // What is held, to be told as a whole: nothing else was let go of then.
   std::vector<int32_t> TakeHeld();
 

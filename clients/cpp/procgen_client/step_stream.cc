@@ -307,8 +307,7 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     // So that the batches of answers that have arrived are not kept for repetition.
     request.set_acknowledged_sequence_number(answered_sequence_number_);
   }
-  const std::vector<int32_t> released = held_->TakeReleased();
-  request.mutable_released_batches()->Assign(released.begin(), released.end());
+  held_->TakeReleased(request.mutable_released_batches());
   std::shared_ptr<Connection> connection;
   const procgen::v1::StepPoolRequest* sent = nullptr;
   {
