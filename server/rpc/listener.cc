@@ -13,12 +13,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
@@ -110,13 +112,25 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& addres
   std::unique_ptr<Listener> listener(new Listener(connection_count_max));
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
                                                   : listener->ListenOnPath(address.unix_path);
-  if (status.ok() && pipe2(listener->stop_, O_CLOEXEC) != 0) {
-    status = SystemError("pipe");
-  }
+  status.Update(listener->MakeStop());
   if (!status.ok()) {
     return status;
   }
   return listener;
+}
+
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(int32_t connection_count_max) {
+  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+  absl::Status status = listener->ListenOnNewName();
+  status.Update(listener->MakeStop());
+  if (!status.ok()) {
+    return status;
+  }
+  return listener;
+}
+
+absl::Status Listener::MakeStop() {
+  return pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
 }
 
 absl::Status Listener::ListenOnHost(const Address& address) {
@@ -166,6 +180,26 @@ absl::Status Listener::ListenOnPath(const std::string& path) {
   }
   sockets_.push_back(*listening);
   path_ = path;
+  return absl::OkStatus();
+}
+
+absl::Status Listener::ListenOnNewName() {
+  // Without a name, the kernel gives one that is free; it has no file and begins with a byte 0.
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  const absl::StatusOr<int> listening =
+      ListeningSocket(reinterpret_cast<const sockaddr*>(&address), sizeof(address.sun_family));
+  if (!listening.ok()) {
+    return listening.status();
+  }
+  sockets_.push_back(*listening);
+  socklen_t size = sizeof(address);
+  if (getsockname(*listening, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+    return SystemError("getsockname");
+  }
+  const size_t name_begin = offsetof(sockaddr_un, sun_path) + 1;
+  target_within_ =
+      absl::StrCat("unix-abstract:", absl::string_view(address.sun_path + 1, size - name_begin));
   return absl::OkStatus();
 }
 
@@ -236,13 +270,22 @@ bool Listener::AcceptFrom(int listening) {
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     }
-    if (!HasRoom()) {
+    if (!IsWelcome(connection) || !HasRoom()) {
       close(connection);
       continue;
     }
     connections_[connection] = InodeOf(connection);
     take_(listening, connection);
   }
+}
+
+bool Listener::IsWelcome(int connection) const {
+  if (target_within_.empty()) {
+    return true;
+  }
+  ucred peer = {};
+  socklen_t size = sizeof(peer);
+  return getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == getpid();
 }
 
 bool Listener::HasRoom() {

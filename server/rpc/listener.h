@@ -31,6 +31,8 @@ class Listener {
   // socket is removed if it is a socket that nobody listens on. Errors: UNAVAILABLE.
   static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
                                                           int32_t connection_count_max);
+  // Listens where only this process can connect to; others are turned away. Errors: UNAVAILABLE.
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenWithin(int32_t connection_count_max);
   // Listens no more. Connections that were taken stay.
   ~Listener();
   Listener(const Listener&) = delete;
@@ -38,6 +40,8 @@ class Listener {
 
   // The port that was bound; 0 for a socket in the file system.
   uint16_t port() const { return port_; }
+  // What connects to one that listens within the process, as gRPC takes it; of others "".
+  const std::string& target_within() const { return target_within_; }
 
   // Begins to accept, in a thread of its own, and hands over to `take` there.
   void Start(Take take);
@@ -51,17 +55,22 @@ class Listener {
       : connection_count_max_(static_cast<size_t>(connection_count_max)) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
+  absl::Status ListenOnNewName();
+  absl::Status MakeStop();
   void AcceptUntilStopped();
   void StopAccepting();
   // Accepts what waits at a socket. False: there are no file descriptors.
   bool AcceptFrom(int listening);
   // Whether one more connection may be had.
   bool HasRoom();
+  // Whether who connected may.
+  bool IsWelcome(int connection) const;
 
   const size_t connection_count_max_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
   std::string path_;
+  std::string target_within_;
   int stop_[2] = {-1, -1};  // the ends of a pipe; what can be read there stops the thread
   Take take_;
   std::thread thread_;

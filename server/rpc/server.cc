@@ -110,10 +110,14 @@ class GrpcServer final : public Server {
           absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
     }
     grpc::ServerBuilder builder;
-    std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
-        builder.experimental().AddExternalConnectionAcceptor(
-            grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
-            tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials());
+    Acceptor acceptor = AddAcceptor(
+        tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials(),
+        &builder);
+    auto listener_within = Listener::ListenWithin(options.limits.connection_count_max);
+    if (!listener_within.ok()) {
+      return listener_within.status();
+    }
+    Acceptor acceptor_within = AddAcceptor(grpc::InsecureServerCredentials(), &builder);
     SetLimits(options.limits, &builder);
     SetKeepalive(options, &builder);
     services_.RegisterWith(&builder);
@@ -136,12 +140,9 @@ class GrpcServer final : public Server {
       server_->GetHealthCheckService()->SetServingStatus(service, true);
     }
     server_->GetHealthCheckService()->SetServingStatus(true);
-    listener_->Start([acceptor = std::move(acceptor)](int listening, int connection) {
-      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
-      parameters.listener_fd = listening;
-      parameters.fd = connection;
-      acceptor->HandleNewConnection(&parameters);
-    });
+    listener_within_ = *std::move(listener_within);
+    HandOver(std::move(acceptor), listener_.get());
+    HandOver(std::move(acceptor_within), listener_within_.get());
     reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return Standing(); });
     return absl::OkStatus();
   }
@@ -152,7 +153,11 @@ class GrpcServer final : public Server {
   std::shared_ptr<grpc::Channel> MakeChannel() const override {
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
-    return server_->InProcessChannel(arguments);
+    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+    // Not by gRPC's transport within a process, which keeps streams that were ended while their
+    // client wrote.
+    return grpc::CreateCustomChannel(listener_within_->target_within(),
+                                     grpc::InsecureChannelCredentials(), arguments);
   }
 
   std::vector<v1::Pool> ListAllPools() const override {
@@ -185,6 +190,7 @@ class GrpcServer final : public Server {
       listener_->HangUp();
     }
     listener_.reset();
+    listener_within_.reset();
     services_.EndWatches();
     server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
     server_->Wait();
@@ -206,6 +212,24 @@ class GrpcServer final : public Server {
     status.healthy = !load.draining;  // as the health service says
     status.draining = load.draining;
     return {std::move(status), load.step_count};
+  }
+
+  using Acceptor = std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor>;
+
+  static Acceptor AddAcceptor(std::shared_ptr<grpc::ServerCredentials> credentials,
+                              grpc::ServerBuilder* builder) {
+    return builder->experimental().AddExternalConnectionAcceptor(
+        grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+        std::move(credentials));
+  }
+
+  static void HandOver(Acceptor acceptor, Listener* listener) {
+    listener->Start([acceptor = std::move(acceptor)](int listening, int connection) {
+      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
+      parameters.listener_fd = listening;
+      parameters.fd = connection;
+      acceptor->HandleNewConnection(&parameters);
+    });
   }
 
   // What strangers can have of gRPC.
@@ -235,7 +259,8 @@ class GrpcServer final : public Server {
   const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory
   Services services_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<Listener> listener_;      // hands its connections to server_
+  std::unique_ptr<Listener> listener_;  // hands its connections to server_
+  std::unique_ptr<Listener> listener_within_;
   std::unique_ptr<NodeReporter> reporter_;  // since the server listens; last: it asks the others
 };
 

@@ -20,8 +20,8 @@ namespace procgen {
 // Aborts with `claim` unless it holds.
 void Require(bool holds, absl::string_view claim, const absl::Status& status = absl::OkStatus());
 
-// The services of a server with small limits, called over a channel of this process: all of it is
-// real but the wire. For fuzz targets: one for the whole run.
+// The services of a server with small limits, called by TCP. For fuzz targets: one for the whole
+// run.
 class FuzzedServer {
  public:
   FuzzedServer();
