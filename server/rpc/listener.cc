@@ -27,6 +27,8 @@ namespace procgen {
 namespace {
 
 constexpr int kWaitingMax = 1024;  // connections that are not accepted yet
+// Accepted before it is looked whether to stop: somebody may always be connecting.
+constexpr int kAcceptedAtOnce = 64;
 // How long to wait for a file descriptor before asking again, in milliseconds.
 constexpr int kDescriptorPollMs = 50;
 
@@ -265,7 +267,7 @@ void Listener::AcceptUntilStopped() {
 }
 
 bool Listener::AcceptFrom(int listening) {
-  while (true) {
+  for (int i = 0; i < kAcceptedAtOnce; ++i) {
     const int connection = accept4(listening, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
@@ -277,6 +279,7 @@ bool Listener::AcceptFrom(int listening) {
     connections_[connection] = InodeOf(connection);
     take_(listening, connection);
   }
+  return true;
 }
 
 bool Listener::IsWelcome(int connection) const {

@@ -59,7 +59,7 @@ class Listener {
   absl::Status MakeStop();
   void AcceptUntilStopped();
   void StopAccepting();
-  // Accepts what waits at a socket. False: there are no file descriptors.
+  // Accepts what waits at a socket, or some of it. False: there are no file descriptors.
   bool AcceptFrom(int listening);
   // Whether one more connection may be had.
   bool HasRoom();

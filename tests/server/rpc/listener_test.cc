@@ -35,6 +35,23 @@ int FirstReadOf(absl::string_view name) {
   return static_cast<int>(read(ConnectTo(name), &byte, 1));
 }
 
+TEST(ListenerTest, EndsWhileSomebodyAlwaysConnects) {
+  auto listener = Listener::ListenWithin(4);
+  ASSERT_THAT(listener, IsOk());
+  const std::string target = (*listener)->target_within();
+  const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
+  std::atomic<int> taken_count = 0;
+  (*listener)->Start([&](int /*listening*/, int connection) {
+    close(connection);
+    close(ConnectTo(name));  // the next one
+    ++taken_count;
+  });
+  close(ConnectTo(name));
+  while (taken_count < 100) {
+  }
+  *listener = nullptr;
+}
+
 TEST(ListenerTest, WithinAProcessOthersAreTurnedAway) {
   const auto listener = Listener::ListenWithin(4);
   ASSERT_THAT(listener, IsOk());
