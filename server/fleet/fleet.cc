@@ -42,7 +42,7 @@ Fleet::~Fleet() {
 }
 
 void Fleet::Create(const PoolOrder& order, CreateDone done) {
-  side_crew_.Run([this, order, done = std::move(done)]() mutable {
+  side_crew_.Run([this, order = order, done = std::move(done)]() mutable {
     absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(order);
     const auto shares = made.ok() ? nodes_.Divide(order.options.env_count) : made.status();
     if (!shares.ok()) {
@@ -50,7 +50,7 @@ void Fleet::Create(const PoolOrder& order, CreateDone done) {
       return;
     }
     FleetPool* const pool = made->get();
-    pool->Begin(*shares, [this, order, pool = *std::move(made),
+    pool->Begin(*shares, [this, order = std::move(order), pool = *std::move(made),
                           done = std::move(done)](absl::Status status) mutable {
       // Elsewhere, as this is a shard's thread, and the pool may go.
       side_crew_.Run([this, order = std::move(order), pool = std::move(pool),

@@ -43,7 +43,7 @@ class Fleet final : public PoolHost {
   // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
   // Keeps it, if pools are kept.
-  absl::Status Keep(const PoolOrder& order, const std::string& path, FleetPool* pool);
+  static absl::Status Keep(const PoolOrder& order, const std::string& path, FleetPool* pool);
   absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
   // Has everybody look at the nodes when these have changed, and now and then.
   void Watch();

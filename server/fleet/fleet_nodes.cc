@@ -102,7 +102,7 @@ void FleetNodes::Seat::Leave() {
   }
 }
 
-FleetNodes::FleetNodes(const FleetOptions& options) : options_(options) {}
+FleetNodes::FleetNodes(FleetOptions options) : options_(std::move(options)) {}
 
 std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) const {
   const std::vector<NodeStatus> nodes = options_.nodes();

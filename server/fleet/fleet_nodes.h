@@ -59,7 +59,7 @@ class FleetNodes {
     int32_t env_count = 0;
   };
 
-  explicit FleetNodes(const FleetOptions& options);
+  explicit FleetNodes(FleetOptions options);
 
   // Deals `env_count` environments to the nodes by the room that they have; of `own`, what of them
   // is there already counts as room. Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they

@@ -51,7 +51,7 @@ struct FleetOptions {
 
 // Reads the files to see whether they can be used. Errors: INVALID_ARGUMENT, NOT_FOUND; the message
 // names the flag.
-absl::Status CheckFleetCredentials(const FleetCredentials& credentials);
+absl::Status CheckFleetCredentials(const FleetCredentials& paths);
 
 }  // namespace procgen
 

@@ -157,13 +157,11 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
     progress_.assign(shards_.size(), Progress::kRunning);
     is_running_ = false;  // so that no part is answered before shards have begun
   }
-  if (request.again) {
-    RunRequest(number);
-  } else if (divides_.exchange(false) && !division_.has_value()) {
+  if (!request.again && divides_.exchange(false) && !division_.has_value()) {
     BeginDivision(number);
-  } else if (CanDivide(number)) {
+  } else if (!request.again && CanDivide(number)) {
     side_crew_->Run([this, number] {
-      Divide(std::move(division_->base));
+      Divide(division_->base);
       division_.reset();
       RunRequest(number);
     });

@@ -89,7 +89,7 @@ class FleetPool final : public HostedPool {
   // Whether what was saved for a division is enough to begin from, at `number`.
   bool CanDivide(int64_t number) const;
   // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
-  void Divide(ShardBase base);
+  void Divide(const ShardBase& base);
   // A shard for each of `bases`; `nodes`: where they are put if they can be, in the same order.
   void MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes);
   // Adds to the log, or takes back what was added last.
@@ -109,10 +109,10 @@ class FleetPool final : public HostedPool {
   // By shard.
   std::vector<Chosen> Choose(absl::Span<const int32_t> environments) const;
   // Gets snapshots, in the order of `environments`.
-  void Gather(std::vector<int32_t> environments,
+  void Gather(const std::vector<int32_t>& environments,
               std::function<void(absl::StatusOr<std::vector<std::string>>)> done);
   // Checks states and puts them in; on the side crew.
-  void Put(std::vector<v1::State> states, std::shared_ptr<Done> done);
+  void Put(std::vector<v1::State> states, const std::shared_ptr<Done>& done);
   absl::Status CheckStates(const std::vector<v1::State>& states);
 
   const PoolOptions options_;

@@ -35,6 +35,7 @@ ShardBases BasesOf(const std::vector<FleetNodes::Share>& shares, const ShardBase
 
 std::vector<std::string> NodesOf(const std::vector<FleetNodes::Share>& shares) {
   std::vector<std::string> nodes;
+  nodes.reserve(shares.size());
   for (const FleetNodes::Share& share : shares) {
     nodes.push_back(share.node_id);
   }
@@ -99,7 +100,7 @@ bool FleetPool::IsWorthDividing(const std::vector<FleetNodes::Share>& now) const
 void FleetPool::BeginDivision(int64_t number) {
   std::vector<int32_t> all(static_cast<size_t>(env_count()));
   std::iota(all.begin(), all.end(), 0);
-  Gather(std::move(all), [this, number](absl::StatusOr<std::vector<std::string>> states) {
+  Gather(all, [this, number](absl::StatusOr<std::vector<std::string>> states) {
     // Not on the thread of a shard, which may have to go.
     side_crew_->Run([this, number, states = std::move(states)]() mutable {
       if (states.ok()) {
@@ -108,7 +109,7 @@ void FleetPool::BeginDivision(int64_t number) {
         division_ = Division{std::move(base), std::move(pictures)};
       }
       if (CanDivide(number)) {
-        Divide(std::move(division_->base));
+        Divide(division_->base);
         division_.reset();
       }
       RunRequest(number);
@@ -121,7 +122,7 @@ bool FleetPool::CanDivide(int64_t number) const {
          number > division_->base.number + terms_->answers_kept;
 }
 
-void FleetPool::Divide(ShardBase base) {
+void FleetPool::Divide(const ShardBase& base) {
   std::vector<FleetNodes::Share> now;
   for (const std::unique_ptr<Shard>& shard : shards_) {
     now.push_back({shard->node_id(), shard->range().count});

@@ -30,7 +30,7 @@ std::vector<FleetPool::Chosen> FleetPool::Choose(absl::Span<const int32_t> envir
   return chosen;
 }
 
-void FleetPool::Gather(std::vector<int32_t> environments,
+void FleetPool::Gather(const std::vector<int32_t>& environments,
                        std::function<void(absl::StatusOr<std::vector<std::string>>)> done) {
   struct Gathered {
     std::vector<Chosen> chosen;
@@ -120,7 +120,7 @@ absl::Status FleetPool::CheckStates(const std::vector<v1::State>& states) {
   return absl::OkStatus();
 }
 
-void FleetPool::Put(std::vector<v1::State> states, std::shared_ptr<Done> done) {
+void FleetPool::Put(std::vector<v1::State> states, const std::shared_ptr<Done>& done) {
   const std::vector<bool> awaited_reset = awaits_reset_;
   if (absl::Status status = CheckStates(states); !status.ok() || states.empty()) {
     (*done)(std::move(status));
@@ -170,9 +170,9 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
       sources.push_back(pair.source_environment);
     }
   }
-  Gather(std::move(sources), [this, pairs = std::move(pairs), places = std::move(places),
-                              done = std::make_shared<Done>(std::move(done))](
-                                 absl::StatusOr<std::vector<std::string>> snapshots) {
+  Gather(sources, [this, pairs = std::move(pairs), places = std::move(places),
+                   done = std::make_shared<Done>(std::move(done))](
+                      absl::StatusOr<std::vector<std::string>> snapshots) {
     if (!snapshots.ok()) {
       (*done)(snapshots.status());
       return;

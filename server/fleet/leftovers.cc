@@ -60,13 +60,13 @@ void Leftovers::Run() {
     {
       absl::MutexLock lock(&mutex_);
       for (const std::string& node : nodes) {
-        if (present_.count(node) == 0) {
+        if (!present_.contains(node)) {
           unclean_.insert(node);
         }
       }
       present_ = {nodes.begin(), nodes.end()};
       for (const std::string& node : unclean_) {
-        if (present_.count(node) != 0) {
+        if (present_.contains(node)) {
           todo.insert(node);
         }
       }
@@ -101,7 +101,7 @@ bool Leftovers::Clean(const std::string& node_id) {
     bool is_ours = false;
     if (absl::StartsWith(name, absl::StrCat("pools/", prefix_))) {
       absl::MutexLock lock(&mutex_);
-      is_ours = used_.count(name.substr(name.find('/') + 1)) == 0;
+      is_ours = !used_.contains(name.substr(name.find('/') + 1));
     }
     if (!is_ours) {
       continue;
