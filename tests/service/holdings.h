@@ -15,6 +15,10 @@ struct Holdings {
   static Holdings Of(pid_t process);
 };
 
+// What this process has allocated and not freed. Unlike resident memory without what allocators and
+// sanitizers hold back of what was freed.
+int64_t AllocatedBytes();
+
 // Has processes that are started from now on give back at once what they free, under
 // AddressSanitizer, too, which otherwise holds it back for long. For tests that judge their memory.
 void HaveFreedMemoryGivenBack();
