@@ -34,36 +34,45 @@ int64_t BytesOf(const StepRun& run) {
 
 size_t PlaceOf(int32_t environment) { return static_cast<size_t>(environment); }
 
+// A step that one environment took, in a run.
+struct TakenStep {
+  const StepRun* run = nullptr;
+  size_t index = 0;
+  float reward = 0;
+  std::optional<int32_t> later_level;
+};
+using TakenSteps = std::map<int64_t, TakenStep>;  // by number: slices may be stepped in turn
+
+// Adds the steps of `run` with numbers in (begin, end], as `environment` took them.
+void AddSteps(const StepRun& run, int64_t begin, int64_t end, int32_t environment,
+              TakenSteps* steps) {
+  for (size_t i = 0; i < run.numbers.size(); ++i) {
+    if (run.numbers[i] > begin && run.numbers[i] <= end) {
+      (*steps)[run.numbers[i]] = {&run, i, 0, std::nullopt};
+    }
+  }
+  const auto of_step = [&](int32_t step, int32_t whose) -> TakenStep* {
+    const auto found = steps->find(run.numbers[static_cast<size_t>(step)]);
+    return whose == environment && found != steps->end() ? &found->second : nullptr;
+  };
+  for (const StepRun::Reward& reward : run.rewards) {
+    if (TakenStep* step = of_step(reward.step, reward.environment); step != nullptr) {
+      step->reward = reward.reward;
+    }
+  }
+  for (const StepRun::Level& level : run.later_levels) {
+    if (TakenStep* step = of_step(level.step, level.environment); step != nullptr) {
+      step->later_level = level.level_seed;
+    }
+  }
+}
+
 }  // namespace
 
 Episode EpisodeLog::Pieces::Join() const {
-  struct Step {
-    const StepRun* run = nullptr;
-    size_t index = 0;
-    float reward = 0;
-    std::optional<int32_t> later_level;
-  };
-  std::map<int64_t, Step> steps;  // by number: slices may have been stepped in turn
+  TakenSteps steps;
   for (const std::shared_ptr<const StepRun>& run : runs_) {
-    for (size_t i = 0; i < run->numbers.size(); ++i) {
-      if (run->numbers[i] > begin_ && run->numbers[i] <= end_) {
-        steps[run->numbers[i]] = {run.get(), i, 0, std::nullopt};
-      }
-    }
-    const auto of_step = [&](int32_t step, int32_t environment) -> Step* {
-      const auto found = steps.find(run->numbers[static_cast<size_t>(step)]);
-      return environment == environment_ && found != steps.end() ? &found->second : nullptr;
-    };
-    for (const StepRun::Reward& reward : run->rewards) {
-      if (Step* step = of_step(reward.step, reward.environment); step != nullptr) {
-        step->reward = reward.reward;
-      }
-    }
-    for (const StepRun::Level& level : run->later_levels) {
-      if (Step* step = of_step(level.step, level.environment); step != nullptr) {
-        step->later_level = level.level_seed;
-      }
-    }
+    AddSteps(*run, begin_, end_, environment_, &steps);
   }
   Episode episode = episode_;
   bool repeats = false;

@@ -20,8 +20,13 @@ constexpr size_t kLooksHereMax = 64;
 class LocalPool::Painters {
  public:
   std::unique_ptr<SightPainter> Take() {
-    absl::MutexLock lock(&mutex_);
-    return idle_ == nullptr ? std::make_unique<SightPainter>() : std::move(idle_);
+    {
+      absl::MutexLock lock(&mutex_);
+      if (idle_ != nullptr) {
+        return std::move(idle_);
+      }
+    }
+    return std::make_unique<SightPainter>();
   }
   void PutBack(std::unique_ptr<SightPainter> painter) {
     absl::MutexLock lock(&mutex_);

@@ -19,8 +19,8 @@ PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(
   drawing_.Run([] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
 }
 
-absl::Status PoolViews::Watch(std::shared_ptr<PoolSession> pool, const WatchOrder& order,
-                              const EncodeMoment& encode, std::shared_ptr<Watcher> watcher) {
+absl::Status PoolViews::Watch(const std::shared_ptr<PoolSession>& pool, const WatchOrder& order,
+                              const EncodeMoment& encode, const std::shared_ptr<Watcher>& watcher) {
   std::optional<absl::Cord> moment;
   {
     absl::MutexLock lock(&mutex_);

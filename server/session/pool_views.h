@@ -29,8 +29,8 @@ class PoolViews {
 
   // Begins to show `watcher` the pool, until Leave, which must be called also if it is told that
   // the watching ends. Errors: why that pool is not watched any more.
-  absl::Status Watch(std::shared_ptr<PoolSession> pool, const WatchOrder& order,
-                     const EncodeMoment& encode, std::shared_ptr<Watcher> watcher)
+  absl::Status Watch(const std::shared_ptr<PoolSession>& pool, const WatchOrder& order,
+                     const EncodeMoment& encode, const std::shared_ptr<Watcher>& watcher)
       ABSL_LOCKS_EXCLUDED(mutex_);
   // A moment may still be on its way to it.
   void Leave(const Watcher* watcher) ABSL_LOCKS_EXCLUDED(mutex_);
