@@ -18,7 +18,7 @@
 
 namespace procgen {
 
-// What is measured over a stream: the game whose steps cost least, in easy mode, so that the stream
+// What is measured over a stream: a game whose steps cost little, in easy mode, so that the stream
 // shows; a server in this process with so many workers.
 inline constexpr char kStreamGame[] = "bigfish";
 inline constexpr int32_t kStreamWorkerCount = 2;

@@ -43,20 +43,26 @@ absl::Status MeasureAhead(Sender* sender, Cost* cost) {
 bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
                benchmark::State& state);
 
-// Registers `course`/environments:N for each size: a Contest::Start(N) whose RunRound is repeated
+// Registers `course`/environments:N: a contest that `start(N)` makes, whose RunRound is repeated
 // and which then tells in Report(N, state) what it measured.
+template <typename Start>
+void RegisterContest(absl::string_view course, int32_t env_count, Start start) {
+  benchmark::RegisterBenchmark(absl::StrCat(course, "/environments:", env_count).c_str(),
+                               [env_count, start](benchmark::State& state) {
+                                 const auto contest = start(env_count);
+                                 const auto round = [&] { return (*contest)->RunRound(); };
+                                 if (RunRounds(contest.status(), round, state)) {
+                                   (*contest)->Report(env_count, state);
+                                 }
+                               })
+      ->UseManualTime();
+}
+
+// Registers such a contest for each size, made by Contest::Start.
 template <typename Contest>
 void RegisterContests(absl::string_view course, std::initializer_list<int32_t> sizes) {
   for (const int32_t env_count : sizes) {
-    benchmark::RegisterBenchmark(absl::StrCat(course, "/environments:", env_count).c_str(),
-                                 [env_count](benchmark::State& state) {
-                                   const auto contest = Contest::Start(env_count);
-                                   const auto round = [&] { return (*contest)->RunRound(); };
-                                   if (RunRounds(contest.status(), round, state)) {
-                                     (*contest)->Report(env_count, state);
-                                   }
-                                 })
-        ->UseManualTime();
+    RegisterContest(course, env_count, [](int32_t size) { return Contest::Start(size); });
   }
 }
 

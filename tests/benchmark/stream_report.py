@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import statistics
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +23,7 @@ _NAME = re.compile(r"(?P<course>[a-z/]+)/(?:environments|learners):(?P<size>\d+)
 _NOT_INSTALLED = 77
 _DOTS_PER_INCH = 120
 _TCP_SIZES_ASKED_FOR = (64, 256)
+_OF_GAMES = "stream/shm/"  # before the name of the game
 _COLORS = {"ours": "#2a6f97", "bound": "#adb5bd", "tail": "#90c2e0"}
 
 
@@ -48,6 +50,12 @@ class Report:
         """Gives the sizes of a course that were run."""
         return sorted(size for name, size in self.courses if name == course)
 
+    def games(self) -> list[str]:
+        """Gives the games that were run each by itself, the one that gets least first."""
+        games = {name.removeprefix(_OF_GAMES): course["inprocess_ratio"]
+                 for (name, _), course in self.courses.items() if name.startswith(_OF_GAMES)}
+        return sorted(games, key=games.__getitem__)
+
     def rows(self) -> list[Row]:
         """Gives the lines of the table, of the courses that were run."""
         rows: list[Row] = []
@@ -69,6 +77,17 @@ class Report:
                     "(that overwrites its last batch)",
                     "0.90",
                     f"{course['inprocess_ratio']:.2f} ({course['overwriting_ratio']:.2f})",
+                )
+            )
+        if games := self.games():
+            (size,) = self.sizes(_OF_GAMES + games[0])
+            ratios = [self.courses[_OF_GAMES + game, size]["inprocess_ratio"] for game in games]
+            rows.append(
+                Row(
+                    f"shared memory, pools of {size} of each game: rate, of the pool in process",
+                    "0.90",
+                    f"{statistics.geometric_mean(ratios):.2f} "
+                    f"({games[0]} {ratios[0]:.2f}, {games[-1]} {ratios[-1]:.2f})",
                 )
             )
         if ("latency", 1) in self.courses:

@@ -1,12 +1,16 @@
 // stream/shm/...: a learner whose pool shares memory with it, beside the pool in its own process.
+// stream/shm/GAME/...: the same for each game.
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
+#include "envcore/games/game_catalog.h"
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
@@ -15,22 +19,28 @@
 namespace procgen {
 namespace {
 
+// In a pool of each game.
+constexpr int32_t kGameEnvironments = 64;
+
 class Contest {
  public:
-  static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count) {
+  static absl::StatusOr<std::unique_ptr<Contest>> Start(int32_t env_count,
+                                                        const std::string& game = kStreamGame) {
     auto server = StartStreamServer();
     if (!server.ok()) {
       return server.status();
     }
-    auto learner = RemoteLearner::Start(
-        (*server)->address(),
-        {.env_count = env_count, .requests_in_flight = kRequestsInFlight, .shares_memory = true});
+    auto learner =
+        RemoteLearner::Start((*server)->address(), {.game = game,
+                                                    .env_count = env_count,
+                                                    .requests_in_flight = kRequestsInFlight,
+                                                    .shares_memory = true});
     if (!learner.ok()) {
       return learner.status();
     }
     // What the learner gets, who has one batch while the next is written: two of them, with all
     // arrays.
-    Course course = {.game = kStreamGame, .worker_count = kStreamWorkerCount};
+    Course course = {.game = game, .worker_count = kStreamWorkerCount};
     course.batch_count = kRequestsInFlight;
     course.answers_all = true;
     auto local = LocalLearner::Start(course, env_count);
@@ -83,6 +93,12 @@ class Contest {
 
 void RegisterSharedMemoryStreams() {
   RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024, 4096});
+  for (const GameFacts& game : GameCatalog()) {
+    RegisterContest(absl::StrCat("stream/shm/", game.name), kGameEnvironments,
+                    [name = std::string(game.name)](int32_t env_count) {
+                      return Contest::Start(env_count, name);
+                    });
+  }
 }
 
 }  // namespace procgen
