@@ -334,8 +334,8 @@ def test_an_interrupted_wait_leaves_a_pool_that_can_be_closed(client: Client) ->
 
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
-        with client.create_pool("maze", 512) as pool:
-            for _ in range(2):  # Half a million steps in each.
+        with client.create_pool("caveflyer", 512) as pool:
+            for _ in range(2):  # Half a million steps in each, which take as many microseconds.
                 pool.send_step([_NOTHING] * 512, repeat_count=1000, observe=False)
             with pytest.raises(KeyboardInterrupt):
                 signal.setitimer(signal.ITIMER_REAL, 0.02)
