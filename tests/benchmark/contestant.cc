@@ -24,7 +24,7 @@ absl::Status TakeTurns(absl::FunctionRef<absl::Status(Cost*)> turn) {
   std::cout << "ready" << std::endl;
   for (std::string line; std::getline(std::cin, line);) {
     Cost cost;
-    const absl::Status status = turn(&cost);
+    absl::Status status = turn(&cost);
     if (!status.ok()) {
       return status;
     }

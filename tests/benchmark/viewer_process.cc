@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cinttypes>
 #include <csignal>
 
 #include "absl/status/status.h"
@@ -50,9 +51,9 @@ ViewerProcess::~ViewerProcess() {
 }
 
 absl::StatusOr<int64_t> ViewerProcess::Toggle() {
-  long long moment_count = 0;
+  int64_t moment_count = 0;
   if (process_ < 0 || fputs("\n", input_) == EOF || fflush(input_) != 0 ||
-      fscanf(output_, "%lld", &moment_count) != 1) {
+      fscanf(output_, "%" SCNd64, &moment_count) != 1) {
     return absl::UnknownError("procgen-benchmark-viewer has ended");
   }
   return moment_count;

@@ -24,12 +24,12 @@ bool SameNumber(const Json& expected, const Json& got) {
 
 // The first place at which `got` is not as recorded; empty if none. Members that only one side has
 // do not count.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as what is recorded
 std::string FirstDifference(const std::string& place, const Json& expected, const Json& got) {
   if (expected.is_object()) {
     for (const auto& [name, value] : expected.items()) {
       if (got.contains(name)) {
-        const std::string difference =
-            FirstDifference(absl::StrCat(place, ".", name), value, got[name]);
+        std::string difference = FirstDifference(absl::StrCat(place, ".", name), value, got[name]);
         if (!difference.empty()) {
           return difference;
         }
@@ -39,7 +39,7 @@ std::string FirstDifference(const std::string& place, const Json& expected, cons
   }
   if (expected.is_array()) {
     for (size_t i = 0; i < std::min(expected.size(), got.size()); ++i) {
-      const std::string difference =
+      std::string difference =
           FirstDifference(absl::StrCat(place, "[", i, "]"), expected[i], got[i]);
       if (!difference.empty()) {
         return difference;

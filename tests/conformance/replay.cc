@@ -21,6 +21,8 @@ std::string CompareField(int32_t step, absl::string_view field, const std::vecto
   const size_t offset = static_cast<size_t>(step) * got.size();
   for (size_t i = 0; i < got.size(); ++i) {
     const T& expected = expected_rows[offset + i];
+    // To the last bit, a zero's sign too.
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&expected, &got[i], sizeof(T)) != 0) {
       return Difference(step, i, field, absl::StrCat(expected), absl::StrCat(got[i]));
     }
@@ -61,7 +63,7 @@ std::string FirstDifference(const Trace& trace, Player& player, bool with_pictur
   const absl::Span<const int32_t> actions = trace.actions;
   const auto row = static_cast<size_t>(trace.env_count);
   for (int32_t step = 0; status.ok(); ++step) {
-    const std::string difference = Compare(trace, step, observed, with_pictures);
+    std::string difference = Compare(trace, step, observed, with_pictures);
     if (!difference.empty() || step == trace.step_count) {
       return difference;
     }

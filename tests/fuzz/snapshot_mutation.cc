@@ -20,6 +20,7 @@ constexpr int32_t kChangesMax = 4;
 constexpr int32_t kCopiesMax = 600;
 
 // All nodes of a tree below its root.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as a state
 void CollectNodes(Json& node, std::vector<Json*>* nodes) {
   if (node.is_structured()) {
     for (Json& child : node) {

@@ -69,6 +69,7 @@ class RawStream {
  private:
   enum Operation : uint8_t { kRead, kOther };
 
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): gRPC's tags are pointers
   static void* tag(Operation operation) { return reinterpret_cast<void*>(uintptr_t{operation}); }
 
   // Waits until the operation that is no read has ended; returns whether it is ok.

@@ -50,7 +50,8 @@ class CheckedOutbox final : public web::Outbox {
     if (header.contains("error")) {
       Require(header["error"]["code"] != "INTERNAL" && header["error"]["code"] != "UNKNOWN",
               header.dump());
-      Require(header["error"]["message"] != "", "an error says what is wrong");
+      Require(!header["error"]["message"].get<std::string>().empty(),
+              "an error says what is wrong");
     }
     absl::MutexLock lock(&mutex_);
     ++answer_count_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <set>
 
@@ -83,9 +84,10 @@ Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels
   window.fill({0, 0, 0, 255});
   const Frame frame = {window.data(), kWindowSidePx};
   const double side = pixels_per_cell;
-  for (double y = 0; y < kWindowSidePx; y += side) {
-    for (double x = 0; x < kWindowSidePx; x += side) {
-      DrawSharp(picture, {x, y, side, side}, 0, 1, frame);
+  const int cells = static_cast<int>(std::ceil(kWindowSidePx / side));
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column) {
+      DrawSharp(picture, {column * side, row * side, side, side}, 0, 1, frame);
     }
   }
   return ground;

@@ -12,18 +12,26 @@ namespace {
 
 constexpr int32_t kNoWay = -1;
 
+// The nearest in the grid.
+int32_t CellAt(const Grid& grid, int column, int row) {
+  return grid.IndexOf(std::clamp(column, 0, grid.width() - 1),
+                      std::clamp(row, 0, grid.height() - 1));
+}
+
 int32_t CellOf(const Grid& grid, float x, float y) {
-  const int column = std::clamp(static_cast<int>(std::floor(x)), 0, grid.width() - 1);
-  const int row = std::clamp(static_cast<int>(std::floor(y)), 0, grid.height() - 1);
-  return grid.IndexOf(column, row);
+  return CellAt(grid, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
 }
 
 // The cells whose centres lie in the entity's box; if there is none, that of its own centre.
 void AddCells(const Grid& grid, const Entity& entity, std::vector<int32_t>* cells) {
   const size_t count_before = cells->size();
-  for (float x = std::ceil(entity.x - entity.rx - 0.5F) + 0.5F; x <= entity.x + entity.rx; ++x) {
-    for (float y = std::ceil(entity.y - entity.ry - 0.5F) + 0.5F; y <= entity.y + entity.ry; ++y) {
-      cells->push_back(CellOf(grid, x, y));
+  const int first_column = static_cast<int>(std::ceil(entity.x - entity.rx - 0.5F));
+  const int last_column = static_cast<int>(std::floor(entity.x + entity.rx - 0.5F));
+  const int first_row = static_cast<int>(std::ceil(entity.y - entity.ry - 0.5F));
+  const int last_row = static_cast<int>(std::floor(entity.y + entity.ry - 0.5F));
+  for (int column = first_column; column <= last_column; ++column) {
+    for (int row = first_row; row <= last_row; ++row) {
+      cells->push_back(CellAt(grid, column, row));
     }
   }
   if (cells->size() == count_before) {

@@ -29,7 +29,6 @@ namespace {
 
 using procgen_client::Batch;
 using procgen_client::Client;
-using procgen_client::StepStream;
 
 // A learner, and somebody else to watch and to interfere.
 struct Scene {

@@ -210,7 +210,7 @@ class WrongSource final : public v1::StateService::Service {
 
   grpc::Status SaveStates(grpc::ServerContext* context, const v1::SaveStatesRequest* /*request*/,
                           v1::SaveStatesResponse* response) override {
-    saw_token_ = context->client_metadata().count("authorization") > 0;
+    saw_token_ = context->client_metadata().contains("authorization");
     *response = answer_;
     return grpc::Status::OK;
   }

@@ -27,7 +27,6 @@ namespace {
 using procgen_client::Client;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 // A node that dies is gone within two seconds; the machine of the tests may be busy.
 constexpr absl::Duration kGoneWithin = absl::Seconds(3);

@@ -206,6 +206,7 @@ TEST_F(DmEnvRpcTest, ErrorsAreCountedByCode) {
 
 TEST_F(DmEnvRpcTest, ManyAgentsPlayAtOnce) {
   std::vector<std::thread> threads;
+  threads.reserve(3);
   for (int i = 0; i < 3; ++i) {
     threads.emplace_back([this] {
       AgentStream agent(channel_);

@@ -44,8 +44,8 @@ void ExpectPlaysTheSame(const v1::Episode& episode) {
   int later = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
     const int32_t count = episode.action_counts().empty() ? 1 : episode.action_counts(i);
-    const auto action =
-        static_cast<int32_t>(static_cast<int8_t>(episode.actions()[static_cast<size_t>(played)]));
+    const auto byte = static_cast<int8_t>(episode.actions()[static_cast<size_t>(played)]);
+    const int32_t action = byte;  // NOLINT(bugprone-signed-char-misuse): -1 is an action
     std::vector<NextLevel> next_levels;
     if (later < episode.later_levels_size() &&
         episode.later_levels(later).action() < played + count) {

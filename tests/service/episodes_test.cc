@@ -63,6 +63,7 @@ TEST_P(EveryGameEpisodesTest, EpisodesArePlayedAgainInEachMode) {
     procgen_client::Batch batch;
     for (int32_t step = 0; step < 150; ++step) {
       std::vector<int32_t> actions;
+      actions.reserve(kEnvCount);
       for (int32_t i = 0; i < kEnvCount; ++i) {
         actions.push_back(random() % 50 == 0 ? -1 : static_cast<int32_t>(random() % 15));
       }
@@ -154,6 +155,7 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreTold) {
   std::minstd_rand random(11);
   for (int32_t step = 0; step < 1500; ++step) {
     std::vector<int32_t> actions;
+    actions.reserve(4);
     for (int32_t i = 0; i < 4; ++i) {
       actions.push_back(random() % 4 == 0 ? 4 : 5);
     }

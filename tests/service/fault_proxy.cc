@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <list>
 #include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,7 @@ int NewSocket() { return socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOE
 struct Flow {
   int from = -1;
   int to = -1;
-  std::string buffer = "";
+  std::string buffer{};
   bool ended = false;     // no more comes
   bool shut = false;      // and that was passed on
   bool discards = false;  // what comes is thrown away
@@ -90,7 +91,7 @@ class Link {
   void NoteActivity(Steady::time_point now) { active_at_ = now; }
   void Allow(int64_t bytes) { bytes_left_ = bytes; }
 
-  void Cut() {
+  void Cut() const {
     const linger reset = {.l_onoff = 1, .l_linger = 0};
     setsockopt(client_, SOL_SOCKET, SO_LINGER, &reset, sizeof(reset));
     setsockopt(server_, SOL_SOCKET, SO_LINGER, &reset, sizeof(reset));
@@ -240,7 +241,7 @@ class FaultProxy::Loop {
       const int server = NewSocket();
       const sockaddr_in address = Loopback(target_port_);
       // In progress: what is sent before it is there waits, as the socket is not writable.
-      connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+      std::ignore = connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
       for (const int socket : {client, server}) {
         const int on = 1;
         setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));

@@ -58,6 +58,7 @@ TEST_F(ResumeTest, AnswerOfSeveralResponsesIsKeptAsAWhole) {
   first->Receive();
   first->Send(StepRequest(std::vector<int32_t>(12, 7)), 1);
   std::vector<std::string> answer;
+  answer.reserve(3);
   for (int i = 0; i < 3; ++i) {
     answer.push_back(first->Receive().SerializeAsString());
   }

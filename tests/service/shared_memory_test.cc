@@ -27,7 +27,6 @@
 namespace procgen {
 namespace {
 
-using procgen_client::StreamOptions;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -75,8 +74,9 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Co
     step->set_with_final_observations(number % 2 == 0);
     step->set_observation(number % 5 == 4 ? v1::OBSERVATION_NONE : v1::OBSERVATION_FRAME);
     for (int row = 0; row < step->actions_size(); ++row) {
-      if (number % 10 == 0 || awaiting[static_cast<size_t>(first + row)]) {
-        step->add_resets()->set_environment(first + row);
+      const int32_t environment = first + row;
+      if (number % 10 == 0 || awaiting[static_cast<size_t>(environment)]) {
+        step->add_resets()->set_environment(environment);
       }
     }
     return request;
@@ -105,7 +105,8 @@ TEST_P(EqualTest, EveryAnswerIsThatOfTheStream) {
     ASSERT_EQ(BatchCopy(batch), BatchCopy(expected)) << "in request " << number;
     for (int32_t row = 0; row < batch.environment_count(); ++row) {
       const auto place = static_cast<size_t>(row);
-      awaiting[static_cast<size_t>(batch.first_environment() + row)] =
+      const int32_t environment = batch.first_environment() + row;
+      awaiting[static_cast<size_t>(environment)] =
           GetParam().episode_end == v1::EPISODE_END_DISABLED &&
           (batch.terminated()[place] || batch.truncated()[place]);
     }

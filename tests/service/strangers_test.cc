@@ -74,6 +74,7 @@ TEST_F(StrangersTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
   const rlimit few = {64, 64};
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
   std::vector<int> connections;
+  connections.reserve(100);
   for (int i = 0; i < 100; ++i) {
     connections.push_back(OpenConnection());
   }
@@ -88,6 +89,7 @@ TEST_F(StrangersTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
   const auto client = ConnectAs("");
   ASSERT_THAT(client->GetCatalog(), IsOk());
   std::vector<int> connections;
+  connections.reserve(3);
   for (int i = 0; i < 3; ++i) {
     connections.push_back(OpenConnection());
   }

@@ -22,7 +22,7 @@ constexpr int32_t kDomainCount = 100;
 TestFleet::TestFleet(std::vector<std::string> fleet_flags)
     : fleet_flags_(std::move(fleet_flags)), domain_(kDomainFirst + getpid() % kDomainCount) {}
 
-std::string TestFleet::ClusterName() const { return absl::StrCat("test-", getpid()); }
+std::string TestFleet::ClusterName() { return absl::StrCat("test-", getpid()); }
 
 std::vector<std::string> TestFleet::FlagsOf(const std::string& name) const {
   return {absl::StrCat("--cluster=", ClusterName()), absl::StrCat("--cluster_domain=", domain_),

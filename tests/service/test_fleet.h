@@ -48,7 +48,7 @@ class TestFleet {
   std::string folder() const { return folder_.path(); }
 
  private:
-  std::string ClusterName() const;
+  static std::string ClusterName();
   std::vector<std::string> FlagsOf(const std::string& name) const;
 
   const TemporaryFolder folder_;

@@ -173,6 +173,7 @@ TEST_F(WatchTest, EndsWhenTheServerDrains) {
 TEST_F(WatchTest, TwentyWatchersOfALearnerThatGoesOn) {
   const auto stream = CreateAndAttach(MazeSpec(16));
   std::vector<std::unique_ptr<PoolWatch>> watches;
+  watches.reserve(20);
   for (int32_t i = 0; i < 20; ++i) {
     watches.push_back(client_->Watch(WatchRequest(stream->pool().name(), {0, 5, 15})));
   }

@@ -43,6 +43,7 @@ class ReadmeTest : public ServiceTest {};
 
 TEST_F(ReadmeTest, ExampleRuns) {
   int learned = 0;
+  // NOLINTNEXTLINE(readability-identifier-naming): as the example calls it
   const auto Learn = [&](absl::Span<const uint8_t> observations, absl::Span<const float> rewards,
                          absl::Span<const bool> first) {
     EXPECT_EQ(observations.size(), 64U * 64 * 64 * 3);

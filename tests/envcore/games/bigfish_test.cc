@@ -8,7 +8,6 @@ namespace procgen {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::SizeIs;
 
 constexpr int kFishKind = 2;
 

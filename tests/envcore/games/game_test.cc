@@ -84,8 +84,10 @@ TEST(GameTest, MovesSteerAndSpecialActionsDoNot) {
   const auto game = StartedInTheMiddle();
   for (int32_t action = 0; action < 9; ++action) {
     game->Play(action);
-    EXPECT_EQ(game->world().controls.horizontal, static_cast<float>(action / 3 - 1)) << action;
-    EXPECT_EQ(game->world().controls.vertical, static_cast<float>(action % 3 - 1)) << action;
+    const int column = action / 3;
+    const int row = action % 3;
+    EXPECT_EQ(game->world().controls.horizontal, static_cast<float>(column - 1)) << action;
+    EXPECT_EQ(game->world().controls.vertical, static_cast<float>(row - 1)) << action;
     EXPECT_EQ(game->special_action_, 0);
   }
   for (int32_t action = 9; action < kActionCount; ++action) {

@@ -43,10 +43,10 @@ class ScriptedGame final : public Game {
   void PlayStep() override {
     StandardStep();
     const int32_t action = special_action_ == 0 ? kNoAction : special_action_ + 8;
-    outcome_.reward = action == kRewardAction     ? 1
-                      : action == kEndAction      ? 2
-                      : action == kCompleteAction ? 4
-                                                  : 0;
+    outcome_.reward = action == kRewardAction     ? 1.0F
+                      : action == kEndAction      ? 2.0F
+                      : action == kCompleteAction ? 4.0F
+                                                  : 0.0F;
     outcome_.done = outcome_.done || action == kEndAction || action == kCompleteAction;
     outcome_.level_complete = action == kCompleteAction || action == kCompleteOnlyAction;
   }

@@ -38,7 +38,7 @@ int KindAt(const Maze& maze, int cell) { return maze.At(cell % maze.size(), cell
 Cells CellsWithout(const Maze& maze, const std::set<int>& kinds) {
   Cells cells;
   for (int cell = 0; cell < maze.size() * maze.size(); ++cell) {
-    if (kinds.count(KindAt(maze, cell)) == 0) {
+    if (!kinds.contains(KindAt(maze, cell))) {
       cells.insert(cell);
     }
   }
@@ -53,7 +53,7 @@ Cells Reachable(const Maze& maze, int start, const std::set<int>& closed) {
     const int cell = front.back();
     front.pop_back();
     for (const int neighbor : Neighbors(maze, cell)) {
-      if (closed.count(KindAt(maze, neighbor)) == 0 && reached.insert(neighbor).second) {
+      if (!closed.contains(KindAt(maze, neighbor)) && reached.insert(neighbor).second) {
         front.push_back(neighbor);
       }
     }

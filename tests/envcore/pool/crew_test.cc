@@ -202,6 +202,7 @@ TEST(CrewTest, ManyJobsFromManyThreadsAreAllDone) {
   constexpr int kRoundCount = 40;
   Crew crew(3);
   std::vector<std::thread> threads;
+  threads.reserve(kThreadCount);
   std::atomic<int> wrong = 0;
   for (int t = 0; t < kThreadCount; ++t) {
     threads.emplace_back([&crew, &wrong, t] {

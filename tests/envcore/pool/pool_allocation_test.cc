@@ -49,6 +49,7 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
  private:
   int64_t PlayFromTheStart() {
     std::vector<Reset> resets;
+    resets.reserve(kEnvCount);
     for (int32_t i = 0; i < kEnvCount; ++i) {
       resets.push_back({.environment = i, .level_seed = std::nullopt, .rand_seed = i});
     }

@@ -75,6 +75,7 @@ PoolOptions OptionsOf(const Played& played, int32_t env_count) {
 std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
   const int32_t env_count = pool.env_count();
   std::vector<std::vector<int32_t>> actions;
+  actions.reserve(static_cast<size_t>(env_count));
   for (int32_t i = 0; i < env_count; ++i) {
     actions.push_back(ActionsOf(pool.options().first_environment + i));
   }
@@ -136,7 +137,7 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
 class PoolDeterminismTest : public testing::TestWithParam<Played> {
  protected:
   // What one worker answers for the whole pool.
-  const std::vector<BatchBuffers>& Whole() const {
+  static const std::vector<BatchBuffers>& Whole() {
     std::vector<BatchBuffers>& whole = whole_[GetParam().name];
     if (whole.empty()) {
       whole = Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount);

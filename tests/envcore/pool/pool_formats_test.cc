@@ -82,8 +82,10 @@ std::vector<double> BlockMeans(const Pixels& grey, int side_px, int block) {
   std::vector<double> means(static_cast<size_t>(blocks) * static_cast<size_t>(blocks));
   for (int y = 0; y < side_px; ++y) {
     for (int x = 0; x < side_px; ++x) {
-      means[static_cast<size_t>(y / block * blocks + x / block)] +=
-          grey[static_cast<size_t>(y * side_px + x)] / static_cast<double>(block * block);
+      const int cell = y / block * blocks + x / block;
+      const int pixel = y * side_px + x;
+      means[static_cast<size_t>(cell)] +=
+          grey[static_cast<size_t>(pixel)] / static_cast<double>(block * block);
     }
   }
   return means;

@@ -1,6 +1,7 @@
 // Which levels the environments of a pool play when a sampler chooses them.
 
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,10 +58,8 @@ TEST(PoolLevelsTest, AllLevelsAreOfTheListTheFirstToo) {
 }
 
 TEST(PoolLevelsTest, EqualSamplersChooseAlikeAndSeedsDoNot) {
-  std::vector<int32_t> list;
-  for (int32_t seed = 0; seed < 1000; ++seed) {
-    list.push_back(seed);
-  }
+  std::vector<int32_t> list(1000);
+  std::iota(list.begin(), list.end(), 0);
   const auto levels_of = [&](int64_t rand_seed, int64_t pool_seed) {
     PoolOptions options = SampledOptions(SamplerOf(list, rand_seed));
     options.environment.rand_seed = pool_seed;
@@ -135,6 +134,7 @@ TEST(PoolLevelsTest, RestoredStatesGoOnChoosingAsTheSavedOnes) {
   ASSERT_THAT(snapshots.status(), IsOk());
   const std::unique_ptr<Pool> other = MadePool(SampledOptions(list));
   std::vector<StateToRestore> states;
+  states.reserve(all.size());
   for (const int32_t environment : all) {
     states.push_back({environment, (*snapshots)[static_cast<size_t>(environment)]});
   }

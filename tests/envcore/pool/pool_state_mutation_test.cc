@@ -45,6 +45,7 @@ std::string Encoded(const Json& tree) {
 }
 
 // The fields of a tree; of the entries of a list only those of the first and the last.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as a state
 void CollectFields(const Json& node, const Pointer& path, std::vector<Pointer>* fields) {
   if (!path.empty()) {
     fields->push_back(path);
@@ -147,7 +148,7 @@ std::vector<Played> AllThatCanBePlayed() {
 class PoolStateMutationTest : public ::testing::TestWithParam<Played> {
  protected:
   // Restores `tree`; where that works, plays on, and goes back to `snapshot`.
-  void Try(Pool& pool, const std::string& snapshot, const Json& tree) {
+  static void Try(Pool& pool, const std::string& snapshot, const Json& tree) {
     const std::string mutant = Encoded(tree);
     const absl::Status status = pool.RestoreStates({{0, mutant}});
     if (!status.ok()) {

@@ -304,6 +304,7 @@ TEST(PoolBusyTest, OfManyCallsAtOnceEachIsDoneWhollyOrNotAtAll) {
   auto pool = *Pool::Create(OptionsOf({"maze", "miner"}), crew);
   std::atomic<int> done_count = 0;
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&pool, &done_count] {
       BatchBuffers buffers(kEnvCount);
@@ -408,6 +409,8 @@ TEST(PoolStepAsyncTest, PoolsOfOneCrewStepSideBySide) {
   auto crew = std::make_shared<Crew>(2);
   std::vector<std::unique_ptr<Pool>> pools;
   std::vector<std::thread> threads;
+  pools.reserve(4);
+  threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
     pools.push_back(*Pool::Create(OptionsOf({"miner"}), crew));
   }

@@ -50,6 +50,7 @@ inline std::vector<uint8_t> RowOf(const std::vector<uint8_t>& observations, size
 }
 
 inline std::vector<int32_t> AllTake(int32_t action, int32_t count = kEnvCount) {
+  // NOLINTNEXTLINE(modernize-return-braced-init-list): that would be a list of these two.
   return std::vector<int32_t>(static_cast<size_t>(count), action);
 }
 

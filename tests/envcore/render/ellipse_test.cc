@@ -76,7 +76,8 @@ TEST(EllipseTest, InFlatOnesTheInsideOfALaterRowCoversTheOutline) {
   const auto paint = [&text](char letter) {
     return [&text, letter](int row, int first, int end) {
       for (int x = first; x < end; ++x) {
-        text[static_cast<size_t>(1 + row * 9 + x)] = letter;
+        const int place = 1 + row * 9 + x;
+        text[static_cast<size_t>(place)] = letter;
       }
     };
   };

@@ -15,7 +15,7 @@ constexpr ArtSlot kSlots[] = {
 };
 constexpr int kBlocks[] = {7};
 
-GameArt MazeArt() { return GameArt(ArtPack::Embedded(), "maze", kSlots, 3848665378U, kBlocks); }
+GameArt MazeArt() { return {ArtPack::Embedded(), "maze", kSlots, 3848665378U, kBlocks}; }
 
 TEST(GameArtTest, ShowsThePackOrElseGeneratedPictures) {
   const GameArt art = MazeArt();

@@ -33,7 +33,8 @@ class RasteriserTest : public ::testing::Test {
   }
 
   static uint8_t RedAt(const std::vector<uint8_t>& frame, int x, int y) {
-    return frame[static_cast<size_t>((y * kSidePx + x) * 3)];
+    const int byte = (y * kSidePx + x) * 3;
+    return frame[static_cast<size_t>(byte)];
   }
 
   // The red of kind 0 in flat colours.
@@ -59,7 +60,8 @@ TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
   for (int y = 0; y < kSidePx; ++y) {
     for (int x = 0; x < kSidePx; ++x) {
       const bool inside = x < 32 && y >= 48;
-      const bool is_lit = frame[static_cast<size_t>((y * kSidePx + x) * 3 + 2)] != 0;
+      const int blue = (y * kSidePx + x) * 3 + 2;
+      const bool is_lit = frame[static_cast<size_t>(blue)] != 0;
       EXPECT_FALSE(is_lit && !inside) << x << ", " << y;
       lit += is_lit ? 1 : 0;
     }
@@ -202,6 +204,7 @@ TEST_F(RasteriserTest, GeneratedBackgroundsAreToldApart) {
 TEST_F(RasteriserTest, PicturesDoNotDependOnWhatWasDrawnBefore) {
   RandomStream random(1);
   std::vector<GeneratedArt> levels;
+  levels.reserve(12);
   for (int i = 0; i < 12; ++i) {
     levels.push_back(GenerateBackground(random));
   }

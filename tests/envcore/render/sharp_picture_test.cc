@@ -117,7 +117,8 @@ TEST(SharpPictureTest, LargeQuarterTurnIsClockwiseToo) {
 
 TEST(SharpPictureTest, TurnedPicturesCoverAboutTheirArea) {
   for (const double side : {5.3, 31.7}) {
-    for (float rotation = 0.1F; rotation < 6.2F; rotation += 0.37F) {
+    for (int turn = 0; turn < 17; ++turn) {
+      const float rotation = 0.1F + 0.37F * static_cast<float>(turn);
       TextCanvas canvas(64);
       const TurnedRect turned({30.2 - side / 2, 31.1 - side / 4, side, side / 2}, rotation);
       if (side > 16) {

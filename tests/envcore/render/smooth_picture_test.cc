@@ -16,7 +16,7 @@ Picture Grey(int side, uint8_t level) {
       image.At(x, y) = {level, level, level, 255};
     }
   }
-  return Picture(image, Levels::kOne);
+  return {image, Levels::kOne};
 }
 
 TEST(SmoothPictureTest, EdgesAreWeightedByCoverage) {

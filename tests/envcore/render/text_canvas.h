@@ -19,7 +19,8 @@ class TextCanvas {
 
   void operator()(int row, int first, int end) const {
     for (int x = first; x < end; ++x) {
-      ++counts_[static_cast<size_t>(row * side_px_ + x)];
+      const int pixel = row * side_px_ + x;
+      ++counts_[static_cast<size_t>(pixel)];
     }
   }
 

@@ -95,24 +95,26 @@ TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
 }
 
 TEST(TraceTest, ImpossibleNumbersAreRefused) {
-  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":0"), "num_envs is 0, must be at least 1");
-  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":-4"),
+  ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":0)"),
+                 "num_envs is 0, must be at least 1");
+  ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":-4)"),
                  "num_envs is -4, must be at least 1");
-  ExpectDataLoss(Changed("\"steps\":59", "\"steps\":-1"), "steps is -1, must be at least 0");
-  ExpectDataLoss(Changed("\"steps\":59", "\"steps\":58"), "another number of rows");
-  ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u1\",9223372036854775807]"),
+  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":-1)"), "steps is -1, must be at least 0");
+  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":58)"), "another number of rows");
+  ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u1",9223372036854775807])"),
                  "within array action, which has 9223372036854775807 rows of 1");
-  ExpectDataLoss(Changed("[\"action\",\"u1\",59]", "[\"action\",\"u9\",59]"),
+  ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u9",59])"),
                  "array action has type u9");
 }
 
 TEST(TraceTest, NumbersThatTheFileIsTooShortForTakeNoMemory) {
-  ExpectDataLoss(Changed("\"num_envs\":1", "\"num_envs\":2147483647"), "ends within array action");
+  ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":2147483647)"),
+                 "ends within array action");
 }
 
 TEST(TraceTest, ArraysThatAreMissingOrOfAnotherTypeAreNamed) {
-  ExpectDataLoss(Changed("\"level_seed\"", "\"level_sead\""), "array level_seed is missing");
-  ExpectDataLoss(Changed("[\"reward\",\"f4\"", "[\"reward\",\"i4\""),
+  ExpectDataLoss(Changed(R"("level_seed")", R"("level_sead")"), "array level_seed is missing");
+  ExpectDataLoss(Changed(R"(["reward","f4")", R"(["reward","i4")"),
                  "array reward has type i4, must be f4");
 }
 
@@ -134,28 +136,28 @@ TEST(TraceTest, WhatIsWrittenIsReadAgain) {
 
 TEST(TraceTest, FingerprintsThatAreNoneAreRefused) {
   const auto with = [](const std::string& fingerprints) {
-    return Changed("\"num_envs\":1",
-                   absl::StrCat("\"num_envs\":1,\"fingerprints\":", fingerprints));
+    return Changed(R"("num_envs":1)",
+                   absl::StrCat(R"("num_envs":1,"fingerprints":)", fingerprints));
   };
-  EXPECT_TRUE(ReadContents(with("[[\"0123456789abcdef\"]]")).ok());
-  ExpectDataLoss(with("[[\"0123456789abcde\"]]"), "\"0123456789abcde\" is no fingerprint");
-  ExpectDataLoss(with("[[\"0123456789abcdeg\"]]"), "is no fingerprint");
+  EXPECT_TRUE(ReadContents(with(R"([["0123456789abcdef"]])")).ok());
+  ExpectDataLoss(with(R"([["0123456789abcde"]])"), R"("0123456789abcde" is no fingerprint)");
+  ExpectDataLoss(with(R"([["0123456789abcdeg"]])"), "is no fingerprint");
   ExpectDataLoss(with("[]"), "fingerprints are of 0 environments, must be of 1");
   ExpectDataLoss(with("[[7]]"), "the header is not a trace's");
 }
 
 TEST(TraceTest, AnUnknownModeIsNamed) {
-  ExpectDataLoss(Changed("\"distribution_mode\":\"easy\"", "\"distribution_mode\":\"medium\""),
-                 "no distribution mode is named \"medium\"");
+  ExpectDataLoss(Changed(R"("distribution_mode":"easy")", R"("distribution_mode":"medium")"),
+                 R"(no distribution mode is named "medium")");
 }
 
 TEST(TraceTest, DigestsOfPicturesMustBeThereForEveryRow) {
   const std::string contents = Contents(kGolden);
   const size_t header_size = contents.find('\n');
-  const std::string header = absl::StrReplaceAll(
-      contents.substr(0, header_size),
-      {{"\"prev_level_complete\",\"u1\",60]",
-        "\"prev_level_complete\",\"u1\",60],[\"observation_fnv1a\",\"u4\",2]"}});
+  const std::string header =
+      absl::StrReplaceAll(contents.substr(0, header_size),
+                          {{R"("prev_level_complete","u1",60])",
+                            R"("prev_level_complete","u1",60],["observation_fnv1a","u4",2])"}});
   ExpectDataLoss(header + contents.substr(header_size) + "12345678", "another number of rows");
 }
 

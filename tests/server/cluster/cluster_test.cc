@@ -59,6 +59,7 @@ NodeStatus SomeStatus(const std::string& address) {
 
 std::vector<std::string> IdsOf(const std::vector<NodeStatus>& nodes) {
   std::vector<std::string> ids;
+  ids.reserve(nodes.size());
   for (const NodeStatus& node : nodes) {
     ids.push_back(node.node_id);
   }

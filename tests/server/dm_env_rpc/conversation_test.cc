@@ -53,7 +53,7 @@ class ConversationTest : public testing::Test {
   }
 
   static std::string JoinNewWorld(Talk* talk, const SettingList& settings = Maze()) {
-    const std::string world = CreateWorld(talk, settings);
+    std::string world = CreateWorld(talk, settings);
     EXPECT_TRUE(talk->Join(world).has_join_world());
     return world;
   }

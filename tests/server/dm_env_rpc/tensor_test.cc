@@ -9,7 +9,6 @@
 namespace procgen {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 dm::Tensor Int32s(const std::vector<int32_t>& elements, const std::vector<int32_t>& shape) {

@@ -20,6 +20,7 @@ using testing::HasSubstr;
 
 std::vector<std::string> NamesOf(const std::vector<FleetState::Left>& left) {
   std::vector<std::string> names;
+  names.reserve(left.size());
   for (const FleetState::Left& each : left) {
     names.push_back(each.pool.pool.name());
   }

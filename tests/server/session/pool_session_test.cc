@@ -35,7 +35,7 @@ class PoolSessionTest : public testing::Test {
   // Attaches, where nobody has to be waited for.
   static absl::Status Attach(
       PoolSession* session, const AttachOptions& options = {},
-      PoolSession::EndStream end_stream = [](StreamEnd, absl::Status) {}) {
+      PoolSession::EndStream end_stream = [](StreamEnd, const absl::Status&) {}) {
     absl::Status result = absl::UnknownError("it waits");
     session->Attach(options, std::move(end_stream),
                     [&](absl::Status status) { result = std::move(status); });
