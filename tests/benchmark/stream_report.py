@@ -74,9 +74,9 @@ class Report:
             rows.append(
                 Row(
                     f"shared memory, pool of {size}: rate, of the pool in process "
-                    "(that overwrites its last batch)",
+                    "(with a bare exchange after each step)",
                     "0.90",
-                    f"{course['inprocess_ratio']:.2f} ({course['overwriting_ratio']:.2f})",
+                    f"{course['inprocess_ratio']:.2f} ({course['exchanging_ratio']:.2f})",
                 )
             )
         if games := self.games():
@@ -138,8 +138,8 @@ def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
     ratios += [report.courses["stream/shm", size]["inprocess_ratio"] for size in shm]
     axes.bar(names, ratios, color=_COLORS["ours"], label="each on cores of its own")
     shared = [report.courses["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
-    axes.scatter(names[: len(tcp)], shared, color="black", zorder=2, s=14,
-                 label="on the same cores")
+    shared += [report.courses["stream/shm", size]["exchanging_ratio"] for size in shm]
+    axes.scatter(names, shared, color="black", zorder=2, s=14, label="on the same cores")
     axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
     axes.set_title("stream: rate, of the most that is allowed")
     axes.set_ylim(0, None)

@@ -1,5 +1,7 @@
-// stream/shm/...: a learner whose pool shares memory with it, beside the pool in its own process.
+// stream/shm/...: a learner whose pool shares memory with it, beside the pool in its own process,
+// by itself and with a bare exchange of messages after each step.
 // stream/shm/GAME/...: the same for each game.
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -11,6 +13,7 @@
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
+#include "tests/benchmark/bare_pipes.h"
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
@@ -21,6 +24,9 @@ namespace {
 
 // In a pool of each game.
 constexpr int32_t kGameEnvironments = 64;
+
+// About what an answer has: the numbers of the request and of the batch.
+constexpr size_t kAnswerBytes = 16;
 
 class Contest {
  public:
@@ -44,13 +50,15 @@ class Contest {
     course.batch_count = kRequestsInFlight;
     course.answers_all = true;
     auto local = LocalLearner::Start(course, env_count);
-    course.batch_count = 1;
-    auto overwriting = LocalLearner::Start(course, env_count);
-    if (!local.ok() || !overwriting.ok()) {
-      return local.ok() ? overwriting.status() : local.status();
+    if (!local.ok()) {
+      return local.status();
     }
-    return std::unique_ptr<Contest>(new Contest(*std::move(server), *std::move(learner),
-                                                *std::move(local), *std::move(overwriting)));
+    auto pipes = BarePipes::Start(static_cast<size_t>(env_count), kAnswerBytes);
+    if (!pipes.ok()) {
+      return pipes.status();
+    }
+    return std::unique_ptr<Contest>(
+        new Contest(*std::move(server), *std::move(learner), *std::move(local), *std::move(pipes)));
   }
 
   absl::Status RunRound() {
@@ -58,35 +66,39 @@ class Contest {
     if (status.ok()) {
       status = in_process_.MeasureRound(kContestantTime, [this] { return local_.Step(); });
     }
-    return status.ok() ? in_process_overwriting_.MeasureRound(
-                             kContestantTime, [this] { return overwriting_.Step(); })
-                       : status;
+    return status.ok()
+               ? exchanging_.MeasureRound(kContestantTime, [this] { return StepAndExchange(); })
+               : status;
   }
 
   void Report(int32_t env_count, benchmark::State& state) const {
     // A ratio of rates is the inverse ratio of times.
     state.counters["inprocess_ratio"] = absl::FDivDuration(in_process_.wall, ours_.wall);
-    state.counters["overwriting_ratio"] =
-        absl::FDivDuration(in_process_overwriting_.wall, ours_.wall);
+    state.counters["exchanging_ratio"] = absl::FDivDuration(exchanging_.wall, ours_.wall);
     state.counters["cores_busy"] = absl::FDivDuration(ours_.cpu, ours_.wall);
     state.counters["items_per_second"] = env_count / absl::ToDoubleSeconds(ours_.wall);
   }
 
  private:
   Contest(std::unique_ptr<Server> server, std::unique_ptr<RemoteLearner> learner,
-          LocalLearner local, LocalLearner overwriting)
+          LocalLearner local, std::unique_ptr<BarePipes> pipes)
       : server_(std::move(server)),
         learner_(std::move(learner)),
         local_(std::move(local)),
-        overwriting_(std::move(overwriting)) {}
+        pipes_(std::move(pipes)) {}
+
+  absl::Status StepAndExchange() {
+    absl::Status status = local_.Step();
+    return status.ok() ? pipes_->Exchange() : status;
+  }
 
   std::unique_ptr<Server> server_;
   std::unique_ptr<RemoteLearner> learner_;
   LocalLearner local_;
-  LocalLearner overwriting_;
+  std::unique_ptr<BarePipes> pipes_;
   Cost ours_;
   Cost in_process_;
-  Cost in_process_overwriting_;
+  Cost exchanging_;
 };
 
 }  // namespace
