@@ -53,7 +53,7 @@ class Contest {
     if (!local.ok()) {
       return local.status();
     }
-    auto pipes = BarePipes::Start(static_cast<size_t>(env_count), kAnswerBytes);
+    auto pipes = BarePipes::Start((*learner)->Shape().request_bytes, kAnswerBytes);
     if (!pipes.ok()) {
       return pipes.status();
     }
