@@ -1,5 +1,6 @@
 #include "envcore/state/state_archive.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <exception>
@@ -17,10 +18,17 @@ using Json = nlohmann::ordered_json;
 
 constexpr size_t kDepthMax = 8;            // groups and lists in one another
 constexpr size_t kValueCountMax = 250000;  // values in a snapshot
+// Fields of a group. An entity that leaves none out has 31, no other group has more. The tree finds
+// a field by linear search, so the time to build a group grows with the square of this.
+constexpr size_t kGroupFieldCountMax = 64;
+constexpr size_t kSizeUnknown = std::numeric_limits<size_t>::max();  // the parser's -1
 
 // Walks through a body before it is built, so that none can be built that is too deep or too large.
 class BoundsCheck : public nlohmann::json_sax<Json> {
  public:
+  // The bound that the body exceeds; empty if it exceeds none.
+  const std::string& excess() const { return excess_; }
+
   bool null() override { return false; }
   bool boolean(bool /*value*/) override { return Count(); }
   bool number_integer(number_integer_t /*value*/) override { return Count(); }
@@ -28,10 +36,18 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
   bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return Count(); }
   bool string(string_t& /*value*/) override { return Count(); }
   bool binary(binary_t& /*value*/) override { return false; }
-  bool start_object(size_t size) override { return Enter(size); }
+  bool start_object(size_t size) override {
+    if (size > kGroupFieldCountMax) {
+      const std::string count = size == kSizeUnknown ? "an unknown number of" : absl::StrCat(size);
+      return Exceeds(absl::StrCat("a group has ", count, " fields, at most ", kGroupFieldCountMax,
+                                  " are allowed"));
+    }
+    return Enter();
+  }
   bool key(string_t& /*name*/) override { return true; }
   bool end_object() override { return Leave(); }
-  bool start_array(size_t size) override { return Enter(size); }
+  // A list of unknown size is too large, too.
+  bool start_array(size_t size) override { return size <= kValueCountMax ? Enter() : Count(size); }
   bool end_array() override { return Leave(); }
   bool parse_error(size_t /*position*/, const std::string& /*token*/,
                    const Json::exception& /*error*/) override {
@@ -39,9 +55,21 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
   }
 
  private:
-  bool Count() { return ++value_count_ <= kValueCountMax; }
-  // A size that is not told beforehand (-1) is too large, too.
-  bool Enter(size_t size) { return ++depth_ <= kDepthMax && size <= kValueCountMax && Count(); }
+  bool Exceeds(std::string bound) {
+    excess_ = std::move(bound);
+    return false;
+  }
+  bool Count(size_t values = 1) {
+    value_count_ += std::min(values, kValueCountMax + 1);
+    return value_count_ <= kValueCountMax ||
+           Exceeds(absl::StrCat("it has more than ", kValueCountMax, " values"));
+  }
+  bool Enter() {
+    if (++depth_ > kDepthMax) {
+      return Exceeds(absl::StrCat("it is nested more than ", kDepthMax, " deep"));
+    }
+    return Count();
+  }
   bool Leave() {
     --depth_;
     return true;
@@ -49,6 +77,7 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
 
   size_t depth_ = 0;
   size_t value_count_ = 0;
+  std::string excess_;
 };
 
 absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
@@ -56,8 +85,8 @@ absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
   if (!body.ok()) {
     return body.status();
   }
+  BoundsCheck bounds;
   try {
-    BoundsCheck bounds;
     if (Json::sax_parse(body->begin(), body->end(), &bounds, Json::input_format_t::cbor)) {
       Json root = Json::from_cbor(body->begin(), body->end(), true, /*allow_exceptions=*/false);
       if (root.is_object()) {
@@ -67,7 +96,8 @@ absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
   } catch (const std::exception&) {
     // Said below.
   }
-  return absl::DataLossError("the snapshot's body is not a group of fields in CBOR");
+  return absl::DataLossError(absl::StrCat("the snapshot's body is not a group of fields in CBOR",
+                                          bounds.excess().empty() ? "" : ": ", bounds.excess()));
 }
 
 // The integer in `node`; those beyond 63 bits are all alike out of any range.

@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "absl/functional/function_ref.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "envcore/state/snapshot_frame.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -203,6 +205,39 @@ TEST(StateArchiveTest, BodiesThatAreNoGroupOfFieldsAreLost) {
                 StatusIs(absl::StatusCode::kDataLoss, HasSubstr("not a group of fields")))
         << body.size();
   }
+}
+
+// A body of one group: its header says `announced` fields, and `present` follow it.
+std::string GroupOfFields(uint32_t announced, uint32_t present) {
+  std::string body = "\xba";
+  for (int shift = 24; shift >= 0; shift -= 8) {
+    body.push_back(static_cast<char>((announced >> shift) & 0xFFU));
+  }
+  for (uint32_t field = 0; field < present; ++field) {
+    body += absl::StrCat("\x66", absl::Dec(field, absl::kZeroPad6), absl::string_view("\0", 1));
+  }
+  return body;
+}
+
+// The fields themselves are absent: the header of the group is refused before any field is read.
+TEST(StateArchiveTest, GroupsOfTooManyFieldsAreRefusedByTheirHeader) {
+  EXPECT_EQ(StateArchive::Open(FrameSnapshot(GroupOfFields(200000, 0))).status(),
+            absl::DataLossError("the snapshot's body is not a group of fields in CBOR: a group has "
+                                "200000 fields, at most 64 are allowed"));
+  EXPECT_THAT(SnapshotAsJson(FrameSnapshot("\xa1\x61x" + GroupOfFields(65, 65))).status(),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("a group has 65 fields")));
+}
+
+TEST(StateArchiveTest, GroupsOfAllFieldsThatAreAllowedAreRead) {
+  EXPECT_THAT(StateArchive::Open(FrameSnapshot(GroupOfFields(64, 64))), IsOk());
+}
+
+TEST(StateArchiveTest, BodiesThatAreTooDeepOrTooLargeAreRefusedWithTheLimit) {
+  EXPECT_THAT(
+      StateArchive::Open(FrameSnapshot("\xa1\x61x" + std::string(8, '\x81') + "\x01")).status(),
+      StatusIs(absl::StatusCode::kDataLoss, HasSubstr("nested more than 8 deep")));
+  EXPECT_THAT(StateArchive::Open(FrameSnapshot(std::string("\xa1\x61x\x9a\0\x04\0\0", 8))).status(),
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("more than 250000 values")));
 }
 
 TEST(SnapshotAsJsonTest, ShowsFieldsInTheOrderOfSaving) {
