@@ -1,19 +1,9 @@
 #include "server/session/alarm.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
-#include "absl/time/clock.h"
-
 namespace procgen {
-
-absl::Time SteadyNow() {
-  using Steady = std::chrono::steady_clock;
-  static const absl::Time begin = absl::Now();
-  static const Steady::time_point steady_begin = Steady::now();
-  return begin + absl::FromChrono(Steady::now() - steady_begin);
-}
 
 Alarm::Alarm(Clock clock, Ring ring)
     : clock_(std::move(clock)), ring_(std::move(ring)), thread_([this] { RingUntilStopped(); }) {}

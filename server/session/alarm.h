@@ -8,15 +8,12 @@
 
 #include "absl/functional/any_invocable.h"
 #include "absl/time/time.h"
+#include "server/concurrency/steady_time.h"
 
 namespace procgen {
 
 // Tells the time. Called from any thread.
 using Clock = std::function<absl::Time()>;
-
-// The time of day when the program began, plus what has passed since: when somebody sets the
-// machine's clock, no lease ends early or late.
-absl::Time SteadyNow();
 
 // One thread that rings when it is time: that the next lease runs out, that somebody is to be shown
 // something.

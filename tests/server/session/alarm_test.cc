@@ -57,10 +57,5 @@ TEST(AlarmTest, EndsWithoutRinging) {
   alarm.RingBy(SteadyNow() + absl::Hours(1));
 }
 
-TEST(SteadyNowTest, GoesOnAndNotBack) {
-  const absl::Time before = SteadyNow();
-  EXPECT_GE(SteadyNow(), before);
-}
-
 }  // namespace
 }  // namespace procgen

@@ -1,0 +1,44 @@
+#include "server/concurrency/start_thread.h"
+
+#include <pthread.h>
+
+#include <memory>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::HasSubstr;
+
+// More than any address space has: no thread can be made that has such a stack.
+constexpr size_t kStackBytes = size_t{1} << 47;
+
+TEST(StartThreadTest, RunsTheWork) {
+  bool has_run = false;
+  absl::StatusOr<std::thread> thread = StartThread([&] { has_run = true; });
+  ASSERT_TRUE(thread.ok()) << thread.status();
+  thread->join();
+  EXPECT_TRUE(has_run);
+}
+
+TEST(StartThreadTest, AThreadThatCannotBeMadeIsAnErrorAndItsWorkIsDestroyed) {
+  pthread_attr_t usual;
+  pthread_attr_t impossible;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_getattr_default_np(&impossible), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&impossible, kStackBytes), 0);
+  auto held = std::make_shared<int>(0);
+  ASSERT_EQ(pthread_setattr_default_np(&impossible), 0);
+  const absl::StatusOr<std::thread> thread =
+      StartThread([held] { ADD_FAILURE() << "it ran with a stack of 128 TiB"; });
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  EXPECT_THAT(thread.status(),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("cannot start a thread")));
+  EXPECT_EQ(held.use_count(), 1);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,13 @@
+#ifndef TESTS_WALL_CLOCK_WALL_CLOCK_H_
+#define TESTS_WALL_CLOCK_WALL_CLOCK_H_
+
+#include <cstdint>
+
+namespace procgen {
+
+// Moves CLOCK_REALTIME of this process by so much; 0: as the machine has it. From any thread.
+void SetWallClockOffset(int64_t nanoseconds);
+
+}  // namespace procgen
+
+#endif  // TESTS_WALL_CLOCK_WALL_CLOCK_H_
