@@ -247,10 +247,10 @@ absl::Status CheckReadEpisode(const v1::ReadEpisodeRequest& request, const PoolS
   return absl::OkStatus();
 }
 
-// Answers with an episode, which is put together here.
-void FinishEpisode(const EpisodeLog::Pieces& pieces, const PoolSession& pool, int64_t bytes_max,
+// Answers with an episode, which is decoded here.
+void FinishEpisode(const EpisodeRecording& recording, const PoolSession& pool, int64_t bytes_max,
                    EpisodeCall* call) {
-  FillEpisode(pieces.Join(), pool.options(), call->request().environment(), call->response());
+  FillEpisode(recording.Decode(), pool.options(), call->request().environment(), call->response());
   const auto bytes = static_cast<int64_t>(call->response()->ByteSizeLong());
   if (bytes > bytes_max) {
     call->Finish(absl::ResourceExhaustedError(absl::StrCat(
@@ -260,20 +260,20 @@ void FinishEpisode(const EpisodeLog::Pieces& pieces, const PoolSession& pool, in
   call->Finish(absl::OkStatus());
 }
 
-// Gets what there is of the episode in a turn, which ends before it is put together.
+// Copies the recording of the episode in a turn, which ends before it is decoded.
 void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, SideCrew* side_crew,
                     EpisodeCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->ReadEpisode(call->request().environment(),
                     call->request().which() == v1::WHICH_EPISODE_CURRENT,
-                    [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeLog::Pieces> pieces) {
+                    [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeRecording> recording) {
                       pool->EndTurn();
-                      if (!pieces.ok()) {
-                        call->Finish(pieces.status());
+                      if (!recording.ok()) {
+                        call->Finish(recording.status());
                         return;
                       }
-                      side_crew->Run([pool, bytes_max, call, pieces = *std::move(pieces)] {
-                        FinishEpisode(pieces, *pool, bytes_max, call);
+                      side_crew->Run([pool, bytes_max, call, recording = *std::move(recording)] {
+                        FinishEpisode(recording, *pool, bytes_max, call);
                       });
                     });
 }

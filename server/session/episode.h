@@ -32,15 +32,11 @@ struct LaterLevel {
   int32_t level_seed = 0;
 };
 
-// What happened in an episode.
-struct Episode {
+// An episode as a whole.
+struct EpisodeSummary {
   int32_t level_seed = 0;  // of its first level
   // That it was made with; null: those of the pool.
   std::shared_ptr<const EnvironmentOptions> options;
-  std::string actions;                 // one byte each; 255: kEndEpisodeAction
-  std::vector<float> rewards;          // of each of the learner's steps
-  std::vector<int32_t> action_counts;  // likewise: how many actions it took; empty: one each
-  std::vector<LaterLevel> later_levels;
   float total_reward = 0;
   EpisodeOutcome outcome = EpisodeOutcome::kUnderWay;
   bool level_complete = false;  // by the last action
@@ -49,6 +45,14 @@ struct Episode {
   // An episode came before whose level was not completed; miner remembers that until its first
   // step.
   bool follows_another = false;
+};
+
+// An episode with its steps.
+struct Episode : EpisodeSummary {
+  std::string actions;                 // one byte each; 255: kEndEpisodeAction
+  std::vector<float> rewards;          // of each of the learner's steps
+  std::vector<int32_t> action_counts;  // likewise: how many actions it took; empty: one each
+  std::vector<LaterLevel> later_levels;
 };
 
 }  // namespace procgen

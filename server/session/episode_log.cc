@@ -1,8 +1,7 @@
 #include "server/session/episode_log.h"
 
 #include <algorithm>
-#include <bit>
-#include <map>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 
@@ -13,383 +12,233 @@ namespace {
 // steps, and two of them are kept.
 constexpr int64_t kEnvironmentBytesMax = 20 << 10;
 constexpr int64_t kPoolBytesMin = 1 << 20;
-// Rows of a run, by the bytes of its actions.
-constexpr int64_t kRunActionBytes = 64 << 10;
-constexpr int64_t kRunRowsMin = 16;
-constexpr int64_t kRunRowsMax = 1024;
-// Of different slices that are stepped in turn.
-constexpr size_t kOpenRunsMax = 64;
+// The smallest buffer.
+constexpr int64_t kBufferBytesMin = 64;
 
-int64_t RowsMaxOf(Part slice) {
-  return std::clamp(kRunActionBytes / slice.count, kRunRowsMin, kRunRowsMax);
+// The beginning is not known; the first reason counts.
+void AddLack(EpisodeLack lack, EpisodeRecording* recording) {
+  if (recording->summary.lack == EpisodeLack::kNothing) {
+    recording->summary.lack = lack;
+  }
 }
 
-// What a run takes in memory.
-int64_t BytesOf(const StepRun& run) {
-  return static_cast<int64_t>(sizeof(StepRun) + run.numbers.capacity() * sizeof(int64_t) +
-                              run.actions.capacity() + run.counts.capacity() * sizeof(uint16_t) +
-                              run.rewards.capacity() * sizeof(StepRun::Reward) +
-                              run.later_levels.capacity() * sizeof(StepRun::Level));
+// Forgets the oldest steps until the others take `bytes`.
+void Forget(EpisodeRecording* recording, int64_t bytes) {
+  if (recording->KeepLast(bytes)) {
+    AddLack(EpisodeLack::kTooOld, recording);
+  }
 }
 
-size_t PlaceOf(int32_t environment) { return static_cast<size_t>(environment); }
-
-// A step that one environment took, in a run.
-struct TakenStep {
-  const StepRun* run = nullptr;
-  size_t index = 0;
-  float reward = 0;
-  std::optional<int32_t> later_level;
-};
-using TakenSteps = std::map<int64_t, TakenStep>;  // by number: slices may be stepped in turn
-
-// Adds the steps of `run` with numbers in (begin, end], as `environment` took them.
-void AddSteps(const StepRun& run, int64_t begin, int64_t end, int32_t environment,
-              TakenSteps* steps) {
-  for (size_t i = 0; i < run.numbers.size(); ++i) {
-    if (run.numbers[i] > begin && run.numbers[i] <= end) {
-      (*steps)[run.numbers[i]] = {&run, i, 0, std::nullopt};
-    }
-  }
-  const auto of_step = [&](int32_t step, int32_t whose) -> TakenStep* {
-    const auto found = steps->find(run.numbers[static_cast<size_t>(step)]);
-    return whose == environment && found != steps->end() ? &found->second : nullptr;
-  };
-  for (const StepRun::Reward& reward : run.rewards) {
-    if (TakenStep* step = of_step(reward.step, reward.environment); step != nullptr) {
-      step->reward = reward.reward;
-    }
-  }
-  for (const StepRun::Level& level : run.later_levels) {
-    if (TakenStep* step = of_step(level.step, level.environment); step != nullptr) {
-      step->later_level = level.level_seed;
-    }
-  }
+bool HasEnded(const Batch& batch, size_t row) {
+  return (batch.terminated[row] | batch.truncated[row]) != 0;
 }
 
 }  // namespace
 
-Episode EpisodeLog::Pieces::Join() const {
-  TakenSteps steps;
-  for (const std::shared_ptr<const StepRun>& run : runs_) {
-    AddSteps(*run, begin_, end_, environment_, &steps);
-  }
-  Episode episode = episode_;
-  bool repeats = false;
-  for (const auto& [number, step] : steps) {
-    const StepRun& run = *step.run;
-    const size_t at = step.index * static_cast<size_t>(run.slice.count) +
-                      static_cast<size_t>(environment_ - run.slice.first);
-    const size_t count = run.counts.empty() ? 1 : run.counts[at];
-    episode.actions.append(count, static_cast<char>(run.actions[at]));
-    episode.rewards.push_back(step.reward);
-    episode.action_counts.push_back(static_cast<int32_t>(count));
-    repeats = repeats || count != 1;
-    if (step.later_level.has_value()) {
-      episode.later_levels.push_back(
-          {static_cast<int32_t>(episode.actions.size()) - 1, *step.later_level});
-    }
-  }
-  if (!repeats) {
-    episode.action_counts.clear();
-  }
-  return episode;
-}
-
 EpisodeLog::EpisodeLog(int32_t env_count, ByteBudget* bytes)
     : bytes_(bytes),
       bytes_max_(kPoolBytesMin + env_count * kEnvironmentBytesMax),
-      environments_(PlaceOf(env_count)),
-      lengths_(PlaceOf(env_count)),
-      returns_(PlaceOf(env_count)),
-      unknown_levels_(env_count) {}
+      environments_(static_cast<size_t>(env_count)),
+      lengths_(static_cast<size_t>(env_count)),
+      returns_(static_cast<size_t>(env_count)) {}
 
 EpisodeLog::~EpisodeLog() { bytes_->Change(reserved_bytes_, 0); }
 
 void EpisodeLog::Add(const StepInput& input, const Batch& batch) {
-  ++number_;
-  if (unknown_levels_ > 0 && input.steps) {
-    LearnLevels(input, batch);
-  }
-  StepRun* run = nullptr;
-  if (input.steps) {
-    run = AddRow(input, batch);
-    if (run == nullptr) {
-      Lose({input.first, input.count}, EpisodeLack::kTooOld);
+  const auto first = static_cast<size_t>(input.first);
+  const auto count = static_cast<size_t>(input.count);
+  for (size_t row = 0; input.steps && row < count; ++row) {
+    // Most rows are an action and perhaps a reward, and take the short way.
+    const bool is_plain = (batch.terminated[row] | batch.truncated[row] | batch.first[row] |
+                           batch.prev_level_complete[row]) == 0;
+    Environment& environment = environments_[first + row];
+    if (is_plain && input.repeat == 1 && environment.current.HasRoom() && environment.knows_level) {
+      environment.current.AddStep(input.actions[row], 1, batch.rewards[row]);
+    } else {
+      AddStep(input, batch, row);
     }
   }
-  for (size_t row = 0; row < PlaceOf(input.count); ++row) {
-    if ((batch.terminated[row] | batch.truncated[row] | batch.first[row] |
-         batch.prev_level_complete[row]) != 0) {
-      AddTurn(input.first + static_cast<int32_t>(row), row, input, batch, run);
+  if (!input.steps) {
+    // All other rows repeat what they were before.
+    for (const Reset& reset : input.resets) {
+      AddBoundary(reset.environment, batch, static_cast<size_t>(reset.environment - input.first));
     }
   }
-  for (size_t row = 0; row < PlaceOf(input.count); ++row) {
-    const size_t place = PlaceOf(input.first) + row;
+  for (size_t row = 0; row < count; ++row) {
     const bool begins = batch.first[row] != 0;
-    lengths_[place] = begins ? 0 : batch.episode_lengths[row];
-    returns_[place] = begins ? 0 : batch.episode_returns[row];
+    lengths_[first + row] = begins ? 0 : batch.episode_lengths[row];
+    returns_[first + row] = begins ? 0 : batch.episode_returns[row];
   }
 }
 
-void EpisodeLog::LearnLevels(const StepInput& input, const Batch& batch) {
-  for (size_t row = 0; row < PlaceOf(input.count); ++row) {
-    Beginning& current = environments_[PlaceOf(input.first) + row].current;
-    if (current.knows_level) {
-      continue;
-    }
-    SetLevel(input.first + static_cast<int32_t>(row), batch.prev_level_seeds[row]);
+void EpisodeLog::AddStep(const StepInput& input, const Batch& batch, size_t row) {
+  const int32_t index = input.first + static_cast<int32_t>(row);
+  Environment& environment = Of(index);
+  if (!environment.knows_level) {
+    SetLevel(index, batch.prev_level_seeds[row]);
   }
-}
-
-StepRun* EpisodeLog::AddRow(const StepInput& input, const Batch& batch) {
-  const std::shared_ptr<StepRun> run = OpenRun({input.first, input.count});
-  if (run == nullptr) {
-    return nullptr;
-  }
-  const auto step = static_cast<int32_t>(run->numbers.size());
-  run->numbers.push_back(number_);
-  run->actions.insert(run->actions.end(), input.actions.begin(), input.actions.end());
-  if (input.repeat > 1 || !run->counts.empty()) {
-    AddCounts(input, batch, run.get());
-  }
-  for (size_t row = 0; row < batch.rewards.size(); ++row) {
-    if (std::bit_cast<uint32_t>(batch.rewards[row]) != 0) {
-      run->rewards.push_back({step, input.first + static_cast<int32_t>(row), batch.rewards[row]});
-    }
-  }
-  const int64_t bytes = BytesOf(*run);
-  if (bytes > run->reserved_bytes) {
-    if (!Reserve(bytes - run->reserved_bytes)) {
-      return nullptr;
-    }
-    run->reserved_bytes = bytes;
-  }
-  return run.get();
-}
-
-void EpisodeLog::AddCounts(const StepInput& input, const Batch& batch, StepRun* run) {
-  run->counts.resize(run->actions.size() - PlaceOf(input.count), 1);
-  for (size_t row = 0; row < PlaceOf(input.count); ++row) {
-    const bool ended = (batch.terminated[row] | batch.truncated[row]) != 0;
-    const bool is_stepped = ended || batch.first[row] == 0;
-    const int32_t before = lengths_[PlaceOf(input.first) + row];
-    const int32_t count = before < 0 ? input.repeat : batch.episode_lengths[row] - before;
-    run->counts.push_back(is_stepped ? static_cast<uint16_t>(std::clamp(count, 0, input.repeat))
-                                     : 0);
-  }
-}
-
-std::shared_ptr<StepRun> EpisodeLog::OpenRun(Part slice) {
-  const auto found = std::find_if(open_runs_.begin(), open_runs_.end(), [slice](const auto& run) {
-    return run->slice.first == slice.first && run->slice.count == slice.count;
-  });
-  if (found != open_runs_.end()) {
-    if (static_cast<int64_t>((*found)->numbers.size()) < RowsMaxOf(slice)) {
-      return *found;
-    }
-    open_runs_.erase(found);
-  } else if (open_runs_.size() >= kOpenRunsMax) {
-    open_runs_.erase(open_runs_.begin());
-  }
-  ForgetUnneeded();
-  auto run = std::make_shared<StepRun>();
-  run->slice = slice;
-  run->actions.reserve(static_cast<size_t>(RowsMaxOf(slice) * slice.count));
-  const int64_t bytes = BytesOf(*run);
-  if (!Reserve(bytes)) {
-    return nullptr;
-  }
-  run->reserved_bytes = bytes;
-  runs_.push_back(run);
-  open_runs_.push_back(run);
-  return run;
-}
-
-void EpisodeLog::AddTurn(int32_t environment, size_t row, const StepInput& input,
-                         const Batch& batch, StepRun* run) {
-  OfEnvironment& of = Of(environment);
-  const size_t place = PlaceOf(environment);
-  const bool ended = (batch.terminated[row] | batch.truncated[row]) != 0;
+  const bool ended = HasEnded(batch, row);
   const bool begins = batch.first[row] != 0;
-  if (!input.steps &&
-      std::none_of(input.resets.begin(), input.resets.end(), [environment](const Reset& reset) {
-        return reset.environment == environment;
-      })) {
-    return;  // as it was told before
+  if (!environment.current.HasRoom()) {
+    MakeRoom(&environment);
   }
-  if (ended) {
-    of.last = Ended{.beginning = of.current,
-                    .last_number = number_,
-                    .outcome = batch.terminated[row] != 0 ? EpisodeOutcome::kTerminated
-                                                          : EpisodeOutcome::kTruncated,
-                    .level_complete = batch.prev_level_complete[row] != 0,
-                    .fingerprint = batch.fingerprints[row],
-                    .total_reward = batch.episode_returns[row]};
-    of.is_under_way = false;
-    of.current.follows_another = !of.last->level_complete;
-  } else if (begins && of.is_under_way && lengths_[place] != 0) {
-    of.last = Ended{.beginning = of.current,
-                    .last_number = number_ - 1,
-                    .outcome = EpisodeOutcome::kReset,
-                    .level_complete = false,
-                    .fingerprint = 0,
-                    .total_reward = returns_[place]};
-    of.current.follows_another = true;
+  if (environment.current.HasRoom() && (ended || !begins)) {
+    int32_t count = input.repeat;
+    if (const int32_t before = lengths_[static_cast<size_t>(index)]; count > 1 && before >= 0) {
+      count = std::clamp(batch.episode_lengths[row] - before, 0, count);
+    }
+    environment.current.AddStep(input.actions[row], count, batch.rewards[row]);
+    if (!ended && batch.prev_level_complete[row] != 0) {
+      environment.current.AddLevel(batch.level_seeds[row]);
+    }
+  }
+  if (ended || begins) {
+    AddBoundary(index, batch, row);
+  }
+}
+
+void EpisodeLog::AddBoundary(int32_t index, const Batch& batch, size_t row) {
+  Environment& environment = Of(index);
+  EpisodeSummary& summary = environment.current.summary;
+  const auto place = static_cast<size_t>(index);
+  const bool begins = batch.first[row] != 0;
+  if (HasEnded(batch, row)) {
+    summary.outcome =
+        batch.terminated[row] != 0 ? EpisodeOutcome::kTerminated : EpisodeOutcome::kTruncated;
+    summary.level_complete = batch.prev_level_complete[row] != 0;
+    summary.fingerprint = batch.fingerprints[row];
+    summary.total_reward = batch.episode_returns[row];
+    EndEpisode(&environment);
+  } else if (begins && environment.is_under_way && lengths_[place] != 0) {
+    summary.outcome = EpisodeOutcome::kReset;
+    summary.total_reward = returns_[place];
+    EndEpisode(&environment);
   }
   if (begins) {
-    Begin(environment, batch.level_seeds[row]);
-  } else if (!ended && run != nullptr) {
-    run->later_levels.push_back(
-        {static_cast<int32_t>(run->numbers.size()) - 1, environment, batch.level_seeds[row]});
+    BeginEpisode(index, batch.level_seeds[row]);
   }
 }
 
-void EpisodeLog::Begin(int32_t environment, int32_t level_seed) {
-  OfEnvironment& of = Of(environment);
+void EpisodeLog::EndEpisode(Environment* environment) {
+  std::swap(environment->current, environment->last);
+  const EpisodeSummary& last = environment->last.summary;
+  environment->current.summary = {.options = last.options, .follows_another = !last.level_complete};
+  environment->current.ClearSteps();
+  environment->is_under_way = false;
+  environment->has_last = true;
+}
+
+void EpisodeLog::BeginEpisode(int32_t environment, int32_t level_seed) {
   SetLevel(environment, level_seed);
-  of.current.number = number_;
-  of.current.lack = EpisodeLack::kNothing;
+  Environment& of = Of(environment);
+  of.current.summary.lack = EpisodeLack::kNothing;
+  of.current.ClearSteps();
   of.is_under_way = true;
 }
 
 void EpisodeLog::SetLevel(int32_t environment, int32_t level_seed) {
-  Beginning& current = Of(environment).current;
-  unknown_levels_ -= current.knows_level ? 0 : 1;
-  current.knows_level = true;
-  current.level_seed = level_seed;
+  Of(environment).knows_level = true;
+  Of(environment).current.summary.level_seed = level_seed;
 }
 
 void EpisodeLog::Add(absl::Span<const PutIn> states) {
-  ++number_;
   for (const PutIn& state : states) {
-    OfEnvironment& of = Of(state.environment);
-    Begin(state.environment, state.level_seed);
-    of.current.follows_another = state.follows_another;
-    of.current.options = state.options;
-    of.current.lack = state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
-    of.is_under_way = !state.awaits_episode;
-    lengths_[PlaceOf(state.environment)] = state.episode_length;
-    returns_[PlaceOf(state.environment)] = 0;
+    BeginEpisode(state.environment, state.level_seed);
+    Environment& environment = Of(state.environment);
+    EpisodeSummary& summary = environment.current.summary;
+    summary.follows_another = state.follows_another;
+    summary.options = state.options;
+    summary.lack = state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
+    environment.is_under_way = !state.awaits_episode;
+    lengths_[static_cast<size_t>(state.environment)] = state.episode_length;
+    returns_[static_cast<size_t>(state.environment)] = 0;
   }
 }
 
 void EpisodeLog::Add(absl::Span<const StateToClone> pairs) {
-  std::vector<OfEnvironment> sources;
-  std::vector<int32_t> lengths;
+  struct Source {
+    EpisodeSummary summary;
+    int32_t length = 0;
+    bool knows_level = false;
+    bool is_under_way = true;
+  };
+  std::vector<Source> sources;
+  sources.reserve(pairs.size());
   for (const StateToClone& pair : pairs) {
-    sources.push_back(Of(pair.source_environment));
-    lengths.push_back(lengths_[PlaceOf(pair.source_environment)]);
+    const Environment& source = Of(pair.source_environment);
+    sources.push_back({source.current.summary,
+                       lengths_[static_cast<size_t>(pair.source_environment)], source.knows_level,
+                       source.is_under_way});
   }
-  ++number_;
   for (size_t i = 0; i < pairs.size(); ++i) {
-    const int32_t target = pairs[i].target_environment;
-    OfEnvironment& of = Of(target);
-    unknown_levels_ += (sources[i].current.knows_level ? 0 : 1) - (of.current.knows_level ? 0 : 1);
-    of.current = sources[i].current;
-    of.current.number = number_;
-    if (lengths[i] != 0) {
-      of.current.lack = EpisodeLack::kStatePutIn;
+    const auto place = static_cast<size_t>(pairs[i].target_environment);
+    Environment& target = environments_[place];
+    EpisodeSummary& summary = target.current.summary;
+    summary = std::move(sources[i].summary);
+    if (sources[i].length != 0) {
+      summary.lack = EpisodeLack::kStatePutIn;
     }
-    of.is_under_way = sources[i].is_under_way;
-    lengths_[PlaceOf(target)] = lengths[i];
-    returns_[PlaceOf(target)] = 0;
+    target.current.ClearSteps();
+    lengths_[place] = sources[i].length;
+    returns_[place] = 0;
+    target.knows_level = sources[i].knows_level;
+    target.is_under_way = sources[i].is_under_way;
   }
 }
 
 void EpisodeLog::Lose(Part part, EpisodeLack why) {
-  for (int32_t environment = part.first; environment < part.first + part.count; ++environment) {
-    Beginning& current = Of(environment).current;
-    current.number = number_;
-    if (current.lack == EpisodeLack::kNothing) {
-      current.lack = why;
-    }
+  for (int32_t index = part.first; index < part.first + part.count; ++index) {
+    Environment& environment = Of(index);
+    environment.current.ClearSteps();
+    AddLack(why, &environment.current);
     if (why == EpisodeLack::kBeforeProcess) {
-      lengths_[PlaceOf(environment)] = -1;
+      lengths_[static_cast<size_t>(index)] = -1;
     }
   }
 }
 
-absl::StatusOr<EpisodeLog::Pieces> EpisodeLog::Read(int32_t environment, bool under_way) {
-  const OfEnvironment& of = Of(environment);
-  if (under_way ? !of.is_under_way : !of.last.has_value()) {
+absl::StatusOr<EpisodeRecording> EpisodeLog::Read(int32_t environment, bool under_way) const {
+  const Environment& of = Of(environment);
+  if (under_way ? !of.is_under_way : !of.has_last) {
     return absl::FailedPreconditionError(absl::StrCat(
         "environment ", environment,
         under_way ? " is between two episodes: the last one has ended, and the next has not begun"
                   : " has ended no episode yet"));
   }
-  const Beginning& beginning = under_way ? of.current : of.last->beginning;
-  Pieces pieces;
-  pieces.environment_ = environment;
-  pieces.begin_ = beginning.number;
-  pieces.end_ = under_way ? number_ : of.last->last_number;
-  pieces.episode_.level_seed = beginning.level_seed;
-  pieces.episode_.options = beginning.options;
-  pieces.episode_.lack = beginning.lack;
-  pieces.episode_.follows_another = beginning.follows_another;
+  EpisodeRecording read = under_way ? of.current : of.last;
   if (under_way) {
-    pieces.episode_.total_reward = returns_[PlaceOf(environment)];
-  } else {
-    pieces.episode_.outcome = of.last->outcome;
-    pieces.episode_.level_complete = of.last->level_complete;
-    pieces.episode_.fingerprint = of.last->fingerprint;
-    pieces.episode_.total_reward = of.last->total_reward;
+    read.summary.total_reward = returns_[static_cast<size_t>(environment)];
   }
-  for (const std::shared_ptr<StepRun>& run : runs_) {
-    if (run->Holds(environment) && run->numbers.back() > pieces.begin_ &&
-        run->numbers.front() <= pieces.end_) {
-      pieces.runs_.push_back(run);
-      // What follows goes into another, so that nobody changes this one while it is read.
-      std::erase(open_runs_, run);
-    }
-  }
-  return pieces;
+  return read;
 }
 
-bool EpisodeLog::Reserve(int64_t bytes) {
-  while (reserved_bytes_ + bytes > bytes_max_ || !bytes_->Change(0, bytes)) {
-    if (runs_.size() <= 1) {
-      return false;  // the newest is being written
+void EpisodeLog::MakeRoom(Environment* environment) {
+  EpisodeRecording& current = environment->current;
+  EpisodeRecording& last = environment->last;
+  while (!Reallocate(&current, std::max(kBufferBytesMin, 2 * current.capacity()))) {
+    if (last.capacity() > 0) {
+      const int64_t half = last.capacity() > kBufferBytesMin ? last.capacity() / 2 : 0;
+      Forget(&last, half);
+      Reallocate(&last, half);
+    } else if (current.capacity() > 0) {
+      Forget(&current, current.capacity() / 2);
+      return;
+    } else {
+      AddLack(EpisodeLack::kTooOld, &current);
+      return;
     }
-    ForgetOldest();
   }
-  reserved_bytes_ += bytes;
+}
+
+bool EpisodeLog::Reallocate(EpisodeRecording* recording, int64_t capacity) {
+  const int64_t reserved = reserved_bytes_ - recording->capacity() + capacity;
+  if ((reserved > reserved_bytes_ && reserved > bytes_max_) ||
+      !bytes_->Change(reserved_bytes_, reserved)) {
+    return false;
+  }
+  reserved_bytes_ = reserved;
+  recording->Reallocate(capacity);
   return true;
-}
-
-bool EpisodeLog::IsNeeded(const StepRun& run) const {
-  const auto needs = [&run](const OfEnvironment& of) {
-    return of.current.number < run.numbers.back() ||
-           (of.last.has_value() && of.last->beginning.number < run.numbers.back() &&
-            of.last->last_number >= run.numbers.front());
-  };
-  const auto first = environments_.begin() + run.slice.first;
-  return std::any_of(first, first + run.slice.count, needs);
-}
-
-void EpisodeLog::ForgetUnneeded() {
-  while (!runs_.empty() && !IsNeeded(*runs_.front())) {
-    ForgetOldest();
-  }
-}
-
-void EpisodeLog::ForgetOldest() {
-  const std::shared_ptr<StepRun> run = runs_.front();
-  runs_.pop_front();
-  std::erase(open_runs_, run);
-  bytes_->Change(run->reserved_bytes, 0);
-  reserved_bytes_ -= run->reserved_bytes;
-  const auto lose = [&run](Beginning* beginning) {
-    if (beginning->number < run->numbers.back() && beginning->lack == EpisodeLack::kNothing) {
-      beginning->lack = EpisodeLack::kTooOld;
-    }
-  };
-  for (int32_t i = run->slice.first; i < run->slice.first + run->slice.count; ++i) {
-    lose(&Of(i).current);
-    if (Of(i).last.has_value() && Of(i).last->last_number >= run->numbers.front()) {
-      lose(&Of(i).last->beginning);
-    }
-  }
 }
 
 }  // namespace procgen

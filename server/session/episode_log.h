@@ -1,11 +1,9 @@
 #ifndef SERVER_SESSION_EPISODE_LOG_H_
 #define SERVER_SESSION_EPISODE_LOG_H_
 
+#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -13,36 +11,19 @@
 #include "envcore/pool/pool.h"
 #include "server/session/byte_budget.h"
 #include "server/session/episode.h"
+#include "server/session/episode_recording.h"
 #include "server/session/request.h"
-#include "server/session/step_run.h"
 
 namespace procgen {
 
-// Remembers of each environment of a pool the episode under way and the last one that ended.
+// Records of each environment of a pool the episode under way and the last one that ended.
 //
-// It is written with each step and hardly ever read. So a step is kept as it comes, as one row of
-// actions for all environments, a byte each, and only who reads puts an episode together. Steps
-// that no episode needs any more are forgotten in whole runs, and so are the oldest ones where
-// there is no room.
-// Threads: one at a time (it is changed and read in turns), but what Read returns.
+// Each environment has two append buffers, which swap roles when an episode ends. A buffer that is
+// full is doubled. Where the budget has no room for that, the environment forgets its own oldest
+// steps: first those of the episode that ended, then those of the one under way.
+// Threads: one at a time (it is written and read in turns).
 class EpisodeLog {
  public:
-  // An episode that is still in pieces, which nobody changes any more.
-  class Pieces {
-   public:
-    // Puts it together. Threads: any.
-    Episode Join() const;
-
-   private:
-    friend class EpisodeLog;
-
-    Episode episode_;
-    int32_t environment_ = 0;
-    int64_t begin_ = 0;  // of the steps after this number
-    int64_t end_ = 0;    // up to this one
-    std::vector<std::shared_ptr<const StepRun>> runs_;
-  };
-
   // How an environment stands that was put into a state.
   struct PutIn {
     int32_t environment = 0;
@@ -70,69 +51,46 @@ class EpisodeLog {
   void Lose(Part part, EpisodeLack why);
 
   // Whether the seed of the level is known that the episode under way began with.
-  bool KnowsLevel(int32_t environment) const { return Of(environment).current.knows_level; }
+  bool KnowsLevel(int32_t environment) const { return Of(environment).knows_level; }
   // Tells it; of an episode that has not been stepped.
   void SetLevel(int32_t environment, int32_t level_seed);
 
-  // An episode of an environment: the one under way, or else the last that ended. Errors:
+  // A copy of an environment's episode: the one under way, or else the last that ended. Errors:
   // FAILED_PRECONDITION there is none.
-  absl::StatusOr<Pieces> Read(int32_t environment, bool under_way);
+  absl::StatusOr<EpisodeRecording> Read(int32_t environment, bool under_way) const;
 
  private:
-  // An episode's beginning.
-  struct Beginning {
-    int64_t number = 0;  // the steps after this one belong to it
-    int32_t level_seed = 0;
+  struct Environment {
+    EpisodeRecording current;
     bool knows_level = false;
-    EpisodeLack lack = EpisodeLack::kNothing;
-    bool follows_another = false;  // as in Episode
-    std::shared_ptr<const EnvironmentOptions> options;
-  };
-  struct Ended {
-    Beginning beginning;
-    int64_t last_number = 0;
-    EpisodeOutcome outcome = EpisodeOutcome::kTerminated;
-    bool level_complete = false;
-    uint64_t fingerprint = 0;
-    float total_reward = 0;
-  };
-  struct OfEnvironment {
-    Beginning current;
     bool is_under_way = true;
-    std::optional<Ended> last;
+    bool has_last = false;
+    EpisodeRecording last;
   };
 
-  OfEnvironment& Of(int32_t environment) { return environments_[static_cast<size_t>(environment)]; }
-  const OfEnvironment& Of(int32_t environment) const {
+  Environment& Of(int32_t environment) { return environments_[static_cast<size_t>(environment)]; }
+  const Environment& Of(int32_t environment) const {
     return environments_[static_cast<size_t>(environment)];
   }
 
-  // Adds a row of actions to the run of the slice. Null: there is no room.
-  StepRun* AddRow(const StepInput& input, const Batch& batch);
-  void AddCounts(const StepInput& input, const Batch& batch, StepRun* run);
-  std::shared_ptr<StepRun> OpenRun(Part slice);
-  void LearnLevels(const StepInput& input, const Batch& batch);
+  void AddStep(const StepInput& input, const Batch& batch, size_t row);
   // Of a row where something ended or began.
-  void AddTurn(int32_t environment, size_t row, const StepInput& input, const Batch& batch,
-               StepRun* run);
-  // The episode's Beginning::follows_another is known already.
-  void Begin(int32_t environment, int32_t level_seed);
-  // Makes room, by forgetting what is oldest; false: there is none.
-  bool Reserve(int64_t bytes);
-  bool IsNeeded(const StepRun& run) const;
-  void ForgetUnneeded();
-  void ForgetOldest();
+  void AddBoundary(int32_t environment, const Batch& batch, size_t row);
+  // The episode under way becomes the last one; its summary is complete.
+  static void EndEpisode(Environment* environment);
+  // The episode's EpisodeSummary::follows_another is known already.
+  void BeginEpisode(int32_t environment, int32_t level_seed);
+  // Makes room for a step, by forgetting the environment's oldest if need be. None: no step fits.
+  void MakeRoom(Environment* environment);
+  // Changes the capacity of a recording's buffer; false: the budget has no room.
+  bool Reallocate(EpisodeRecording* recording, int64_t capacity);
 
   ByteBudget* const bytes_;
   const int64_t bytes_max_;  // of this pool
   int64_t reserved_bytes_ = 0;
-  int64_t number_ = 0;  // of the last part that was carried out
-  std::vector<OfEnvironment> environments_;
-  std::vector<int32_t> lengths_;               // of the episodes under way, in steps; -1: not known
-  std::vector<float> returns_;                 // likewise, the sums of their rewards
-  int32_t unknown_levels_;                     // environments whose level is not known
-  std::deque<std::shared_ptr<StepRun>> runs_;  // oldest first
-  std::vector<std::shared_ptr<StepRun>> open_runs_;  // that rows are added to
+  std::vector<Environment> environments_;
+  std::vector<int32_t> lengths_;  // of the episodes under way, in steps; -1: not known
+  std::vector<float> returns_;    // likewise, the sums of their rewards
 };
 
 }  // namespace procgen

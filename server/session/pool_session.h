@@ -200,7 +200,7 @@ class PoolSession {
   // What happened in an episode of `environment`, the one under way or the last that ended. Calls
   // `done` once, on any thread. Errors: UNIMPLEMENTED none are remembered; FAILED_PRECONDITION
   // there is none.
-  using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeLog::Pieces>)>;
+  using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
   void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
   // As HostedPool::Look. `done` is where the turn ends, most often.
   void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,

@@ -18,6 +18,7 @@ namespace {
 using testing::_;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 
 constexpr int32_t kEnvCount = 3;
@@ -186,6 +187,49 @@ TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
   EXPECT_THAT(Current(stream->pool().name(), 0).actions(), SizeIs(100));
   EXPECT_THAT(Last(stream->pool().name(), 3).actions(), SizeIs(21));
   ExpectPlaysTheSame(Last(stream->pool().name(), 1));
+}
+
+// A server whose pools have little memory for their episodes.
+class LittleMemoryEpisodesTest : public EpisodesTest {
+ protected:
+  void SetUp() override {
+    EpisodesTest::SetUp();
+    ServerOptions options;
+    options.address = "127.0.0.1:0";
+    options.worker_count = 2;
+    options.limits = TestLimits();
+    options.limits.episode_bytes_max = 260'500;
+    absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
+    ASSERT_THAT(server, IsOk());
+    little_memory_ = *std::move(server);
+    auto client = procgen_client::Client::Connect(little_memory_->address(), {});
+    ASSERT_THAT(client, IsOk());
+    client_ = *std::move(client);
+  }
+
+ private:
+  std::unique_ptr<Server> little_memory_;
+};
+
+TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesForgetTheirOldestStepsAlone) {
+  constexpr int32_t kCount = 66;
+  constexpr int32_t kRunAndJump[] = {7, 7, 7, 8, 8, 5};
+  v1::PoolSpec spec = MazeSpec(kCount);
+  spec.set_games(0, "coinrun");
+  spec.mutable_options()->set_use_sequential_levels(true);
+  const auto stream = CreateAndAttach(spec);
+  std::minstd_rand random(2);
+  procgen_client::Batch batch;
+  v1::StepPoolRequest request;
+  for (int32_t step = 0; step < 1500; ++step) {
+    const auto first = static_cast<int32_t>(random() % 4);
+    request = SliceStepRequest(first, kCount - 3, kRunAndJump[random() % 6]);
+    request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
+    ASSERT_THAT(stream->Call(request, &batch), IsOk());
+  }
+  const v1::Episode current = Current(stream->pool().name(), 20);
+  ASSERT_THAT(current.actions(), Not(IsEmpty()));
+  EXPECT_EQ(current.actions().back(), static_cast<char>(request.step().actions(0)));
 }
 
 TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
