@@ -1,6 +1,7 @@
 #ifndef SERVER_SESSION_KEPT_ANSWERS_H_
 #define SERVER_SESSION_KEPT_ANSWERS_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -27,6 +28,7 @@ class KeptAnswers {
   const Answer* Find(int64_t number) const;
   // The least number of which the answer is kept; `none` where none is.
   int64_t OldestOr(int64_t none) const;
+  size_t size() const { return answers_.size(); }
   // Which are kept, for people: "5 to 6", or "none".
   std::string Range() const;
 

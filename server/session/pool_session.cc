@@ -153,6 +153,20 @@ absl::Status PoolSession::ReserveAnswers(int32_t count) {
   return absl::OkStatus();
 }
 
+void PoolSession::TrimReservation() {
+  const auto window = [](const AttachOptions& options) {
+    return options.resumable ? options.requests_in_flight_max : 0;
+  };
+  int64_t count = std::max(window(stream_options_), static_cast<int32_t>(kept_.size()));
+  if (successor_.has_value()) {
+    count = std::max<int64_t>(count, window(successor_->options));
+  }
+  if (const int64_t bytes = count * AnswerBytesMax(); bytes < reserved_bytes_) {
+    surroundings_.kept_answer_bytes->Change(reserved_bytes_, bytes);
+    reserved_bytes_ = bytes;
+  }
+}
+
 int64_t PoolSession::AnswerBytesMax() const {
   // An observation and a final one, which is not encoded, and what else a response of a single
   // environment has.
@@ -172,9 +186,8 @@ void PoolSession::BeginStream(const AttachOptions& options, EndStream end_stream
   if (!options.resumable) {
     kept_ = {};
     batches_.ForgetUpTo(next_sequence_number_);
-    surroundings_.kept_answer_bytes->Change(reserved_bytes_, 0);
-    reserved_bytes_ = 0;
   }
+  TrimReservation();
 }
 
 void PoolSession::Detach() {
@@ -344,6 +357,7 @@ absl::StatusOr<Answer> PoolSession::Recall(const Request& request) {
   batches_.HoldAgain(request.sequence_number);
   batches_.ForgetUpTo(request.acknowledged);
   kept_.ForgetUpTo(request.acknowledged);
+  TrimReservation();
   return recalled;
 }
 

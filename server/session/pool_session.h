@@ -239,6 +239,9 @@ class PoolSession {
   absl::Status GrowSharedRing(int32_t batch_count);
   absl::Status CheckAttach(const AttachOptions& options) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status ReserveAnswers(int32_t count) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Gives back what is reserved beyond the answers that are kept and those that the present stream
+  // and its successor may have kept.
+  void TrimReservation() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginStream(const AttachOptions& options, EndStream end_stream)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginLease() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

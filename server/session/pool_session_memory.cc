@@ -74,6 +74,7 @@ absl::Status PoolSession::Take(Request* request) {
     request->shared_batch = *batch;
   }
   kept_.ForgetUpTo(forgotten);
+  TrimReservation();
   return absl::OkStatus();
 }
 

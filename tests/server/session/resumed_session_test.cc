@@ -147,6 +147,38 @@ TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
   EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), 0);
 }
 
+TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
+  constexpr int64_t kAnswerBytes = kEnvCount * (2 * 12288 + 512);
+  const ByteBudget& bytes = surroundings_.kept_answer_bytes;
+  Attach({.requests_in_flight_max = 8, .resumable = true});
+  EXPECT_EQ(bytes.reserved_bytes(), 8 * kAnswerBytes);
+  for (const int64_t number : {1, 2, 3}) {
+    ASSERT_THAT(Ask(number), IsOk());
+  }
+  session_->Detach();
+  Attach({.requests_in_flight_max = 2, .resumable = true});
+  EXPECT_EQ(bytes.reserved_bytes(), 3 * kAnswerBytes) << "three answers are kept";
+  EXPECT_THAT(Ask(1), IsOk());
+  ASSERT_THAT(Ask(4), IsOk());
+  EXPECT_EQ(bytes.reserved_bytes(), 2 * kAnswerBytes);
+  session_->Detach();
+  Stream stream;
+  stream.Attach(session_.get(), {.requests_in_flight_max = 4, .resumable = true});
+  EXPECT_EQ(bytes.reserved_bytes(), 4 * kAnswerBytes);
+  // The successor's window counts until it has the pool, and the smaller one from then on.
+  Stream successor;
+  successor.Attach(session_.get(),
+                   {.requests_in_flight_max = 6, .resumable = true, .take_over = true});
+  EXPECT_EQ(bytes.reserved_bytes(), 6 * kAnswerBytes);
+  ASSERT_THAT(Ask(5), IsOk());
+  EXPECT_EQ(bytes.reserved_bytes(), 6 * kAnswerBytes);
+  session_->Detach();
+  session_->Detach();
+  Attach({.requests_in_flight_max = 1, .resumable = true});
+  ASSERT_THAT(Ask(6, /*acknowledged=*/5), IsOk());
+  EXPECT_EQ(bytes.reserved_bytes(), kAnswerBytes);
+}
+
 TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
   session_ = Make(&surroundings_, absl::InfiniteDuration(), Compression::kZstd);
   Attach(kResumable);
