@@ -67,8 +67,11 @@ class Environment {
   Environment(const GameFacts& facts, const EnvironmentOptions& options, uint32_t level_stream_seed,
               EpisodeEnd episode_end, std::shared_ptr<const LevelSampler> level_sampler = nullptr);
 
-  // A snapshot of all that influences the future, and of what was observed last. Changes nothing.
-  // Errors: INTERNAL the state is none that a snapshot can hold, which is a bug.
+  // A snapshot of all that influences the future, and of what was observed last. Changes nothing of
+  // what a game can be played to. Where steps from a snapshot of somebody's own making led out of
+  // the ranges of a snapshot, the values become the nearest in range, here and in the snapshot, so
+  // that both continue alike. Errors: INTERNAL the state is none that a snapshot can hold, which is
+  // a bug.
   absl::StatusOr<std::string> SaveState();
 
   // The environment that `snapshot` was taken of, options and all; only what follows an episode's
@@ -139,6 +142,7 @@ class Environment {
   int32_t episode_length_ = 0;
   Fingerprint fingerprint_;  // of the running episode
   bool ended_ = false;       // the episode has ended and the next has not begun
+  bool is_restored_ = false;
 };
 
 }  // namespace procgen

@@ -106,7 +106,8 @@ absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot) {
 }
 
 absl::StatusOr<std::string> Environment::SaveState() {
-  StateArchive archive;
+  using OutOfRange = StateArchive::OutOfRange;
+  StateArchive archive(is_restored_ ? OutOfRange::kSaturates : OutOfRange::kFails);
   Beginning beginning = {
       .game = std::string(facts_.name), .options = options_, .level_seed = result_.level_seed};
   VisitBeginning(archive, beginning);
@@ -135,6 +136,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFact
     return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
   std::unique_ptr<Environment> environment(new Environment(facts, *options, episode_end));
+  environment->is_restored_ = true;
   // The level is made anew: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;
   environment->game_->StartLevel(beginning.level_seed);

@@ -456,11 +456,11 @@ class CoinRun final : public Game {
     int mover_count = 0;
     for (const Entity& entity : world_.entities) {
       if (entity.kind == kCrateKind) {
+        const bool rests = entity.vx == 0 && entity.vy == 0 && entity.growth <= 1 && !entity.smart;
         const bool fills_cell = entity.x - std::floor(entity.x) == kRadius &&
                                 entity.y - std::floor(entity.y) == kRadius &&
-                                entity.rx <= kRadius && entity.ry <= kRadius && entity.vx == 0 &&
-                                entity.vy == 0 && !entity.smart;
-        if (!fills_cell || ++crate_counts[{entity.x, entity.y}] > kCratesInCellMax) {
+                                std::max(entity.rx, entity.ry) <= kRadius;
+        if (!rests || !fills_cell || ++crate_counts[{entity.x, entity.y}] > kCratesInCellMax) {
           return false;
         }
       } else if (entity.smart) {
@@ -471,16 +471,16 @@ class CoinRun final : public Game {
         }
       }
     }
-    return world_.entities.size() <= kEntitiesMax && crate_counts.size() <= kCrateCellsMax;
+    return crate_counts.size() <= kCrateCellsMax;
   }
 
+  size_t EntityCountMax() const override { return kEntitiesMax; }
   void VisitOwnState(StateArchive& archive) override {
     archive.Bool("has_support", has_support_);
     archive.Bool("on_crate", on_crate_);
     archive.Float("remembered_y", remembered_y_, -kPlaceMax, kPlaceMax);
-    if (archive.ok() && archive.restores()) {
-      archive.Check(PushesEndSoon(), "has more or other crates and walkers than levels can have");
-    }
+    archive.Check(!archive.restores() || PushesEndSoon(),
+                  "has more or other crates and walkers than levels can have");
   }
 
   int difficulty_ = 1;  // 1 ... 3, drawn for each level

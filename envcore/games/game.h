@@ -2,6 +2,7 @@
 #define ENVCORE_GAMES_GAME_H_
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "absl/types/span.h"
@@ -83,6 +84,8 @@ class Game : public Rules {
   // The members of a game's own that change while a level is played, or survive it. Where a
   // restored value could break what the game relies on, it is checked here. By default none.
   virtual void VisitOwnState(StateArchive& /*archive*/) {}
+  // How many entities a snapshot may have.
+  virtual size_t EntityCountMax() const;
 
   // Changes the controls, which hold the action's direction, to what the game makes of it.
   virtual void Steer() {}

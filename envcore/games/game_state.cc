@@ -23,12 +23,14 @@ void Game::VisitState(StateArchive& archive, int32_t step_number_max) {
     archive.Bool("done", outcome_.done);
     archive.Bool("level_complete", outcome_.level_complete);
   });
-  archive.Group("world", [&] { VisitWorld(archive, world_); });
+  archive.Group("world", [&] { VisitWorld(archive, world_, EntityCountMax()); });
   if (archive.ok() && archive.restores()) {
     CheckNoneBlocks(archive);
   }
   archive.Group("own", [&] { VisitOwnState(archive); });
 }
+
+size_t Game::EntityCountMax() const { return kEntityCountMax; }
 
 void Game::CheckNoneBlocks(StateArchive& archive) {
   std::array<bool, kKindCount> is_there = {};

@@ -147,7 +147,9 @@ struct StateArchive::Tree {
   std::vector<Level> way;
 };
 
-StateArchive::StateArchive() : tree_(std::make_unique<Tree>(Json::object())) {}
+StateArchive::StateArchive(OutOfRange out_of_range)
+    : saturates_(out_of_range == OutOfRange::kSaturates),
+      tree_(std::make_unique<Tree>(Json::object())) {}
 
 absl::StatusOr<StateArchive> StateArchive::Open(absl::string_view snapshot) {
   absl::StatusOr<Json> root = Parsed(snapshot);
@@ -209,6 +211,7 @@ void StateArchive::Int(absl::string_view name, int32_t& value, int32_t low, int3
   if (!ok()) {
     return;
   }
+  Saturate(value, low, high);
   int64_t number = value;
   if (restores_) {
     const Json* node = tree_->Read(name);
@@ -236,6 +239,7 @@ void StateArchive::Float(absl::string_view name, float& value, float low, float 
   if (!ok()) {
     return;
   }
+  Saturate(value, low, high);
   auto number = static_cast<double>(value);
   if (restores_) {
     const Json* node = tree_->Read(name);
@@ -268,6 +272,7 @@ void StateArchive::Bits(absl::string_view name, uint64_t& value, uint64_t high) 
   if (!ok()) {
     return;
   }
+  Saturate(value, uint64_t{0}, high);
   uint64_t number = value;
   if (restores_) {
     const Json* node = tree_->Read(name);

@@ -28,13 +28,21 @@ namespace procgen {
 //
 // Errors: the first one stays, and from then on nothing is visited any more. While restoring:
 // INVALID_ARGUMENT a field that is missing, unknown, of another type or out of range, with its
-// path and what is allowed. While saving: INTERNAL a value out of range. What an archive that
-// failed has restored may be half of each state and must be thrown away.
+// path and what is allowed. While saving: INTERNAL a value out of range, unless the archive
+// saturates. What an archive that failed has restored may be half of each state and must be thrown
+// away.
 // Threads: compatible (one thread at a time).
 class StateArchive {
  public:
-  // An archive that saves.
-  StateArchive();
+  // What saving does with a number out of range.
+  enum class OutOfRange {
+    kFails,      // it is a bug: nothing that was played gets there
+    kSaturates,  // it becomes the nearest in range, in the snapshot and in what is visited
+  };
+
+  // An archive that saves. One that saturates changes what is visited, so that it continues as what
+  // is restored from the snapshot does.
+  explicit StateArchive(OutOfRange out_of_range = OutOfRange::kFails);
   // One that restores from `snapshot`, which need not stay. Memory is bounded by a small multiple
   // of kSnapshotBytesMax, whatever the bytes. Errors: DATA_LOSS they are no whole snapshot.
   static absl::StatusOr<StateArchive> Open(absl::string_view snapshot);
@@ -43,6 +51,7 @@ class StateArchive {
   StateArchive& operator=(StateArchive&& other) noexcept;
 
   bool restores() const { return restores_; }
+  bool saturates() const { return saturates_; }
   bool ok() const { return status_.ok(); }
   const absl::Status& status() const { return status_; }
   // The snapshot that was saved. Errors: status(); INTERNAL it is longer than a snapshot can be.
@@ -99,7 +108,16 @@ class StateArchive {
   void Fail(absl::string_view name, absl::string_view reason);
   std::string PathOf(absl::string_view name) const;
 
+  // Where the archive saturates, `value` becomes the nearest in range; not a number becomes `low`.
+  template <typename T>
+  void Saturate(T& value, T low, T high) const {
+    if (saturates_ && !(value >= low && value <= high)) {
+      value = value > high ? high : low;
+    }
+  }
+
   bool restores_ = false;
+  bool saturates_ = false;
   absl::Status status_;
   std::unique_ptr<Tree> tree_;
 };

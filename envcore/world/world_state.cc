@@ -16,6 +16,7 @@ constexpr int32_t kCellKindMax = 1100;  // cells have kinds that entities have n
 constexpr float kHealthMax = 1e6F;      // either sign
 constexpr float kGrowthMax = 1.5F;      // of entities that expire
 constexpr int32_t kGrowingStepsMax = 32;
+constexpr float kMoverHalfSizeMax = 8;  // of smart entities: a mover must not outgrow its world
 
 // Runs of equal cells: kind, count, kind, count ...
 std::vector<int32_t> RunsOf(const Grid& grid) {
@@ -61,16 +62,25 @@ void VisitGrid(StateArchive& archive, Grid& grid) {
   }
 }
 
+// What grows must go before it is endless, and a mover must not grow.
+bool MayGrow(const Entity& entity) {
+  return entity.expiry > 0 && entity.expiry <= kGrowingStepsMax && !entity.smart;
+}
+
 // Fields that few entities use are left out where they have the value of a plain entity.
 void VisitEntity(StateArchive& archive, Entity& entity) {
   const Entity plain;
+  // While restoring, the rest of the entity is not known yet; the checks below are for that.
+  const bool is_known = !archive.restores();
+  const float half_size_max = is_known && entity.smart ? kMoverHalfSizeMax : kHalfSizeMax;
+  const float growth_max = is_known && !MayGrow(entity) ? plain.growth : kGrowthMax;
   archive.Int("kind", entity.kind, 0, kKindCount - 1);
   archive.Float("x", entity.x, -kPlaceMax, kPlaceMax);
   archive.Float("y", entity.y, -kPlaceMax, kPlaceMax);
   archive.Float("vx", entity.vx, -kSpeedMax, kSpeedMax, plain.vx);
   archive.Float("vy", entity.vy, -kSpeedMax, kSpeedMax, plain.vy);
-  archive.Float("rx", entity.rx, 0, kHalfSizeMax);
-  archive.Float("ry", entity.ry, 0, kHalfSizeMax);
+  archive.Float("rx", entity.rx, 0, half_size_max);
+  archive.Float("ry", entity.ry, 0, half_size_max);
   archive.Int("image_kind", entity.image_kind, 1 - kKindCount, kKindCount - 1);
   archive.Int("theme", entity.theme, 0, kKindCount - 1, plain.theme);
   archive.Int("layer", entity.layer, -1, 2, plain.layer);
@@ -94,21 +104,35 @@ void VisitEntity(StateArchive& archive, Entity& entity) {
   archive.Float("opacity", entity.opacity, 0, 1, plain.opacity);
   archive.Float("health", entity.health, -kHealthMax, kHealthMax, plain.health);
   archive.Float("angle", entity.angle, -kAngleMax, kAngleMax, plain.angle);
-  archive.Float("growth", entity.growth, 0, kGrowthMax, plain.growth);
+  archive.Float("growth", entity.growth, 0, growth_max, plain.growth);
   archive.Float("fading", entity.fading, 0, 1, plain.fading);
   archive.Float("patrol_center", entity.patrol_center, -kPlaceMax, kPlaceMax, plain.patrol_center);
-  // What grows must go before it is endless, and a mover must not outgrow its world.
-  constexpr float kMoverHalfSizeMax = 8;
   archive.Check(!entity.smart || (entity.rx <= kMoverHalfSizeMax && entity.ry <= kMoverHalfSizeMax),
                 "is smart and larger than 16 cells");
-  const bool is_brief = entity.expiry > 0 && entity.expiry <= kGrowingStepsMax;
-  archive.Check(entity.growth <= 1 || (is_brief && !entity.smart),
+  archive.Check(entity.growth <= plain.growth || MayGrow(entity),
                 "grows, which only those may that expire within 32 steps and are not smart");
+}
+
+// Removes the last entities until there are no more than may be, of all and of smart ones.
+void DropLastEntities(size_t entity_count_max, std::vector<Entity>* entities) {
+  size_t smart_count = 0;
+  size_t kept_count = 0;
+  while (kept_count < std::min(entities->size(), entity_count_max)) {
+    smart_count += (*entities)[kept_count].smart ? 1 : 0;
+    if (smart_count > kSmartEntityCountMax) {
+      break;
+    }
+    ++kept_count;
+  }
+  entities->resize(kept_count);
 }
 
 }  // namespace
 
-void VisitWorld(StateArchive& archive, World& world) {
+void VisitWorld(StateArchive& archive, World& world, size_t entity_count_max) {
+  if (archive.saturates()) {
+    DropLastEntities(entity_count_max, &world.entities);
+  }
   archive.Int("shared_random", world.shared_random, 0, kSharedRandomMax);
   archive.Group("controls", [&] {
     archive.Float("horizontal", world.controls.horizontal, -1, 1);
@@ -116,7 +140,7 @@ void VisitWorld(StateArchive& archive, World& world) {
     archive.Float("turn", world.controls.turn, -1, 1);
   });
   VisitGrid(archive, world.grid);
-  archive.Groups<Entity>("entities", world.entities, 1, kEntityCountMax,
+  archive.Groups<Entity>("entities", world.entities, 1, entity_count_max,
                          [&archive](Entity& entity) { VisitEntity(archive, entity); });
   if (!archive.ok()) {
     return;

@@ -28,7 +28,9 @@ inline bool IsThereForGood(const Entity& entity, int kind) {
 // What changes of a world while a level is played: cells, entities in their order, controls and
 // the shared random integer. Cells are saved in runs: kind, count, kind, count ... from the bottom
 // row up. While restoring, `world` is a new level's and the grid keeps its size.
-void VisitWorld(StateArchive& archive, World& world);
+// At most `entity_count_max` entities, which is at most kEntityCountMax. Where the archive
+// saturates, the last entities go if there are too many.
+void VisitWorld(StateArchive& archive, World& world, size_t entity_count_max = kEntityCountMax);
 
 }  // namespace procgen
 

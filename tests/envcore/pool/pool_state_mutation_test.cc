@@ -1,6 +1,7 @@
 // Every field of a snapshot set to extreme values, for every game in each of its modes: it is
-// refused with a reason and changes nothing, or the environment can be played and drawn on. Run
-// under the sanitizers, this tells whether what a snapshot may hold can break the engine.
+// refused with a reason and changes nothing, or the environment can be played and drawn on, and
+// saved and restored whenever it stands. Run under the sanitizers, this tells whether what a
+// snapshot may hold can break the engine.
 
 #include <cmath>
 #include <limits>
@@ -16,6 +17,7 @@
 #include "gtest/gtest.h"
 #include "nlohmann/json.hpp"
 #include "tests/envcore/pool/small_pool.h"
+#include "tests/fuzz/snapshot_mutation.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -26,6 +28,7 @@ using Json = nlohmann::ordered_json;
 using Pointer = Json::json_pointer;
 
 constexpr int kStepsBefore = 30;
+constexpr uint32_t kMutantCount = 300;  // of a game and mode
 #ifdef __SANITIZE_THREAD__
 // Looks for races, of which a play by one thread has none.
 constexpr int kStepsAfter = 5;
@@ -111,11 +114,12 @@ std::vector<Json> ExtremesOf(const Json& value) {
   return {Json::object(), Json::array(), "", "maze", 0};
 }
 
-void PlayOn(Pool& pool) {
+// Plays, and now and then saves; what was saved last can be restored, and is the same then.
+void PlayOn(Pool& pool, int steps) {
   RandomStream random(3);
   std::vector<uint8_t> picture(kObservationBytes);
   std::vector<uint8_t> final_picture(kObservationBytes);
-  for (int step = 0; step < kStepsAfter; ++step) {
+  for (int step = 0; step < steps; ++step) {
     const int32_t action = random.Int(kActionCount);
     Batch batch;
     batch.final_observations = absl::MakeSpan(final_picture);
@@ -123,7 +127,14 @@ void PlayOn(Pool& pool) {
       batch.observations = absl::MakeSpan(picture);
     }
     ASSERT_THAT(pool.Step({.count = 1, .actions = {&action, 1}}, batch), IsOk());
+    if (step % kStepsBetweenPictures == 0) {
+      ASSERT_THAT(pool.SaveStates({0}), IsOk());
+    }
   }
+  const auto saved = pool.SaveStates({0});
+  ASSERT_THAT(saved, IsOk());
+  ASSERT_THAT(pool.RestoreStates({{0, saved->front()}}), IsOk());
+  EXPECT_EQ(pool.SaveStates({0}).value(), *saved);
 }
 
 struct Played {
@@ -159,19 +170,39 @@ class PoolStateMutationTest : public ::testing::TestWithParam<Played> {
       EXPECT_EQ(pool.SaveStates({0}).value()[0], snapshot);
       return;
     }
-    PlayOn(pool);
+    PlayOn(pool, kStepsAfter);
     ASSERT_THAT(pool.RestoreStates({{0, snapshot}}), IsOk());
   }
 };
 
-TEST_P(PoolStateMutationTest, ExtremeValuesAreRefusedOrPlayable) {
-  const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
+// A snapshot of a level that was played for some steps.
+std::string PlayedSnapshot(Pool& pool) {
   RandomStream random(8);
   for (int step = 0; step < kStepsBefore; ++step) {
     const int32_t action = random.Int(kActionCount);
-    ASSERT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());
+    EXPECT_THAT(pool.Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());
   }
-  const std::string snapshot = pool->SaveStates({0}).value()[0];
+  return pool.SaveStates({0}).value()[0];
+}
+
+TEST_P(PoolStateMutationTest, WhatIsTakenCanBeSavedAndRestoredAfterAnySteps) {
+  const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
+  const std::string snapshot = PlayedSnapshot(*pool);
+  int taken_count = 0;
+  for (uint32_t seed = 0; seed < kMutantCount; ++seed) {
+    SCOPED_TRACE(seed);
+    const std::string mutant = MutatedSnapshot(snapshot, seed, kSnapshotBytesMax);
+    if (pool->RestoreStates({{0, mutant}}).ok()) {
+      ++taken_count;
+      PlayOn(*pool, static_cast<int>(seed % kStepsAfter) + 1);
+    }
+  }
+  EXPECT_GT(taken_count, 0);
+}
+
+TEST_P(PoolStateMutationTest, ExtremeValuesAreRefusedOrPlayable) {
+  const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
+  const std::string snapshot = PlayedSnapshot(*pool);
   const Json tree = Decoded(snapshot);
   ASSERT_EQ(Encoded(tree), snapshot);
   std::vector<Pointer> fields;

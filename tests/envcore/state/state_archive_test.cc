@@ -141,6 +141,37 @@ TEST(StateArchiveTest, AValueOutOfRangeCannotBeSaved) {
               StatusIs(absl::StatusCode::kInternal, "x is nan, must be in [-1, 1]"));
 }
 
+TEST(StateArchiveTest, AnArchiveThatSaturatesSavesTheNearestInRangeAndChangesWhatItVisits) {
+  int32_t below = -5;
+  int32_t above = 12;
+  float nan = std::numeric_limits<float>::quiet_NaN();
+  float infinite = std::numeric_limits<float>::infinity();
+  float inside = -0.0F;
+  uint64_t bits = 9;
+  const auto visit = [&](StateArchive& archive) {
+    archive.Int("below", below, 0, 10);
+    archive.Int("above", above, 0, 10);
+    archive.Float("nan", nan, -1, 1);
+    archive.Float("infinite", infinite, -1, 1);
+    archive.Float("inside", inside, -1, 1);
+    archive.Bits("bits", bits, 7);
+  };
+  StateArchive archive(StateArchive::OutOfRange::kSaturates);
+  visit(archive);
+  const absl::StatusOr<std::string> snapshot = archive.Finish();
+  ASSERT_THAT(snapshot, IsOk());
+  EXPECT_EQ(below, 0);
+  EXPECT_EQ(above, 10);
+  EXPECT_EQ(nan, -1);
+  EXPECT_EQ(infinite, 1);
+  EXPECT_TRUE(std::signbit(inside));
+  EXPECT_EQ(bits, 7U);
+  below = above = 3;
+  ASSERT_THAT(Restored(*snapshot, visit), IsOk());
+  EXPECT_EQ(below, 0);
+  EXPECT_EQ(above, 10);
+}
+
 TEST(StateArchiveTest, PathsLeadIntoGroupsAndLists) {
   std::vector<Ball> balls = {{.x = 0}, {.x = 9}};
   const std::string snapshot = Saved([&](StateArchive& archive) {
