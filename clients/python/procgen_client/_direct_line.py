@@ -7,6 +7,7 @@ import socket
 import struct
 from typing import BinaryIO
 
+from procgen_client import _fork
 from procgen_client._proto import step_pb2
 
 _LENGTH = struct.Struct("=I")
@@ -40,6 +41,7 @@ class DirectLine:
         self._requests = requests
         self._responses = responses
         self._received = b""
+        _fork.bind(self)
 
     def send(self, message: bytes) -> None:
         """Sends a serialised request; that the line has ended, only receive finds."""
@@ -66,6 +68,11 @@ class DirectLine:
             if not more:
                 return None
             self._received = received + more
+
+    def abandon(self) -> None:
+        """In a forked child: leaves the pipes to the parent."""
+        self._requests.close()
+        self._responses.close()
 
     def hang_up(self) -> None:
         """Sends nothing more: the stream ends when what was sent is answered."""

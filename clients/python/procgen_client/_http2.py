@@ -12,6 +12,7 @@ import select
 import socket
 import struct
 import threading
+import time
 import urllib.parse
 import weakref
 from collections import deque
@@ -20,6 +21,7 @@ from collections.abc import Sequence
 import grpc
 import numpy as np
 
+from procgen_client import _fork
 from procgen_client._hpack import HeaderError, read_headers, write_headers
 from procgen_client._target import Target
 
@@ -112,6 +114,7 @@ class Http2Call:
         method: str,
         metadata: Sequence[tuple[str, str]],
         connect_timeout: float | None = None,
+        timeout: float | None = None,
     ) -> None:
         """Connects and begins the call; that it could not, receive tells.
 
@@ -120,6 +123,7 @@ class Http2Call:
             method: The method's path.
             metadata: What the call bears.
             connect_timeout: How long to wait for a connection, in seconds, if less than usual.
+            timeout: How long the call may take, in seconds. None: for ever.
         """
         self._lock = threading.Lock()
         self._over = threading.Event()  # Set by _end alone.
@@ -136,8 +140,10 @@ class Http2Call:
         self._unconfirmed_bytes = 0  # Received, and the windows not opened for as many yet.
         self._connection_window = self._stream_window = _WINDOW_DEFAULT  # For what is sent.
         self._initial_window = _WINDOW_DEFAULT
+        self._deadline: float | None = None
         self._was_asked = False  # For a sign of life, since the last one.
         self._socket: socket.socket | None = None
+        _fork.bind(self)
         self._address = target.authority if target.path is None else f"unix:{target.path}"
         headers = [
             (":method", "POST"),
@@ -149,26 +155,26 @@ class Http2Call:
             ("user-agent", "procgen-client-python"),
             *metadata,
         ]
-        settings = struct.pack(
-            "!HIHIHIHI",
-            *(_HEADER_TABLE_SIZE, 0, _ENABLE_PUSH, 0),
-            *(_INITIAL_WINDOW_SIZE, _WINDOW_MAX, _MAX_FRAME_SIZE, _FRAME_BYTES_MAX),
-        )
+        silence_seconds: float = _SILENCE_SECONDS
+        if timeout is not None:
+            self._deadline = time.monotonic() + timeout
+            headers.append(("grpc-timeout", f"{max(1, min(10**8 - 1, int(timeout * 1000)))}m"))
+            silence_seconds = min(silence_seconds, max(timeout, 0.001))
+            connect_timeout = timeout
         try:
-            timeout = _CONNECT_SECONDS if connect_timeout is None else connect_timeout
-            self._socket = target.connect(min(timeout, _CONNECT_SECONDS))
+            wait = _CONNECT_SECONDS if connect_timeout is None else connect_timeout
+            self._socket = target.connect(min(max(wait, 0.001), _CONNECT_SECONDS))
             # Python's own timeout would cost a system call more each time.
-            silence = struct.pack("ll", _SILENCE_SECONDS, 0)
+            seconds = int(silence_seconds)
+            silence = struct.pack("ll", seconds, int((silence_seconds - seconds) * 1e6))
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, silence)
         except OSError as error:
             self._end_broken(str(error))
             return
-        self._send_bytes(
-            _PREFACE
-            + _frame(_SETTINGS, 0, 0, settings)
-            + _frame(_WINDOW_UPDATE, 0, 0, _number(_WINDOW_MAX - _WINDOW_DEFAULT))
-            + _frame(_HEADERS, _END_HEADERS, _STREAM, write_headers(headers))
-        )
+        head = _frame(_HEADERS, _END_HEADERS, _STREAM, write_headers(headers))
+        self._send_bytes(_BEGINNING + head)
+        if timeout is not None:
+            return  # It is waited for at once.
         threading.Thread(
             target=_keep, args=(weakref.ref(self), self._over), name="procgen-keeper", daemon=True
         ).start()
@@ -222,6 +228,12 @@ class Http2Call:
                 self._end_broken("")
             finally:
                 self._lock.release()
+
+    def abandon(self) -> None:
+        """In a forked child: leaves the connection to the parent, whose threads may hold locks."""
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+        self._end_broken("belongs to the process that this one was forked from")
 
     def keep(self) -> None:
         """Reads what has come, unless somebody does."""
@@ -397,6 +409,10 @@ class Http2Call:
             try:
                 count = self._socket.recvmsg_into([place, self._view])[0]
             except BlockingIOError:
+                if self._deadline is not None and time.monotonic() > self._deadline - 0.01:
+                    code = grpc.StatusCode.DEADLINE_EXCEEDED
+                    self._end(CallError(code, f"{self._address} has not answered in time"))
+                    raise TimeoutError from None
                 if self._was_asked:
                     raise TimeoutError(f"silent for {2 * _SILENCE_SECONDS} s") from None
                 self._was_asked = True
@@ -442,3 +458,20 @@ def _frame(kind: int, flags: int, stream: int, payload: bytes) -> bytes:
 
 def _number(value: int) -> bytes:
     return value.to_bytes(4, "big")
+
+
+# What a connection begins with.
+_BEGINNING = (
+    _PREFACE
+    + _frame(
+        _SETTINGS,
+        0,
+        0,
+        struct.pack(
+            "!HIHIHIHI",
+            *(_HEADER_TABLE_SIZE, 0, _ENABLE_PUSH, 0),
+            *(_INITIAL_WINDOW_SIZE, _WINDOW_MAX, _MAX_FRAME_SIZE, _FRAME_BYTES_MAX),
+        ),
+    )
+    + _frame(_WINDOW_UPDATE, 0, 0, _number(_WINDOW_MAX - _WINDOW_DEFAULT))
+)

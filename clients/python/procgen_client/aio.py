@@ -19,6 +19,7 @@ import grpc.aio
 import numpy.typing as npt
 from google.protobuf import message as protobuf_message
 
+from procgen_client import _fork
 from procgen_client import options as _options
 from procgen_client._async_stream import AsyncStream
 from procgen_client._proto import (
@@ -97,6 +98,7 @@ class AsyncClient:
         credentials: Credentials | None = None,
     ) -> None:
         """For :func:`connect`."""
+        _fork.use_grpc(address)
         self.address = address
         self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import weakref
+import os
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import grpc
 from google.protobuf import message as protobuf_message
 
+from procgen_client import _fork
 from procgen_client import options as _options
 from procgen_client._channel_call import ChannelCall
 from procgen_client._http2 import Http2Call
+from procgen_client._http2_channel import Http2Channel
 from procgen_client._newest import newest_of
 from procgen_client._proto import (
     catalog_pb2,
@@ -32,6 +34,7 @@ from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,
+    FailedPreconditionError,
     InternalError,
     UnavailableError,
     from_rpc_error,
@@ -44,6 +47,9 @@ if TYPE_CHECKING:
 STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
 # Most slices that a step can be asked to be carried out in (Step.response_count_min).
 _PIPELINE_MAX = 64
+# Of clients that were made before this process was forked. Never freed: that would end those of
+# the parent.
+_abandoned_channels: list[Http2Channel | grpc.Channel] = []
 
 
 class Client:
@@ -53,6 +59,9 @@ class Client:
     deleted, so close them first (each is a context manager, too).
 
     Threads: any method from any thread; a :class:`Pool` belongs to one thread at a time.
+
+    Processes: it belongs to the one that made it. In a forked child it is closed, which the parent
+    does not notice, and what is asked of it and of its pools is FailedPreconditionError.
 
     Attributes:
         address: What it is connected to.
@@ -82,32 +91,39 @@ class Client:
                 ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS or asks who calls. None: what the environment
                 says (Credentials.from_environment); nothing there: plain text without a token.
-            channel_options: More of gRPC's channel arguments; streams are grpcio's then.
+            channel_options: More of gRPC's channel arguments; connections are grpcio's then.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
             UnauthenticatedError: The server asks for another token.
             InvalidArgumentError, NotFoundError: As Credentials.channel.
             UnimplementedError: What answers there is no Procgen Server.
+            FailedPreconditionError: It takes grpcio (TLS, a proxy, `channel_options`), and this
+                process was forked from one that has such connections.
         """
         self.address = address
         self.reconnect_timeout = reconnect_timeout
         self._call_timeout = call_timeout
         self._closed = False
-        arguments = [*channel_arguments(address), *channel_options]
+        self._process_id = os.getpid()
+        self._is_abandoned = False  # In a child of that process.
         shown = Credentials.from_environment() if credentials is None else credentials
-        self._channel = shown.channel(address, arguments)
+        is_plain = shown.ca is None and not channel_options
+        target = Target.of(address) if is_plain else None
+        if target is None:
+            _fork.use_grpc(address)
+            arguments = [*channel_arguments(address), *channel_options]
+            self._channel = shown.channel(address, arguments)
+        else:
+            shown.check(address)
+            self._channel = Http2Channel(target)
         self._metadata = shown.metadata()
         self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
         self._cluster_stub = cluster_pb2_grpc.ClusterServiceStub(self._channel)
         self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
         self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
         self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
-        # In place of the generated stub: requests and responses are bytes.
-        self._step_pool_method = self._channel.stream_stream(STEP_POOL_METHOD)
-        is_plain = shown.ca is None and not channel_options
-        self._target = Target.of(address) if is_plain else None
-        self._calls: weakref.WeakSet[Http2Call] = weakref.WeakSet()
+        _fork.bind(self)
         try:
             self._catalog = self._first_catalog(timeout)
         except BaseException:
@@ -133,10 +149,30 @@ class Client:
 
     def close(self) -> None:
         """Closes the connection. Calls under way end with CancelledError; again: does nothing."""
+        if self._is_abandoned:
+            return  # Its sockets are shared with the parent.
         self._closed = True
         self._channel.close()
-        for call in list(self._calls):
-            call.cancel()
+
+    def abandon(self) -> None:
+        """In a forked child: leaves the connection to the parent."""
+        self._closed = self._is_abandoned = True
+        _abandoned_channels.append(self._channel)
+
+    def check_open(self) -> None:
+        """Checks that calls can be made.
+
+        Raises:
+            CancelledError: close was called.
+            FailedPreconditionError: This is a child of the process that made the connection.
+        """
+        if self._is_abandoned:
+            raise FailedPreconditionError(
+                f"the connection to {self.address} belongs to process {self._process_id}, which "
+                f"process {os.getpid()} was forked from: make another in here"
+            )
+        if self._closed:
+            raise CancelledError(f"the connection to {self.address} was closed by this client")
 
     def catalog(self) -> catalog_pb2.Catalog:
         """Tells what the server offers: games, modes, options, actions, limits.
@@ -317,22 +353,19 @@ class Client:
         """
         self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
 
-    def _step_pool(
-        self, bears_pictures: bool, timeout: float | None
-    ) -> ChannelCall | Http2Call:
+    def _step_pool(self, timeout: float | None) -> ChannelCall | Http2Call:
         """Begins a call of StepPool, for which the server is waited for so long, if it has to be.
 
-        One that bears pictures goes past grpcio, where that can be.
+        In place of the generated stub: requests and responses are bytes.
         """
-        if self._closed:
-            raise CancelledError(f"the connection to {self.address} was closed by this client")
-        if not bears_pictures or self._target is None:
-            return ChannelCall(
-                self._step_pool_method, self._metadata, waits_for_server=timeout is not None
-            )
-        call = Http2Call(self._target, STEP_POOL_METHOD, self._metadata, timeout)
-        self._calls.add(call)
-        return call
+        self.check_open()
+        if isinstance(self._channel, Http2Channel):
+            return self._channel.stream_stream(STEP_POOL_METHOD, self._metadata, timeout)
+        return ChannelCall(
+            self._channel.stream_stream(STEP_POOL_METHOD),
+            self._metadata,
+            waits_for_server=timeout is not None,
+        )
 
     def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
         return self._unary(self._pool_stub.RenewPool, request)
@@ -374,8 +407,7 @@ class Client:
     def _unary(
         self, method: Callable[..., Any], request: protobuf_message.Message, **arguments: Any
     ) -> Any:  # noqa: ANN401
-        if self._closed:
-            raise CancelledError(f"the connection to {self.address} was closed by this client")
+        self.check_open()
         try:
             return method(
                 request,

@@ -50,28 +50,19 @@ class Credentials:
             token=os.environ.get(TOKEN_VARIABLE) or None,
         )
 
-    def channel(self, address: str, arguments: list, kind: Any = grpc) -> Any:  # noqa: ANN401
-        """Opens a channel to `address` with them.
-
-        Args:
-            address: Where to.
-            arguments: gRPC's channel arguments.
-            kind: The module whose channel it is: grpc, or grpc.aio for asyncio.
+    def check(self, address: str) -> None:
+        """Checks that `address` can be connected to with them.
 
         Raises:
             InvalidArgumentError: A certificate without its key or without `ca`, or a token that
                 would be sent to another machine in plain text.
-            NotFoundError: A file cannot be read.
         """
         if (self.certificate is None) != (self.key is None):
             raise InvalidArgumentError(
                 "a client's certificate or its key is given alone; give both or none"
             )
         if self.ca is not None:
-            tls = grpc.ssl_channel_credentials(
-                _pem(self.ca, "ca"), _pem(self.key, "key"), _pem(self.certificate, "certificate")
-            )
-            return kind.secure_channel(address, tls, arguments)
+            return
         if self.certificate is not None:
             raise InvalidArgumentError(
                 "a client's certificate is given without certificates that vouch for the server; "
@@ -82,7 +73,26 @@ class Credentials:
                 f"the token would go to {address} in plain text; give certificates that vouch for "
                 f"the server (ca, or {CA_VARIABLE}), or say token_in_plain_text"
             )
-        return kind.insecure_channel(address, arguments)
+
+    def channel(self, address: str, arguments: list, kind: Any = grpc) -> Any:  # noqa: ANN401
+        """Opens a channel of grpcio to `address` with them.
+
+        Args:
+            address: Where to.
+            arguments: gRPC's channel arguments.
+            kind: The module whose channel it is: grpc, or grpc.aio for asyncio.
+
+        Raises:
+            InvalidArgumentError: As check.
+            NotFoundError: A file cannot be read.
+        """
+        self.check(address)
+        if self.ca is None:
+            return kind.insecure_channel(address, arguments)
+        tls = grpc.ssl_channel_credentials(
+            _pem(self.ca, "ca"), _pem(self.key, "key"), _pem(self.certificate, "certificate")
+        )
+        return kind.secure_channel(address, tls, arguments)
 
     def metadata(self) -> tuple[tuple[str, str], ...]:
         """What each call bears."""

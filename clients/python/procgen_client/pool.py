@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import gc
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -115,7 +114,9 @@ class Pool(PoolResource):
     @property
     def in_flight(self) -> int:
         """Number of requests whose answers were not received yet."""
-        return 0 if self._stream is None else self._stream.in_flight
+        if self._stream is None or self._client._is_abandoned:
+            return 0
+        return self._stream.in_flight
 
     # Stepping: the simple way. One request, one answer.
 
@@ -331,9 +332,8 @@ class Pool(PoolResource):
             response_bytes_max=response_bytes_max or self._response_bytes_max(),
             held_batches_max=self.held_batches_max,
         )
-        bears_pictures = self.spec.transport != pools_pb2.TRANSPORT_SHARED_MEMORY
         self._stream = Stream(
-            functools.partial(self._client._step_pool, bears_pictures),
+            self._client._step_pool,
             attach,
             self._client.reconnect_timeout,
             self._mapping,
@@ -347,7 +347,7 @@ class Pool(PoolResource):
         Requests in flight are carried out; their answers are lost.
         """
         stream, self._stream = self._stream, None
-        if stream is not None:
+        if stream is not None and not self._client._is_abandoned:
             stream.close()
 
     def close(self) -> None:
@@ -384,6 +384,7 @@ class Pool(PoolResource):
         return min(row, self._client.catalog().limits.response_bytes_max)
 
     def _send(self, request: bytes) -> int:
+        self._client.check_open()
         in_flight = self.in_flight
         if in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
@@ -409,6 +410,7 @@ class Pool(PoolResource):
             )
 
     def _receive(self) -> Batch | list[Part]:
+        self._client.check_open()
         if self._stream is None or not self._stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
         try:

@@ -1,14 +1,16 @@
-"""A server of this program's own, for whoever names none."""
+"""Private servers: of a program that names none."""
 
 from __future__ import annotations
 
 import atexit
 import os
+import shutil
 import tempfile
 import threading
 
 from procgen_client.client import Client
 from procgen_client.credentials import Credentials
+from procgen_client.errors import InvalidArgumentError
 from procgen_client.server_process import ServerProcess
 
 # Address of the server to use where a program names none; without it a private one is started.
@@ -18,65 +20,93 @@ SERVER_VARIABLE = "PROCGEN_SERVER"
 class _PrivateServer:
     """A server on a unix socket in a folder of its own."""
 
-    def __init__(self) -> None:
-        self.process_id = os.getpid()  # Who started it: after a fork, not the child.
-        self._folder = tempfile.TemporaryDirectory(prefix="procgen-server-")
+    def __init__(self, art: str) -> None:
+        self._process_id = os.getpid()
+        self._folder = tempfile.mkdtemp(prefix="procgen-server-")
         try:
             self._process = ServerProcess(
-                flags=["--drain_deadline=0s"],  # Who could save states ends with it.
-                address=f"unix:{self._folder.name}/socket",
-                log_path=os.path.join(self._folder.name, "log"),
+                # Who could save states ends with it.
+                flags=["--drain_deadline=0s", *([f"--art={art}"] if art else [])],
+                address=f"unix:{self._folder}/socket",
+                log_path=os.path.join(self._folder, "log"),
                 tied=True,
             )
         except BaseException:
-            self._folder.cleanup()
+            shutil.rmtree(self._folder, ignore_errors=True)
             raise
         self.address = self._process.address
 
     def stop(self) -> None:
-        if self.process_id == os.getpid():
+        """Stops it; in a forked child does nothing."""
+        if self._process_id == os.getpid():
             self._process.stop()
-            self._folder.cleanup()
+            shutil.rmtree(self._folder, ignore_errors=True)
 
 
 _lock = threading.Lock()
-_server: _PrivateServer | None = None
+_servers: dict[str, _PrivateServer] = {}  # By their art.
 
 
-def private_address() -> str:
+def private_address(art: str = "") -> str:
     """Gives the address of this program's own server, which is started if it does not run yet.
 
-    There is one for the whole program. It listens on a unix socket that only this user can reach,
-    and ends with the program, however that ends.
+    There is one for the whole program, and one more for each folder of art. A forked child has its
+    own. It listens on a unix socket that only this user can reach, and ends with the program,
+    however that ends.
+
+    Args:
+        art: Folder of the art that it draws with. Empty: the built-in art.
 
     Raises:
         FileNotFoundError: There is no program procgen-server, as ServerProcess looks for it.
         UnavailableError: It ended at once.
     """
-    global _server
     with _lock:
-        if _server is None or _server.process_id != os.getpid():
-            _server = _PrivateServer()
-            atexit.register(_server.stop)
-        return _server.address
+        if art not in _servers:
+            _servers[art] = _PrivateServer(art)
+            atexit.register(_servers[art].stop)
+        return _servers[art].address
 
 
-def open_client(server: str | Client | None) -> Client:
+def open_client(
+    server: str | Client | None, art: str | os.PathLike[str] | None = None
+) -> Client:
     """Gives a client of a server.
 
     Args:
         server: An address; a client, which is given back; or None: what the variable PROCGEN_SERVER
             says, else this program's own server.
+        art: Folder of the art that the own server draws with. None: the built-in art.
 
-    Errors as Client and private_address.
+    Raises:
+        InvalidArgumentError: `art` is given and the server is not this program's own.
+        ProcgenError: As Client and private_address.
     """
+    address = None if isinstance(server, Client) else server or os.environ.get(SERVER_VARIABLE)
+    if art is not None and (isinstance(server, Client) or address):
+        where = server.address if isinstance(server, Client) else address
+        raise InvalidArgumentError(
+            f"the art is {os.fspath(art)}, and the server at {where} has its own, by its flag --art"
+        )
     if isinstance(server, Client):
         return server
-    address = server or os.environ.get(SERVER_VARIABLE)
+    if address:
+        return Client(address)
     # Nobody but this user reaches the own one: it asks for nothing, whatever the environment has.
-    return Client(address) if address else Client(private_address(), credentials=Credentials())
+    folder = "" if art is None else os.path.abspath(os.fspath(art))
+    return Client(private_address(folder), credentials=Credentials())
 
 
 def is_private(client: Client) -> bool:
     """Whether a client is of this program's own server, with which it shares memory."""
-    return _server is not None and client.address == _server.address
+    return any(client.address == server.address for server in _servers.values())
+
+
+def _forget() -> None:
+    """In a forked child: its parent's servers are not its own."""
+    global _lock
+    _lock = threading.Lock()
+    _servers.clear()
+
+
+os.register_at_fork(after_in_child=_forget)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
+from procgen_client import _fork
 from procgen_client.errors import UnavailableError
 
 # Where to look for the program if nobody says: this variable, then PATH.
@@ -77,6 +78,7 @@ class ServerProcess:
                 stderr=log,
                 start_new_session=True,
             )
+        _fork.bind(self)
         self.process_id = self._process.pid
         try:
             assert self._process.stdout is not None
@@ -108,6 +110,12 @@ class ServerProcess:
         finally:
             if self._process.stdout is not None:
                 self._process.stdout.close()
+
+    def abandon(self) -> None:
+        """In a forked child: leaves the process to the parent, whose end alone it ends with."""
+        for end in (self._process.stdin, self._process.stdout):
+            if end is not None:
+                end.close()
 
     def _ask_to_end(self) -> None:
         if self._process.stdin is None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pickle
 import socket
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import grpc
 import pytest
@@ -74,6 +77,22 @@ def test_where_nobody_listens_is_unavailable() -> None:
 def test_an_address_without_meaning_is_unavailable() -> None:
     with pytest.raises(errors.UnavailableError, match="no server answers at nowhere.invalid:1"):
         connect("nowhere.invalid:1", timeout=0.3)
+
+
+def test_a_server_that_never_answers_is_given_up_in_time() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        begun = time.monotonic()
+        with pytest.raises(errors.UnavailableError, match=r"has not answered in time.*0.3 s"):
+            connect(f"127.0.0.1:{silent.getsockname()[1]}", timeout=0.3)
+        assert time.monotonic() - begun < 10
+
+
+def test_a_server_that_is_just_starting_is_waited_for(tmp_path: Path) -> None:
+    address = f"unix:{tmp_path}/socket"
+    with ThreadPoolExecutor() as others:
+        connected = others.submit(connect, address, timeout=60)
+        with ServerProcess(server_binary(), address=address), connected.result() as client:
+            assert client.catalog().games
 
 
 def test_a_closed_client_says_so(server: ServerProcess) -> None:

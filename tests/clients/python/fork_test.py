@@ -1,0 +1,264 @@
+"""A process that forks keeps its environments, and its children can make their own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import server_binary
+
+from procgen_client import ServerProcess
+
+_CHILDREN_MAKE_THEIR_OWN = """
+import multiprocessing
+import sys
+
+import numpy as np
+from procgen_client import ProcgenEnv1, ProcgenVectorEnv
+
+def play(line, seed):
+    env = ProcgenEnv1("maze", distribution_mode="easy", rand_seed=seed)
+    observation, _ = env.reset()
+    line.send(int(observation.sum()) + sum(int(env.step(3)[0].sum()) for _ in range(5)))
+    if line.recv() == "close":
+        env.close()
+
+def rounds(context, env):
+    sums = []
+    for _ in range(4):
+        lines, processes = [], []
+        for seed in range(3):
+            near, far = context.Pipe()
+            processes.append(context.Process(target=play, args=(far, seed)))
+            processes[-1].start()
+            lines.append(near)
+            env.step(np.full(8, 7))
+        for line in lines:
+            assert line.poll(60), "a child hangs"
+        sums.append([line.recv() for line in lines])
+        env.save_states()
+        for line, word in zip(lines, ("close", "end", "close")):
+            line.send(word)
+        for process in processes:
+            process.join(60)
+            assert process.exitcode == 0
+        env.reset()
+    assert sums == sums[:1] * 4, sums
+
+if __name__ == "__main__":
+    env = ProcgenVectorEnv("coinrun", 8, **eval(sys.argv[2]))
+    env.reset(seed=1)
+    rounds(multiprocessing.get_context(sys.argv[1]), env)
+    env.step(np.full(8, 7))
+    env.close()
+"""
+
+# The workers are those of gymnasium/vector/async_vector_env.py (1.4.0) in brief: a process for each
+# environment, which is made in it, commands by pipes and observations in shared memory.
+_ASYNC_VECTOR_ENV = """
+import multiprocessing
+import numpy as np
+from procgen_client import ProcgenEnv, ProcgenEnv1
+
+def worker(index, make, pipe, parent_pipe, memory):
+    parent_pipe.close()
+    env = make()
+    observations = np.frombuffer(memory.get_obj(), np.uint8).reshape(-1, 64, 64, 3)
+    while True:
+        command, data = pipe.recv()
+        if command == "reset":
+            observations[index], result = env.reset(seed=data)
+        elif command == "step":
+            observations[index], *result = env.step(data)
+        else:
+            env.close()
+            pipe.send(None)
+            return
+        pipe.send(result)
+
+class AsyncVectorEnv:
+    def __init__(self, makes):
+        self.memory = multiprocessing.Array("B", len(makes) * 64 * 64 * 3)
+        self.pipes, self.processes = [], []
+        for index, make in enumerate(makes):
+            near, far = multiprocessing.Pipe()
+            arguments = (index, make, far, near, self.memory)
+            process = multiprocessing.Process(target=worker, args=arguments, daemon=True)
+            process.start()
+            far.close()
+            self.pipes.append(near)
+            self.processes.append(process)
+
+    def ask(self, command, data):
+        for pipe, each in zip(self.pipes, data):
+            pipe.send((command, each))
+        for pipe in self.pipes:
+            assert pipe.poll(60), "a worker hangs"
+        return [pipe.recv() for pipe in self.pipes]
+
+beside = ProcgenEnv(4, "coinrun", num_levels=200)
+beside.reset()
+for _ in range(2):
+    env = AsyncVectorEnv([lambda: ProcgenEnv1("maze")] * 3)
+    beside.step(np.full(4, 7))
+    env.ask("reset", range(3))
+    for _ in range(5):
+        assert [len(result) for result in env.ask("step", [3] * 3)] == [4] * 3
+        beside.step(np.full(4, 7))
+    assert np.frombuffer(env.memory.get_obj(), np.uint8).any()
+    env.ask("close", [None] * 3)
+    for process in env.processes:
+        process.join(60)
+        assert process.exitcode == 0
+beside.step(np.full(4, 7))
+"""
+
+_THE_PARENTS_OWN = """
+import os
+import sys
+from procgen_client import Client, ProcgenVectorEnv, errors
+
+def refused(call, *arguments):
+    try:
+        call(*arguments)
+    except errors.FailedPreconditionError as error:
+        return f"process {os.getpid()} was forked from" in error.message
+    return False
+
+def in_child(env):
+    asked = [env.reset, env.save_states, env.pool._client.list_pools]
+    verdict = [*(refused(each) for each in asked), refused(env.step, [4, 4])]
+    env.close()
+    return 0 if all(verdict) else 1
+
+env = ProcgenVectorEnv("maze", 2, **eval(sys.argv[1]))
+env.reset()
+for is_under_way in (False, True):
+    if is_under_way:
+        env.step_async([3, 3])
+    child = os.fork()
+    if child == 0:
+        sys.exit(in_child(env))  # And what finalizers do.
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
+    if is_under_way:
+        env.step_wait()
+    env.step([4, 4])
+    env.save_states()
+env.close()
+"""
+
+_BY_GRPCIO = """
+import os
+import sys
+from procgen_client import Client, ProcgenVectorEnv, errors
+
+client = Client(sys.argv[1], channel_options=[("grpc.primary_user_agent", "test")])
+pool = client.create_pool("maze", 2)
+pool.step([4, 4])
+child = os.fork()
+if child == 0:
+    try:
+        Client(sys.argv[1], channel_options=[("grpc.primary_user_agent", "test")])
+        os._exit(1)
+    except errors.FailedPreconditionError as error:
+        assert f"forked from process {os.getppid()}" in error.message
+        assert "spawn" in error.message
+    with ProcgenVectorEnv("maze", 2, server=sys.argv[1]) as env:  # Without grpcio.
+        env.reset()
+    os._exit(0)
+_, status = os.waitpid(child, 0)
+assert os.waitstatus_to_exitcode(status) == 0
+pool.step([4, 4])
+pool.save_states()
+pool.close()
+client.close()
+"""
+
+_CHILD_OUTLIVES_IT = """
+import os
+import sys
+from procgen_client import ProcgenVectorEnv
+env = ProcgenVectorEnv("maze", 2)
+env.reset()
+if os.fork() == 0:
+    sys.stdin.read()
+    os._exit(0)
+print(env.pool._client.address.removeprefix("unix:"), flush=True)
+sys.stdin.read()
+"""
+
+
+def _run(program: str, *arguments: str, folder: Path) -> None:
+    file = folder / "program.py"
+    file.write_text(program)
+    run = subprocess.run(
+        [sys.executable, "-W", "error::ResourceWarning", str(file), *arguments],
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert run.returncode == 0, f"{run.returncode}\n{run.stdout}\n{run.stderr}"
+
+
+def _environment() -> dict[str, str]:
+    return os.environ | {"PROCGEN_SERVER_BINARY": str(server_binary())}
+
+
+@pytest.mark.parametrize("how", ["fork", "spawn"])
+def test_children_make_environments_while_their_parent_has_some(how: str, tmp_path: Path) -> None:
+    _run(_CHILDREN_MAKE_THEIR_OWN, how, "{}", folder=tmp_path)
+
+
+def test_children_do_so_beside_a_stream(server: ServerProcess, tmp_path: Path) -> None:
+    where = repr({"server": server.address})
+    _run(_CHILDREN_MAKE_THEIR_OWN, "fork", where, folder=tmp_path)
+
+
+def test_environments_run_in_worker_processes_beside_an_open_one(tmp_path: Path) -> None:
+    _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
+
+
+@pytest.mark.parametrize("where", ["private", "stream"])
+def test_a_child_cannot_use_its_parents_environment_nor_end_it(
+    where: str, server: ServerProcess, tmp_path: Path
+) -> None:
+    arguments = {} if where == "private" else {"server": server.address}
+    _run(_THE_PARENTS_OWN, repr(arguments), folder=tmp_path)
+
+
+def test_connections_by_grpcio_are_refused_in_children(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    _run(_BY_GRPCIO, server.address, folder=tmp_path)
+
+
+def test_a_private_server_ends_with_its_program_whose_children_live() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", _CHILD_OUTLIVES_IT],
+        env=_environment(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as program:
+        assert program.stdout is not None
+        folder = Path(program.stdout.readline().strip()).parent
+        os.kill(program.pid, signal.SIGKILL)
+        program.wait()
+        listening = str(folder / "socket")
+        deadline = time.monotonic() + 60
+        while listening in Path("/proc/net/unix").read_text():
+            assert time.monotonic() < deadline, "the server lives"
+        # The child still lives, since its standard input has not ended yet.
+        assert program.stdin is not None
+        assert not program.stdin.closed
+    for file in folder.iterdir():
+        file.unlink(missing_ok=True)
+    folder.rmdir()
