@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import warnings
 from typing import Any
 
 import numpy as np
@@ -13,75 +14,73 @@ from procgen_client.options import GAMES
 # Where Gymnasium has the environments, e.g. "procgen_server/coinrun-v0".
 NAMESPACE = "procgen_server"
 
+# Since this version Gymnasium's vector environments have the contract of ours.
+_VECTOR_VERSION_MIN = 1
+
+
+class _Environment:
+    """What gymnasium.Env and gymnasium.vector.VectorEnv have in common, without Gymnasium."""
+
+    metadata: dict[str, Any] = {}
+    spec: Any = None
+    render_mode: str | None = None
+    _np_random: np.random.Generator | None = None
+    _np_random_seed: int | None = None
+
+    def __enter__(self) -> Any:  # noqa: ANN401 - of the subclass's own type
+        """Gives the environment itself."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Closes the environment."""
+        self.close()
+
+    def close(self, **kwargs: Any) -> None:
+        """For subclasses: what is to be done on closing."""
+
+    @property
+    def unwrapped(self) -> Any:  # noqa: ANN401 - of the subclass's own type
+        """The environment itself: nothing wraps it."""
+        return self
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """A random stream for whoever wants one; the environments draw none of it."""
+        if self._np_random is None:
+            self._seed_np_random(None)
+        assert self._np_random is not None
+        return self._np_random
+
+    @np_random.setter
+    def np_random(self, value: np.random.Generator) -> None:
+        self._np_random = value
+        self._np_random_seed = -1  # Gymnasium's word for one that is not known.
+
+    @property
+    def np_random_seed(self) -> int | None:
+        """What that stream was seeded with."""
+        if self._np_random_seed is None:
+            self._seed_np_random(None)
+        return self._np_random_seed
+
+    def _seed_np_random(self, seed: int | None) -> None:
+        sequence = np.random.SeedSequence(seed)
+        assert isinstance(sequence.entropy, int)
+        self._np_random_seed = sequence.entropy
+        self._np_random = np.random.Generator(np.random.PCG64(sequence))
+
+
 try:
     import gymnasium
     from gymnasium import Env
-    from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 
     HAS_GYMNASIUM = True
+    HAS_VECTOR_CONTRACT = int(gymnasium.__version__.partition(".")[0]) >= _VECTOR_VERSION_MIN
     spaces: Any = gymnasium.spaces
 except ImportError:
-    HAS_GYMNASIUM = False
+    HAS_GYMNASIUM = HAS_VECTOR_CONTRACT = False
     spaces = _spaces
-
-    class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
-        """What follows the step that ends an episode, as gymnasium.vector.AutoresetMode."""
-
-        NEXT_STEP = "NextStep"
-        SAME_STEP = "SameStep"
-        DISABLED = "Disabled"
-
-    class _Environment:
-        """What gymnasium.Env and gymnasium.vector.VectorEnv have in common."""
-
-        metadata: dict[str, Any] = {}
-        spec: Any = None
-        render_mode: str | None = None
-        _np_random: np.random.Generator | None = None
-        _np_random_seed: int | None = None
-
-        def __enter__(self) -> Any:  # noqa: ANN401 - of the subclass's own type
-            """Gives the environment itself."""
-            return self
-
-        def __exit__(self, *exception: object) -> None:
-            """Closes the environment."""
-            self.close()
-
-        def close(self, **kwargs: Any) -> None:
-            """For subclasses: what is to be done on closing."""
-
-        @property
-        def unwrapped(self) -> Any:  # noqa: ANN401 - of the subclass's own type
-            """The environment itself: nothing wraps it."""
-            return self
-
-        @property
-        def np_random(self) -> np.random.Generator:
-            """A random stream for whoever wants one; the environments draw none of it."""
-            if self._np_random is None:
-                self._seed_np_random(None)
-            assert self._np_random is not None
-            return self._np_random
-
-        @np_random.setter
-        def np_random(self, value: np.random.Generator) -> None:
-            self._np_random = value
-            self._np_random_seed = -1  # Gymnasium's word for one that is not known.
-
-        @property
-        def np_random_seed(self) -> int | None:
-            """What that stream was seeded with."""
-            if self._np_random_seed is None:
-                self._seed_np_random(None)
-            return self._np_random_seed
-
-        def _seed_np_random(self, seed: int | None) -> None:
-            sequence = np.random.SeedSequence(seed)
-            assert isinstance(sequence.entropy, int)
-            self._np_random_seed = sequence.entropy
-            self._np_random = np.random.Generator(np.random.PCG64(sequence))
 
     class Env(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.Env that is used here."""
@@ -92,6 +91,17 @@ except ImportError:
             """Seeds np_random, where a seed is given."""
             if seed is not None:
                 self._seed_np_random(seed)
+
+    def batch_space(space: Any, n: int) -> Any:  # noqa: ANN401
+        """Gives the space of n elements of a space, as gymnasium.vector.utils.batch_space."""
+        if isinstance(space, _spaces.Discrete):
+            return _spaces.MultiDiscrete(np.full(n, space.n))
+        return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
+
+
+if HAS_VECTOR_CONTRACT:
+    from gymnasium.vector import VectorEnv
+else:
 
     class VectorEnv(_Environment):  # type: ignore[no-redef]
         """The part of gymnasium.vector.VectorEnv that is used here."""
@@ -109,11 +119,17 @@ except ImportError:
         def close_extras(self, **kwargs: Any) -> None:
             """For subclasses: what is to be done on closing."""
 
-    def batch_space(space: Any, n: int) -> Any:  # noqa: ANN401
-        """Gives the space of n elements of a space, as gymnasium.vector.utils.batch_space."""
-        if isinstance(space, _spaces.Discrete):
-            return _spaces.MultiDiscrete(np.full(n, space.n))
-        return _spaces.Box(0, 255, (n, *space.shape), space.dtype)
+
+try:
+    from gymnasium.vector import AutoresetMode  # Since 1.1.
+except ImportError:
+
+    class AutoresetMode(enum.Enum):  # type: ignore[no-redef]
+        """What follows the step that ends an episode, as gymnasium.vector.AutoresetMode."""
+
+        NEXT_STEP = "NextStep"
+        SAME_STEP = "SameStep"
+        DISABLED = "Disabled"
 
 
 def single_spaces(shape: tuple[int, ...], action_count: int) -> dict[str, Any]:
@@ -132,13 +148,26 @@ def vector_spaces(shape: tuple[int, ...], action_count: int, num_envs: int) -> d
 
 
 def register_environments() -> None:
-    """Tells Gymnasium of an environment for each game, where Gymnasium is installed."""
+    """Registers an environment for each game with Gymnasium, where Gymnasium is installed.
+
+    Also by upstream's ids for Gym: ``gymnasium.make("procgen_client:procgen-coinrun-v0")``. Before
+    1.0 make_vec makes vector environments of its own of them.
+    """
     if not HAS_GYMNASIUM:
         return
+    entry_points = {"entry_point": "procgen_client:ProcgenEnv1"}
+    if HAS_VECTOR_CONTRACT:
+        entry_points["vector_entry_point"] = "procgen_client:ProcgenVectorEnv"
     for game in GAMES:
-        gymnasium.register(
-            id=f"{NAMESPACE}/{game}-v0",
-            entry_point="procgen_client:ProcgenEnv1",
-            vector_entry_point="procgen_client:ProcgenVectorEnv",
-            kwargs={"games": game},
+        for env_id in (f"{NAMESPACE}/{game}-v0", f"procgen-{game}-v0"):
+            gymnasium.register(id=env_id, kwargs={"games": game}, **entry_points)
+
+
+def warn_of_old_gymnasium() -> None:
+    """Warns where the installed Gymnasium has no vector environments like ours."""
+    if HAS_GYMNASIUM and not HAS_VECTOR_CONTRACT:
+        warnings.warn(
+            f"Gymnasium {gymnasium.__version__} is installed: ProcgenVectorEnv is a subclass of "
+            f"its VectorEnv, as wrappers want it, with {_VECTOR_VERSION_MIN}.0 or later",
+            stacklevel=3,
         )

@@ -21,6 +21,18 @@ def level_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
     }
 
 
+def reset_infos(batch: Batch, mask: np.ndarray) -> dict[str, Any]:
+    """Gives what is known of the levels where the environments of `mask` (bool [N]) begin.
+
+    What they stepped before says nothing of the new episode, and is not told.
+    """
+    nowhere = np.zeros_like(mask)
+    infos: dict[str, Any] = {"level_seed": batch.level_seeds, "_level_seed": mask.copy()}
+    _add_numbers(infos, "prev_level_seed", batch.prev_level_seeds, nowhere)
+    _add_numbers(infos, "prev_level_complete", batch.prev_level_complete, nowhere)
+    return infos
+
+
 def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str, Any]:
     """Gives what is known of the episodes of `ended` (bool [N]), which have ended in this step.
 
@@ -40,6 +52,7 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     _add_numbers(final_info, "level_seed", batch.prev_level_seeds, ended)
     _add_numbers(final_info, "prev_level_seed", batch.prev_level_seeds, ended)
     _add_numbers(final_info, "prev_level_complete", batch.prev_level_complete, ended)
+    final_info |= infos  # The episode's return and length.
     infos |= {"final_obs": final_obs, "_final_obs": ended.copy()}
     infos |= {"final_info": final_info, "_final_info": ended.copy()}
     return infos

@@ -13,6 +13,10 @@ from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
 from procgen_client.vector_env import ProcgenVectorEnv
 
 
+class _VectorEnvOfOne(ProcgenVectorEnv):
+    _is_for_gymnasium = False
+
+
 class ProcgenEnv1(Env):
     """One environment on a server, with the contract of gymnasium.Env.
 
@@ -50,7 +54,7 @@ class ProcgenEnv1(Env):
         """
         if not isinstance(games, str):
             raise InvalidArgumentError(f"games is {games!r}; one environment plays one game")
-        self.vector_env = ProcgenVectorEnv(
+        self.vector_env = _VectorEnvOfOne(
             games,
             1,
             server=server,

@@ -9,8 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._gymnasium import AutoresetMode, VectorEnv, vector_spaces
-from procgen_client._infos import episode_infos, level_infos
+from procgen_client._gymnasium import (
+    AutoresetMode,
+    VectorEnv,
+    vector_spaces,
+    warn_of_old_gymnasium,
+)
+from procgen_client._infos import episode_infos, level_infos, reset_infos
 from procgen_client._requests import ACTION_COUNT, Reset, in_range
 from procgen_client.batch import Batch
 from procgen_client.client import Client
@@ -32,9 +37,11 @@ _EPISODE_ENDS = {
 class ProcgenVectorEnv(VectorEnv):
     """N environments on a server, with the contract of Gymnasium's VectorEnv (1.1 and later).
 
-    It subclasses gymnasium.vector.VectorEnv where Gymnasium is installed, and works without it:
-    then the spaces are small classes with the same names and attributes, and
-    ``metadata["autoreset_mode"]`` is a member of an enumeration with the same names and values.
+    It subclasses gymnasium.vector.VectorEnv where Gymnasium 1.0 or later is installed. Where an
+    older one is, whose vector environments have another contract, it only has the spaces of
+    Gymnasium, and making it warns. Without Gymnasium the spaces are small classes with the same
+    names and attributes. ``metadata["autoreset_mode"]`` is a member of an enumeration with
+    Gymnasium's names and values, Gymnasium's own since 1.1.
 
     Shapes (N = num_envs): observations uint8 [N, 64, 64, 3], red, green, blue, top row first;
     actions int [N], each in [0, 15) (-1, which is outside of the action space, does nothing and
@@ -55,7 +62,7 @@ class ProcgenVectorEnv(VectorEnv):
       step (not called ``episode``, a key that Gymnasium's RecordEpisodeStatistics writes);
     - with SAME_STEP, where an episode ended: ``final_obs`` (array of objects: its last observation,
       or None) and ``final_info`` (dict: its last ``level_seed``, ``prev_level_seed``,
-      ``prev_level_complete``, with masks).
+      ``prev_level_complete``, and ``episode_return``, ``episode_length``, with masks).
 
     Threads: one at a time.
 
@@ -69,6 +76,9 @@ class ProcgenVectorEnv(VectorEnv):
         "render_fps": 15,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
+
+    # Whether it may be given to what takes Gymnasium's vector environments.
+    _is_for_gymnasium = True
 
     def __init__(
         self,
@@ -88,8 +98,8 @@ class ProcgenVectorEnv(VectorEnv):
         Args:
             games, num_envs: A game, or several that are dealt in turn to N environments.
             server: Address of a server, or a Client (which stays open on close). None: the address
-                in the variable PROCGEN_SERVER, else a server of this program's own, which is
-                started (private_server.py) and shares memory unless told otherwise.
+                in the variable PROCGEN_SERVER, else a private server, which is started and shares
+                memory.
             autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
                 its value.
             render_mode: "rgb_array" for render(), or None.
@@ -112,15 +122,16 @@ class ProcgenVectorEnv(VectorEnv):
             UnimplementedError: The server does not draw for people, with render_mode "rgb_array".
             ProcgenError: As Client and Client.create_pool.
         """
+        if self._is_for_gymnasium:
+            warn_of_old_gymnasium()
         mode = _autoreset_mode(autoreset_mode)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
         in_range("frame_skip", frame_skip, 1, 1000)
         client = open_client(server)
+        is_drawn = render_mode is not None
         try:
-            self.pool = _create_pool(
-                client, games, num_envs, mode, options, is_drawn=render_mode is not None
-            )
+            self.pool = _create_pool(client, games, num_envs, mode, options, is_drawn=is_drawn)
         except BaseException:
             if client is not server:
                 client.close()
@@ -161,17 +172,18 @@ class ProcgenVectorEnv(VectorEnv):
                 with seed[i] (None: it goes on as it is). None: all go on; so the very first reset
                 gives the episodes that rand_seed began, as in the released package.
             options: ``reset_mask``, bool [N] with at least one True: only these begin anew, and the
-                others stay as they are; it is taken out of the dict, as Gymnasium does.
+                others stay as they are. The dict is left as it is: wrappers read it afterwards.
                 ``level_seeds``, int [N]: the levels to play.
 
         Returns:
-            Observations and infos; with a reset_mask, the masks of the infos are that mask.
+            Observations and infos. ``_level_seed`` is the reset_mask; no environment has stepped a
+            level, so the masks of ``prev_level_seed`` and ``prev_level_complete`` are false.
 
         Raises:
             InvalidArgumentError: `seed` has a wrong length, or an option is malformed.
         """
         options = {} if options is None else options
-        mask = _reset_mask(options.pop("reset_mask", None), self.num_envs)
+        mask = _reset_mask(options.get("reset_mask"), self.num_envs)
         seeds = _seeds(seed, self.num_envs)
         levels = _level_seeds(options.get("level_seeds"), self.num_envs)
         if self._untouched and mask.all() and seed is None and options.get("level_seeds") is None:
@@ -182,7 +194,7 @@ class ProcgenVectorEnv(VectorEnv):
             )
         self._untouched = False
         self._ended[mask] = False
-        return self._observations(batch), level_infos(batch, mask)
+        return self._observations(batch), reset_infos(batch, mask)
 
     def step(
         self, actions: npt.ArrayLike

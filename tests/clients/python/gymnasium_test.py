@@ -1,8 +1,8 @@
 """What is different where Gymnasium is installed: base class, enumeration and spaces are its own.
 
 Debian has no Gymnasium. Where it is missing, a few lines with its names take its place on the path
-of a second Python: they show that ours finds and uses what Gymnasium 1.4.0 exports under these
-names, and nothing about Gymnasium itself.
+of a second Python: they show that ours finds and uses what Gymnasium 1.4.0, 1.0.0 and 0.29.1 export
+under these names, and nothing about Gymnasium itself.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ _IN_ITS_PLACE = {
     "__init__.py": """
 import importlib
 from gymnasium import spaces, vector
+
+__version__ = "VERSION"
 
 class Env:
     metadata = {}
@@ -49,6 +51,8 @@ def make(id, **kwargs):
     return _load(registry[id][0])(**(registry[id][2] | kwargs))
 
 def make_vec(id, num_envs=1, **kwargs):
+    if registry[id][1] is None:  # envs/registration.py: vectorises what entry_point makes.
+        return [make(id, **kwargs) for _ in range(num_envs)]
     env = _load(registry[id][1])(num_envs=num_envs, **(registry[id][2] | kwargs))
     env.unwrapped.spec = id
     return env
@@ -103,6 +107,51 @@ def batch_space(space, n):
 """,
 }
 
+# gymnasium/vector/__init__.py before 1.1 has no AutoresetMode, and before 1.0 another VectorEnv.
+_VECTOR_BEFORE_1_1 = _IN_ITS_PLACE["vector/__init__.py"].replace("AutoresetMode", "_Mode")
+_VECTOR_BEFORE_1_0 = """
+from gymnasium import Env
+
+class VectorEnv(Env):
+    def __init__(self, num_envs, observation_space, action_space):
+        raise AssertionError("this contract is another")
+"""
+
+_PROGRAM_BEFORE_1_1 = """
+import sys
+import warnings
+import gymnasium
+import numpy as np
+
+warnings.simplefilter("error")
+from procgen_client import AutoresetMode, ProcgenEnv1, ProcgenVectorEnv
+
+is_1_0 = gymnasium.__version__ == "1.0.0"
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    env = ProcgenVectorEnv("maze", 2, server=sys.argv[1])
+assert len(told) == (0 if is_1_0 else 1)
+assert is_1_0 or "Gymnasium 0.29.1 is installed" in str(told[0].message)
+assert is_1_0 or told[0].filename == sys.argv[0]
+assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv) == is_1_0
+assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+assert env.single_action_space == gymnasium.spaces.Discrete(15)
+assert env.action_space == gymnasium.vector.utils.batch_space(gymnasium.spaces.Discrete(15), 2)
+env.reset(seed=1)
+env.step([0, -1])
+env.close()
+
+assert issubclass(ProcgenEnv1, gymnasium.Env)
+for name in ("procgen_server/maze-v0", "procgen-maze-v0"):
+    one = gymnasium.make(name, server=sys.argv[1])
+    assert isinstance(one.observation_space, gymnasium.spaces.Box)
+    one.reset(seed=5)
+    one.step(4)
+    one.close()
+several = gymnasium.make_vec("procgen_server/maze-v0", num_envs=2, server=sys.argv[1])
+assert isinstance(several, ProcgenVectorEnv if is_1_0 else list)
+"""
+
 _PROGRAM = """
 import sys
 import gymnasium
@@ -127,7 +176,8 @@ assert env.closed
 
 # gymnasium/envs/registration.py, make_vec: a vector_entry_point is called with num_envs and the
 # registered keyword arguments; spec is set. Ours: a namespace of its own.
-assert len(gymnasium.registry) == 16
+# And upstream's ids, which are Gym's: procgen-coinrun-v0.
+assert len(gymnasium.registry) == 32
 vector = gymnasium.make_vec("procgen_server/coinrun-v0", num_envs=3, server=sys.argv[1])
 assert isinstance(vector, ProcgenVectorEnv)
 assert list(vector.pool.spec.games) == ["coinrun"]
@@ -157,23 +207,44 @@ with ProcgenVectorEnv("maze", 2, server=sys.argv[1], **atari) as env:
 """
 
 
-@pytest.fixture
-def path(tmp_path: Path) -> str:
-    """Where the second Python looks for modules."""
-    if importlib.util.find_spec("gymnasium") is None:
-        for name, text in _IN_ITS_PLACE.items():
-            file = tmp_path / "gymnasium" / name
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text)
-    return os.pathsep.join([str(tmp_path), *sys.path])
+def _install(folder: Path, version: str) -> None:
+    vector = {"1.0.0": _VECTOR_BEFORE_1_1, "0.29.1": _VECTOR_BEFORE_1_0}
+    modules = _IN_ITS_PLACE | {
+        "__init__.py": _IN_ITS_PLACE["__init__.py"].replace("VERSION", version)
+    }
+    if version in vector:
+        modules["vector/__init__.py"] = vector[version]
+    if version == "0.29.1":  # Its vector environments are environments.
+        body = modules["__init__.py"].replace("from gymnasium import spaces, vector\n", "")
+        modules["__init__.py"] = body + "\nfrom gymnasium import spaces, vector\n"
+    for name, text in modules.items():
+        file = folder / "gymnasium" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
 
 
-def test_gymnasiums_classes_and_spaces_are_used(server: ServerProcess, path: str) -> None:
+def _run(program: str, folder: Path, server: ServerProcess) -> None:
+    file = folder / "program.py"
+    file.write_text(program)
     result = subprocess.run(
-        [sys.executable, "-c", _PROGRAM, server.address],
-        env=os.environ | {"PYTHONPATH": path},
+        [sys.executable, str(file), server.address],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])},
         capture_output=True,
         text=True,
         check=False,
     )
     assert result.returncode == 0, result.stderr
+
+
+def test_gymnasiums_classes_and_spaces_are_used(server: ServerProcess, tmp_path: Path) -> None:
+    if importlib.util.find_spec("gymnasium") is None:
+        _install(tmp_path, "1.4.0")
+    _run(_PROGRAM, tmp_path, server)
+
+
+@pytest.mark.parametrize("version", ["1.0.0", "0.29.1"])
+def test_older_versions_have_what_fits_them(
+    version: str, server: ServerProcess, tmp_path: Path
+) -> None:
+    _install(tmp_path, version)
+    _run(_PROGRAM_BEFORE_1_1, tmp_path, server)

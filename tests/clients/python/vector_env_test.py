@@ -189,6 +189,22 @@ def test_a_seed_gives_the_same_episodes_again(make_env: MakeEnv) -> None:
     np.testing.assert_array_equal(*runs)
 
 
+def test_a_seed_gives_the_same_infos_again(make_env: MakeEnv) -> None:
+    # utils/env_checker.py, check_reset_seed: observations and infos are equal after equal seeds,
+    # whatever was played before. No level was stepped yet, which the masks tell.
+    env = make_env()
+    first = env.reset(seed=3)[1]
+    env.step(_END_OF_FIRST)
+    again = env.reset(seed=3)[1]
+    other = make_env(rand_seed=77).reset(seed=3)[1]
+    for infos in (again, other):
+        assert infos.keys() == first.keys()
+        for key in first:
+            np.testing.assert_array_equal(infos[key], first[key], err_msg=key)
+    assert not first["_prev_level_seed"].any()
+    assert not first["_prev_level_complete"].any()
+
+
 def test_a_list_of_seeds_has_one_for_each_environment(make_env: MakeEnv) -> None:
     # vector/sync_vector_env.py, reset: "assert len(seed) == self.num_envs"; entries may be None.
     env = make_env()
@@ -208,14 +224,13 @@ def test_reset_without_a_seed_begins_other_episodes(make_env: MakeEnv) -> None:
     assert first["level_seed"].tolist() != second["level_seed"].tolist()
 
 
-def test_reset_mask_resets_some_and_is_popped(make_env: MakeEnv) -> None:
-    # vector/sync_vector_env.py, reset: options["reset_mask"] is popped; environments outside keep
-    # their observations, and infos are of those inside only.
+def test_reset_mask_resets_some(make_env: MakeEnv) -> None:
+    # vector/sync_vector_env.py, reset: environments outside of options["reset_mask"] keep their
+    # observations, and infos are of those inside only.
     env = make_env(autoreset_mode=AutoresetMode.DISABLED)
     before, _ = env.reset()
     options = {"reset_mask": np.array([False, True, False, False])}
     after, infos = env.reset(options=options)
-    assert "reset_mask" not in options
     assert infos["_level_seed"].tolist() == [False, True, False, False]
     np.testing.assert_array_equal(before[[0, 2, 3]], after[[0, 2, 3]])
 
@@ -281,7 +296,12 @@ def test_same_step_begins_the_episode_at_once(make_env: MakeEnv) -> None:
         "level_seed": np.int32,
         "prev_level_seed": np.int32,
         "prev_level_complete": np.bool_,
+        "episode_return": np.float32,
+        "episode_length": np.int32,
     }
+    for name in ("episode_return", "episode_length"):
+        assert final_info[name].tolist() == infos[name].tolist()
+        assert final_info[f"_{name}"].tolist() == [True, False, False, False]
     assert not final_info["level_seed"][1:].any()
 
 
@@ -362,15 +382,6 @@ def test_infos_bear_masks(make_env: MakeEnv) -> None:
         assert infos[f"_{key}"].dtype == np.bool_
         assert infos[f"_{key}"].shape == (_N,)
     assert infos["episode_length"].tolist() == [1, 0, 0, 0]
-
-
-def test_the_key_of_record_episode_statistics_stays_free(make_env: MakeEnv) -> None:
-    # wrappers/vector/common.py, RecordEpisodeStatistics: refuses infos that have "episode" already.
-    env = make_env()
-    env.reset()
-    _, _, _, _, infos = env.step(np.full(_N, -1))
-    assert "episode" not in infos
-    assert "_episode" not in infos
 
 
 def test_observations_are_copies_unless_asked_otherwise(make_env: MakeEnv) -> None:
