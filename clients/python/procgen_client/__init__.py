@@ -19,7 +19,8 @@ except ImportError:
         "run clients/python/generate.sh"
     ) from None
 
-from procgen_client._gymnasium import AutoresetMode, register_environments
+from procgen_client import _gym, _gymnasium
+from procgen_client._gymnasium import AutoresetMode
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
@@ -29,7 +30,7 @@ from procgen_client.episode_statistics import Episode, EpisodeStatistics
 from procgen_client.errors import ProcgenError
 from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
-from procgen_client.released import ProcgenEnv, ProcgenGym3Env
+from procgen_client.released import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
 from procgen_client.server_process import ServerProcess
 from procgen_client.vector_env import ProcgenVectorEnv
 from procgen_client.video import VideoRecorder
@@ -39,6 +40,7 @@ __version__ = "0.1.0"
 __all__ = [
     "ACTION_COUNT",
     "ACTION_MIN",
+    "ENV_NAMES",
     "AutoresetMode",
     "Batch",
     "Client",
@@ -58,4 +60,5 @@ __all__ = [
     "connect",
 ]
 
-register_environments()
+_gymnasium.register_environments()
+_gym.register_environments()

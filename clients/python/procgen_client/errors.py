@@ -42,6 +42,10 @@ class InvalidArgumentError(ProcgenError, ValueError):
     default_code = grpc.StatusCode.INVALID_ARGUMENT
 
 
+class UpstreamAssertionError(InvalidArgumentError, AssertionError):
+    """An InvalidArgumentError of upstream's interface, where upstream raises AssertionError."""
+
+
 class NotFoundError(ProcgenError):
     """There is no such game or pool."""
 

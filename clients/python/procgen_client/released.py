@@ -1,12 +1,13 @@
-"""The interfaces of the released benchmark's package, for programs that are written to them.
+"""The interfaces of Procgen 0.10.7 ("upstream"): a drop-in for the package `procgen`.
 
-``from procgen_client import ProcgenGym3Env, ProcgenEnv`` in place of the released import is all
-that such a program needs: without an address a server of its own is started, with which it shares
-memory. Levels, rewards and ends are those of the released package for the same rand_seed.
+Replace ``from procgen import ...`` with ``from procgen_client import ...``. Without an address a
+private server is started, which shares memory with the program. Levels, rewards and episode ends
+equal upstream's for the same rand_seed.
 """
 
 from __future__ import annotations
 
+import os
 import warnings
 import weakref
 from collections.abc import Callable, Sequence
@@ -15,14 +16,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from procgen_client._gym import program_spaces
 from procgen_client._gym3 import Gym3Env, action_type, observation_type
-from procgen_client._gymnasium import spaces
 from procgen_client._requests import ACTION_COUNT
 from procgen_client.batch import Batch
 from procgen_client.client import Client
-from procgen_client.errors import InvalidArgumentError
+from procgen_client.errors import InvalidArgumentError, UpstreamAssertionError
+from procgen_client.options import GAMES, EnvironmentOptions
 from procgen_client.pool import Pool
 from procgen_client.private_server import is_private, open_client
+
+# The games, by upstream's name for the list.
+ENV_NAMES = list(GAMES)
 
 _RENDER_MODES = (None, "rgb_array")
 _RENDER_SIDE_PX = 512
@@ -38,6 +43,8 @@ class ProcgenGym3Env(Gym3Env):
     Attributes:
         num: Number of environments, N.
         ob_space, ac_space: Types of an observation, {"rgb": uint8 [64, 64, 3]}, and of an action.
+        combos: Keys of each action, as get_combos gives them.
+        render_mode: As given.
         pool: The pool on the server.
     """
 
@@ -60,69 +67,72 @@ class ProcgenGym3Env(Gym3Env):
         num_threads: int = 4,
         render_mode: str | None = None,
         *,
+        debug: bool = False,
+        resource_root: str | os.PathLike[str] | None = None,
         server: str | Client | None = None,
     ) -> None:
         """Makes the environments.
 
         Args:
-            num, env_name: Number of environments, and the name of their game.
-            center_agent, ..., rand_seed: The released options, as
-                procgen_client.options.EnvironmentOptions tells.
+            num, env_name: Number of environments, and their game. Or n games, separated by commas:
+                environment i plays number i % n, and num is a multiple of n.
+            center_agent, ..., rand_seed: Upstream's options; see
+                procgen_client.options.EnvironmentOptions.
             num_threads: Not used: the server has workers of its own.
-            render_mode: "rgb_array": infos have a picture for people, "rgb". Or None.
+            render_mode: "rgb_array": infos contain a picture for people, "rgb". Or None.
+            debug: False: nothing is compiled here.
+            resource_root: Folder with upstream's art, for a private server. None: built-in art.
             server: As ProcgenVectorEnv takes it.
 
-        Errors as Client and Client.create_pool.
+        Raises:
+            UpstreamAssertionError: An option is out of range.
+            ProcgenError: As Client and Client.create_pool.
         """
         if render_mode not in _RENDER_MODES:
             raise InvalidArgumentError(f"render_mode is {render_mode!r}; it is None or 'rgb_array'")
-        client = open_client(server)
-        try:
-            self.pool = client.create_pool(
-                env_name,
-                num,
-                transport="shared_memory" if is_private(client) else "stream",
-                distribution_mode=distribution_mode,
-                num_levels=num_levels,
-                start_level=start_level,
-                rand_seed=rand_seed,
-                use_sequential_levels=use_sequential_levels,
-                center_agent=center_agent,
-                use_backgrounds=use_backgrounds,
-                use_generated_assets=use_generated_assets,
-                use_monochrome_assets=use_monochrome_assets,
-                restrict_themes=restrict_themes,
-                paint_vel_info=paint_vel_info,
-                debug_mode=debug_mode,
-            )
-        except BaseException:
-            if client is not server:
-                client.close()
-            raise
+        _check(not debug, f"debug is {debug!r}; it is False, since nothing is compiled here")
+        options = EnvironmentOptions(
+            distribution_mode=distribution_mode,
+            num_levels=num_levels,
+            start_level=start_level,
+            rand_seed=rand_seed,
+            use_sequential_levels=bool(use_sequential_levels),
+            center_agent=bool(center_agent),
+            use_backgrounds=bool(use_backgrounds),
+            use_generated_assets=bool(use_generated_assets),
+            use_monochrome_assets=bool(use_monochrome_assets),
+            restrict_themes=bool(restrict_themes),
+            paint_vel_info=bool(paint_vel_info),
+            debug_mode=debug_mode,
+        )
+        client = open_client(server, resource_root)
+        owned = None if client is server else client
+        self.pool = _create_pool(client, owned, env_name, num, options)
         super().__init__(
             ob_space=observation_type(self.pool.observation_shape),
             ac_space=action_type(ACTION_COUNT),
             num=num,
         )
         self._actions = client.catalog().actions
-        self._is_rendered = render_mode is not None
+        self.combos = self.get_combos()
+        self.render_mode = render_mode
         self._batch: Batch | None = None  # As the environments stand, once it is known.
-        self._close_once = weakref.finalize(
-            self, _close, self.pool, None if client is server else client
-        )
+        self._close_once = weakref.finalize(self, _close, self.pool, owned)
 
     def act(self, ac: npt.ArrayLike) -> None:
         """Has all environments stepped, and does not wait for it; observe does.
 
         Args:
-            ac: int [N], each in [0, 15), or -1, which ends the episode.
+            ac: Numbers [N], each in [0, 15), or -1, which ends the episode. They are cast to int32
+                as upstream does, so that floats are truncated.
 
         Raises:
             InvalidArgumentError: A wrong length, or a value out of range. Nothing has moved.
         """
-        actions = np.asarray(ac)
-        if actions.shape != (self.num,):
-            raise InvalidArgumentError(f"ac has shape {list(actions.shape)}; it is [{self.num}]")
+        actions = _cast_actions(ac)
+        _check(
+            actions.shape == (self.num,), f"ac has shape {list(actions.shape)}; it is [{self.num}]"
+        )
         self._receive()
         self._batch = None
         self.pool.send_step(actions)
@@ -154,7 +164,7 @@ class ProcgenGym3Env(Gym3Env):
                 batch.prev_level_seeds, complete, batch.level_seeds, strict=True
             )
         ]
-        if self._is_rendered:
+        if self.render_mode is not None:
             pictures = self.pool.render(side_px=_RENDER_SIDE_PX)
             for info, picture in zip(infos, pictures, strict=True):
                 info["rgb"] = picture
@@ -182,6 +192,10 @@ class ProcgenGym3Env(Gym3Env):
 
     def set_state(self, states: Sequence[bytes]) -> None:
         """Puts each environment into a snapshot."""
+        _check(
+            len(states) == self.num,
+            f"states has {len(states)} entries; there are {self.num} environments",
+        )
         self._receive()
         self.pool.restore_states(states)
         self._batch = None
@@ -189,6 +203,22 @@ class ProcgenGym3Env(Gym3Env):
     def get_combos(self) -> list[tuple[str, ...]]:
         """Tells which keys each action presses."""
         return [tuple(action.keys) for action in self._actions]
+
+    def keys_to_act(self, keys_list: Sequence[Sequence[str]]) -> list[np.ndarray]:
+        """Gives the actions of pressed keys, for interactive programs.
+
+        Args:
+            keys_list: Names of the keys that are pressed, for each environment.
+
+        Returns:
+            For each environment int64 [1]: the action that presses most of these keys and no other.
+        """
+        actions = []
+        for keys in keys_list:
+            pressed = [set(combo) <= set(keys) for combo in self.combos]
+            lengths = [len(c) if p else -1 for c, p in zip(self.combos, pressed, strict=True)]
+            actions.append(np.array([int(np.argmax(lengths))]))
+        return actions
 
     def close(self) -> None:
         """Deletes the environments. Closing again does nothing."""
@@ -212,12 +242,19 @@ class ProcgenEnv:
 
     Attributes:
         num_envs: Number of environments, N.
-        observation_space, action_space: Spaces of Gymnasium, or classes like them without it:
-            Dict with "rgb", and Discrete.
+        observation_space, action_space: Dict with "rgb", and Discrete: spaces of Gym, if the
+            program has imported it, else of Gymnasium, or classes like them without it.
+        render_mode: As given.
         env: The ProcgenGym3Env that it is made of.
     """
 
-    metadata: dict[str, Any] = {"render.modes": ["rgb_array"]}
+    # By the names of Gym until 0.21, as upstream, and by those of its successors.
+    metadata: dict[str, Any] = {
+        "render.modes": ["human", "rgb_array"],
+        "video.frames_per_second": 15,
+        "render_modes": ["human", "rgb_array"],
+        "render_fps": 15,
+    }
     reward_range = (-np.inf, np.inf)
     spec = None
 
@@ -225,6 +262,8 @@ class ProcgenEnv:
         """Makes the environments; the arguments are ProcgenGym3Env's."""
         self.env = ProcgenGym3Env(num_envs, env_name, *args, **kwargs)
         self.num_envs = num_envs
+        self.render_mode = self.env.render_mode
+        spaces = program_spaces()
         shape = self.env.pool.observation_shape
         self.observation_space = spaces.Dict({"rgb": spaces.Box(0, 255, shape, np.uint8)})
         self.action_space = spaces.Discrete(ACTION_COUNT)
@@ -254,7 +293,7 @@ class ProcgenEnv:
         """Steps all environments.
 
         Args:
-            actions: int [N], each in [0, 15), or -1.
+            actions: Numbers [N], each in [0, 15), or -1, as ProcgenGym3Env.act takes them.
 
         Returns:
             Observations {"rgb": uint8 [N, 64, 64, 3]}, of the next episode where one has ended;
@@ -277,11 +316,24 @@ class ProcgenEnv:
         rewards, observations, first = self.env.observe()
         return observations, rewards, first, self.env.get_info()
 
-    def render(self, mode: str = "rgb_array") -> np.ndarray:
-        """Draws all environments for people, side by side: uint8 [512, N * 512, 3]."""
-        if mode != "rgb_array":
-            raise InvalidArgumentError(f"mode is {mode!r}; it is 'rgb_array'")
-        return np.concatenate(self.get_images(), axis=1)
+    def render(self, mode: str = "human") -> np.ndarray | None:
+        """Gives a picture of environment 0, as upstream does; get_images gives all.
+
+        Args:
+            mode: "rgb_array": the picture in the infos, uint8 [512, 512, 3], if render_mode is
+                "rgb_array"; else the observation, uint8 [64, 64, 3]. "human": gives None, since no
+                window is opened.
+
+        Raises:
+            InvalidArgumentError: There is no such mode.
+        """
+        if mode not in self.metadata["render_modes"]:
+            raise InvalidArgumentError(f"mode is {mode!r}; it is 'human' or 'rgb_array'")
+        if mode == "human":
+            return None
+        if self.render_mode is None:
+            return self.env.observe()[1]["rgb"][0]
+        return self.env.pool.render([0], side_px=_RENDER_SIDE_PX)[0]
 
     def get_images(self) -> list[np.ndarray]:
         """Draws all environments for people: N pictures, uint8 [512, 512, 3]."""
@@ -290,6 +342,49 @@ class ProcgenEnv:
     def close(self) -> None:
         """Deletes the environments. Closing again does nothing."""
         self.env.close()
+
+
+def _create_pool(
+    client: Client, owned: Client | None, env_name: str, num: int, options: EnvironmentOptions
+) -> Pool:
+    """Makes the pool; where that cannot be, closes the client that is owned."""
+    games = env_name.split(",")
+    try:
+        _check(
+            num % len(games) == 0,
+            f"num is {num}; it is a multiple of {len(games)}, the number of games in {env_name!r}",
+        )
+        transport = "shared_memory" if is_private(client) else "stream"
+        return client.create_pool(games, num, transport=transport, **options)
+    except BaseException as error:
+        if owned is not None:
+            owned.close()
+        if isinstance(error, InvalidArgumentError):
+            raise UpstreamAssertionError(error.message) from None
+        raise
+
+
+def _check(holds: bool, message: str) -> None:
+    if not holds:
+        raise UpstreamAssertionError(message)
+
+
+def _cast_actions(ac: npt.ArrayLike) -> np.ndarray:
+    """Casts actions to int32, as upstream does.
+
+    Raises:
+        UpstreamAssertionError: They are no finite numbers.
+    """
+    given = np.asarray(ac)
+    try:
+        if given.dtype.kind == "f" and not np.isfinite(given).all():
+            raise ValueError("not all are finite")
+        with np.errstate(invalid="ignore"):  # What exceeds int32 becomes what is no action.
+            return given.astype(np.int32)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise UpstreamAssertionError(
+            f"ac has type {given.dtype}; it contains finite numbers ({error})"
+        ) from None
 
 
 def _close(pool: Pool, client: Client | None) -> None:

@@ -117,6 +117,42 @@ def test_without_the_program_the_error_says_what_to_do(tmp_path: Path) -> None:
     assert "PROCGEN_SERVER_BINARY" in run.stderr
 
 
+_OTHER_ART = """
+import sys
+import numpy as np
+from procgen_client import ProcgenEnv, errors
+options = {"num_envs": 2, "env_name": "maze", "rand_seed": 3}
+one = ProcgenEnv(**options)
+other = ProcgenEnv(**options, resource_root=sys.argv[1] + "/")
+for env in (other, ProcgenEnv(**options, resource_root=sys.argv[1])):
+    assert env.env.pool._client.address == other.env.pool._client.address
+    assert not np.array_equal(one.reset()["rgb"], env.reset()["rgb"])
+assert one.env.pool._client.address != other.env.pool._client.address
+"""
+
+
+def _run_with_art(folder: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", _OTHER_ART, folder],
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_upstreams_art_is_drawn_by_a_server_of_its_own() -> None:
+    art = os.environ.get("PROCGEN_PAINTED_ART")
+    if art is None:
+        pytest.skip("PROCGEN_PAINTED_ART names no folder of art; CTest sets it")
+    run = _run_with_art(os.path.dirname(art))
+    assert run.returncode == 0, run.stderr
+
+
+def test_a_folder_without_art_is_refused(tmp_path: Path) -> None:
+    assert f"art folder '{tmp_path}'" in _run_with_art(str(tmp_path)).stderr
+
+
 def test_a_tied_server_stops_as_any_other(tmp_path: Path) -> None:
     address = f"unix:{tmp_path}/socket"
     with ServerProcess(server_binary(), address=address, tied=True) as server:

@@ -1,18 +1,20 @@
-"""The released package's interfaces keep to their facts, each with its source.
+"""Upstream's interfaces keep to their facts, each with its source.
 
-Sources: the facts of gym3 and of the released package that programs are written against; the
-recordings of tests/conformance hold levels, rewards and ends to it.
+Upstream is the package `procgen` 0.10.7. Sources: the facts of gym3 and of upstream that programs
+are written against; the recordings of tests/conformance hold levels, rewards and ends to it.
 """
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from procgen_client import (
+    ENV_NAMES,
     Client,
     ProcgenEnv,
     ProcgenGym3Env,
@@ -62,6 +64,8 @@ def test_arguments_are_the_released_ones() -> None:
         "rand_seed": None,
         "num_threads": 4,
         "render_mode": None,
+        "debug": False,
+        "resource_root": None,
         "server": None,
     }
 
@@ -162,6 +166,97 @@ def test_actions_press_the_released_keys(env: ProcgenGym3Env) -> None:
     ]
 
 
+def test_keys_give_the_action_that_presses_most_of_them(env: ProcgenGym3Env) -> None:
+    # Upstream, keys_to_act: for each list of keys an array of one action; it has `combos`, too.
+    keys = [[], ["LEFT"], ["UP", "LEFT"], ["A", "S"], ["RIGHT", "x", "DOWN"]]
+    actions = env.keys_to_act(keys)
+    assert [action.tolist() for action in actions] == [[4], [1], [2], [10], [6]]
+    assert env.combos == env.get_combos()
+
+
+@pytest.mark.parametrize(
+    "actions",
+    [
+        np.array([0.0, 7.9, 3.2, -0.5], np.float64),
+        np.array([0, 7, 3, 0], np.float32),
+        np.array([0, 7, 3, 0], np.int64),
+        np.array([0, 7, 3, 0], np.uint64),
+        np.array([0, 7, 2**32 + 3, 0], np.int64),
+        np.array([0, 7, 3, 0], object),
+        [0, 7.9, 3, False],
+    ],
+)
+def test_actions_are_cast_as_upstream_casts_them(
+    env: ProcgenGym3Env, venv: ProcgenEnv, client: Client, actions: object
+) -> None:
+    # Upstream, act: ac.astype(np.int32).
+    with client.create_pool("coinrun", _N, **_OPTIONS) as pool:
+        expected = pool.step([0, 7, 3, 0]).observations
+    env.act(actions)
+    np.testing.assert_array_equal(env.observe()[1]["rgb"], expected)
+    np.testing.assert_array_equal(venv.step(actions)[0]["rgb"], expected)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 15, 15.0, -2.0, 1e10, "left", None])
+def test_what_is_no_action_is_refused(env: ProcgenGym3Env, bad: object) -> None:
+    with pytest.raises(errors.InvalidArgumentError, match="ac has type|actions\\[3\\] is"):
+        env.act([4, 4, 4, bad])
+    env.act([4, 4, 4, 4])
+    env.observe()
+
+
+def test_several_games_are_dealt_in_turn(client: Client) -> None:
+    # Upstream, env_name: names separated by commas; environment n plays name n mod their number,
+    # and the number of environments is a multiple of theirs.
+    env = ProcgenGym3Env(4, "coinrun,maze", **_OPTIONS, server=client)
+    assert list(env.pool.spec.games) == ["coinrun", "maze"]
+    mixed = env.observe()[1]["rgb"]
+    env.close()
+    with client.create_pool("maze", 4, **_OPTIONS) as pool:
+        np.testing.assert_array_equal(mixed[1::2], pool.observe().observations[1::2])
+    with pytest.raises(AssertionError, match="num is 3; it is a multiple of 2"):
+        ProcgenGym3Env(3, "coinrun,maze", server=client)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"distribution_mode": "simple"}, "'simple'; it is one of easy, hard"),
+        ({"distribution_mode": "extreme"}, "extreme"),
+        ({"env_name": "bigfish", "distribution_mode": "exploration"}, "exploration"),
+        ({"distribution_mode": "exploration", "num_levels": 5}, "num_levels"),
+        ({"debug": True}, "debug is True; it is False"),
+    ],
+)
+def test_options_that_upstream_asserts_are_assertion_errors(
+    client: Client, arguments: dict, message: str
+) -> None:
+    # Upstream: `assert` in the constructor. Here they are InvalidArgumentErrors as well.
+    with pytest.raises(AssertionError, match=message) as caught:
+        ProcgenGym3Env(**({"num": 1, "env_name": "coinrun", "server": client} | arguments))
+    assert isinstance(caught.value, errors.InvalidArgumentError)
+
+
+def test_options_of_other_types_are_booleans_where_upstream_makes_them_some(client: Client) -> None:
+    # Upstream: bool(center_agent) and the like.
+    arguments = {"use_backgrounds": 0, "center_agent": np.bool_(False), "restrict_themes": 1}
+    env = ProcgenGym3Env(1, "maze", **arguments, server=client)
+    assert env.pool.spec.options.use_backgrounds is False
+    assert env.pool.spec.options.restrict_themes is True
+    env.close()
+
+
+def test_names_of_the_games_are_there(client: Client) -> None:
+    # Upstream, procgen.env.ENV_NAMES.
+    assert ENV_NAMES == sorted(game.name for game in client.catalog().games)
+
+
+def test_art_of_another_server_cannot_be_chosen(client: Client, tmp_path: Path) -> None:
+    # Upstream, resource_root: the folder with the art. A server that is there has its own.
+    with pytest.raises(errors.InvalidArgumentError, match=f"{tmp_path}.*by its flag --art"):
+        ProcgenEnv(1, "maze", resource_root=tmp_path, server=client)
+
+
 def test_wrong_actions_are_refused_and_nothing_is_lost(env: ProcgenGym3Env) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="ac has shape \\[3\\]; it is \\[4\\]"):
         env.act(np.zeros(3, np.int32))
@@ -197,12 +292,32 @@ def test_baselines_reset_begins_nothing(venv: ProcgenEnv) -> None:
 
 
 def test_baselines_spaces_and_pictures(venv: ProcgenEnv) -> None:
-    # baselines: num_envs, observation_space, action_space; render gives one picture of all.
+    # baselines: num_envs, observation_space, action_space.
     assert venv.num_envs == _N
     assert venv.observation_space["rgb"].shape == (64, 64, 3)
     assert venv.action_space.n == 15
     assert venv.action_space.sample() in venv.action_space
-    assert venv.render().shape == (512, _N * 512, 3)
+
+
+def test_render_gives_environment_0(client: Client, venv: ProcgenEnv) -> None:
+    # Upstream, render: mode "human" by default, which gives nothing; "rgb_array": info["rgb"] of
+    # environment 0 where the infos have it, else its observation. For recorders of videos metadata
+    # has the modes and frames per second, by the names of old and new Gym.
+    observation = venv.reset()["rgb"][0]
+    assert venv.render() is None
+    assert venv.render("human") is None
+    np.testing.assert_array_equal(venv.render(mode="rgb_array"), observation)
+    with pytest.raises(errors.InvalidArgumentError, match="'ansi'; it is 'human' or 'rgb_array'"):
+        venv.render("ansi")
+    assert venv.metadata["render.modes"] == venv.metadata["render_modes"] == ["human", "rgb_array"]
+    assert venv.metadata["video.frames_per_second"] == venv.metadata["render_fps"] == 15
+    assert venv.render_mode is None
+    many = ProcgenEnv(64, "coinrun", render_mode="rgb_array", **_OPTIONS, server=client)
+    _, _, _, infos = many.step(np.full(64, 7))
+    np.testing.assert_array_equal(many.render("rgb_array"), infos[0]["rgb"])
+    assert many.render("rgb_array").shape == (512, 512, 3)
+    assert many.render_mode == "rgb_array"
+    many.close()
 
 
 def test_levels_are_those_of_the_same_seed_anywhere(client: Client, venv: ProcgenEnv) -> None:
