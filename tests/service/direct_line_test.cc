@@ -36,7 +36,8 @@ class DirectLineTest : public SharedMemoryTest {
     v1::StepPoolResponse response;
     ASSERT_TRUE(stream_->Write(attach));
     ASSERT_TRUE(stream_->Read(&response));
-    line_ = procgen_client::DirectLine::Open(response.attached().shared_memory().direct_line());
+    line_ = procgen_client::DirectLine::Open(response.attached().shared_memory().direct_line(),
+                                             4 << 20);
     ASSERT_NE(line_, nullptr);
     // Answered, so the line is known to be open.
     ASSERT_TRUE(line_->Send(Observe(1)));

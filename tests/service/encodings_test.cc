@@ -298,9 +298,9 @@ TEST_P(EncodingTest, DamagedAnswersEndTheStream) {
       {[&](auto* response) { bytes_of(response)->assign(20 << 20, 'x'); },
        "request 9: encoded observations: "},
       {[](auto* response) { response->mutable_batch()->set_environment_count(1 << 30); },
-       "request 12 is of other environments than the pool's 5"},
+       "request 12: 1073741824 environments from 0, expected: 1 to 5 from 0"},
       {[](auto* response) { response->mutable_batch()->set_first_environment(1); },
-       "request 15: environments 1 and 5 from there; the pool has 5"},
+       "request 15: 5 environments from 1, expected: 1 to 5 from 0"},
   };
   int64_t number = 0;
   for (const auto& [damage, message] : cases) {

@@ -37,11 +37,6 @@ absl::Status Batch::Decode(ObservationDecoder* decoder) {
   }
   int32_t rows = 0;
   for (const Part& part : parts_) {
-    if (part.environment_count < 1 || part.environment_count > decoder->env_count() - rows) {
-      return absl::DataLossError(absl::StrCat("the answer to request ", sequence_number(),
-                                              " is of other environments than the pool's ",
-                                              decoder->env_count()));
-    }
     rows += part.environment_count;
   }
   // Not cleared before, as that would write all of it once more.
@@ -53,8 +48,8 @@ absl::Status Batch::Decode(ObservationDecoder* decoder) {
         decoder->Decode(part.first_environment, part.environment_count,
                         encoded.substr(0, part.observation_bytes), left.first(bytes));
     if (!status.ok()) {
-      return absl::DataLossError(
-          absl::StrCat("the answer to request ", sequence_number(), ": ", status.message()));
+      return absl::DataLossError(absl::StrCat("the server's answer to request ", sequence_number(),
+                                              ": ", status.message()));
     }
     encoded.remove_prefix(part.observation_bytes);
     left.remove_prefix(bytes);

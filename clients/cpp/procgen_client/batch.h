@@ -62,8 +62,9 @@ class Batch {
     return Shared(&SharedRows::episode_lengths, Numbers(value().episode_lengths()));
   }
   // Hashes of the ended episodes, of the m rows with terminated or truncated, in order. The
-  // contract sends their 64 bits as signed numbers.
-  absl::Span<const uint64_t> fingerprints() const {  // [m]
+  // contract sends their 64 bits as signed numbers. Of a server without them
+  // (Features.fingerprints) there are none.
+  absl::Span<const uint64_t> fingerprints() const {  // [m], or empty
     const absl::Span<const int64_t> numbers = Numbers(value().fingerprints());
     return Shared(
         &SharedRows::fingerprints,
@@ -103,7 +104,8 @@ class Batch {
     return shared_ == nullptr ? received : (*shared_).*array;
   }
 
-  // Begins with the first response of an answer; then adds the others' rows.
+  // Begins with the first response of an answer; then adds the others' rows. All are valid
+  // (ResponseValidator).
   void Begin();
   void Append(const procgen::v1::Batch& part);
   // Decodes the observations of the whole answer; `decoder` null: they are as they came. Errors:

@@ -1,11 +1,13 @@
 #include "procgen_client/client.h"
 
+#include <chrono>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
+#include "procgen_client/answer_validation.h"
 #include "procgen_client/grpc_error.h"
 
 namespace procgen_client {
@@ -30,6 +32,15 @@ constexpr int kLoopbackWindowBytes = 128 << 10;
 constexpr absl::Duration kNearRoundTrip = absl::Milliseconds(3);
 constexpr int kNearAttempts = 5;
 constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
+
+// A server gives 1000 pools a page; a list beyond this many pages has no end.
+constexpr int kPoolPagesMax = 1000;
+
+// `value`, if it is valid.
+template <typename Value>
+absl::StatusOr<Value> IfValid(absl::StatusOr<Value> value, absl::Status status) {
+  return status.ok() ? std::move(value) : std::move(status);
+}
 
 int Milliseconds(absl::Duration duration) {
   return static_cast<int>(absl::ToInt64Milliseconds(duration));
@@ -57,13 +68,13 @@ absl::StatusOr<Response> CallUnary(const CallTerms& terms, Stub* stub,
 // tunnel whose near end is.
 bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const std::string& token) {
   for (int attempt = 0; attempt < kNearAttempts; ++attempt) {
-    const absl::Time begin = absl::Now();
+    const auto begin = std::chrono::steady_clock::now();
     // Whatever it answers. A call that is given up at the round trip would be an error in the
     // metrics of a server that is busy.
     CallUnary({token, kNearTimeout}, catalog, &v1::CatalogService::Stub::GetLoad,
               v1::GetLoadRequest())
         .IgnoreError();
-    const absl::Duration round_trip = absl::Now() - begin;
+    const absl::Duration round_trip = absl::FromChrono(std::chrono::steady_clock::now() - begin);
     if (round_trip < kNearRoundTrip) {
       return true;
     }
@@ -89,6 +100,9 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   }
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
+  // Servers compress no messages, and some kilobytes could become gigabytes.
+  arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1);
+  arguments.SetInt(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
   // A connection of its own, so that several clients in one process do not share one.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
@@ -160,28 +174,41 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  absl::Status status = pool.ok() ? ValidateCreatedPool(*pool, request) : pool.status();
+  return IfValid(std::move(pool), std::move(status));
 }
 
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
+  return IfValid(std::move(pool), std::move(status));
 }
 
 absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   std::vector<v1::Pool> pools;
   v1::ListPoolsRequest request;
-  do {
+  for (int page_count = 0; page_count < kPoolPagesMax; ++page_count) {
     absl::StatusOr<v1::ListPoolsResponse> page =
         CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
     if (!page.ok()) {
       return page.status();
     }
-    pools.insert(pools.end(), page->pools().begin(), page->pools().end());
+    for (const v1::Pool& pool : page->pools()) {
+      if (absl::Status status = ValidatePool(pool, pool.name()); !status.ok()) {
+        return status;
+      }
+      pools.push_back(pool);
+    }
     request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
-  return pools;
+    if (request.page_token().empty()) {
+      return pools;
+    }
+  }
+  return absl::InternalError(absl::StrCat("the server's answer: a list of pools with more than ",
+                                          kPoolPagesMax, " pages, expected: an end"));
 }
 
 absl::Status Client::DeletePool(const std::string& name) {
@@ -199,12 +226,15 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
     request.mutable_lease_duration()->set_seconds(duration.tv_sec);
     request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
   }
-  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+  absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
+  return IfValid(std::move(pool), std::move(status));
 }
 
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), terms_.token, pool, options));
+  std::unique_ptr<StepStream> stream(
+      new StepStream(step_.get(), terms_.token, terms_.timeout, pool, options));
   if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
@@ -224,6 +254,9 @@ absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& poo
         CallUnary(terms_, states_.get(), &v1::StateService::Stub::SaveStates, request);
     if (!page.ok()) {
       return page.status();
+    }
+    if (absl::Status status = ValidateStates(*page, environments, states.size()); !status.ok()) {
+      return status;
     }
     for (v1::State& state : *page->mutable_states()) {
       states.push_back(std::move(state));
@@ -282,7 +315,9 @@ absl::StatusOr<v1::Episode> Client::ReadEpisode(const std::string& pool, int32_t
   request.set_pool(pool);
   request.set_environment(environment);
   request.set_which(which);
-  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::ReadEpisode, request);
+  auto episode = CallUnary(terms_, states_.get(), &v1::StateService::Stub::ReadEpisode, request);
+  absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
+  return IfValid(std::move(episode), std::move(status));
 }
 
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
@@ -294,13 +329,24 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
   request.set_side_px(side_px);
   request.set_format(format);
   request.set_view(view);
-  return CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+  auto rendered =
+      CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+  absl::Status status = rendered.ok()
+                            ? ValidateFrames(rendered->frames(), environments, side_px, format)
+                            : rendered.status();
+  return IfValid(std::move(rendered), std::move(status));
 }
 
 std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
-  return std::make_unique<PoolWatch>(terms_.token, [&](grpc::ClientContext* context) {
-    return render_->WatchPool(context, request);
-  });
+  return std::make_unique<PoolWatch>(
+      terms_.token,
+      [&](grpc::ClientContext* context) { return render_->WatchPool(context, request); },
+      [environments =
+           std::vector<int32_t>(request.environments().begin(), request.environments().end()),
+       side_px = request.side_px(),
+       format = request.format()](const v1::WatchPoolResponse& response) {
+        return ValidateFrames(response.frames(), environments, side_px, format);
+      });
 }
 
 }  // namespace procgen_client

@@ -36,7 +36,7 @@ struct ConnectOptions {
   // broken if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(20);
   absl::Duration keepalive_timeout = absl::Seconds(10);
-  // How long each call but a stream may take; then it is DEADLINE_EXCEEDED.
+  // How long each call may take, of a stream its first attach; then it is DEADLINE_EXCEEDED.
   absl::Duration call_timeout = absl::InfiniteDuration();
 };
 
@@ -53,8 +53,9 @@ struct CallTerms {
 };
 
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
-// tell their fields, errors and limits; the server's errors are returned as they are.
-// Threads: any method from any thread.
+// tell their fields, errors and limits; the server's errors are returned as they are. An answer
+// that does not fit its request is INTERNAL, whatever server sent it. Threads: any method from any
+// thread.
 class Client {
  public:
   // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers,

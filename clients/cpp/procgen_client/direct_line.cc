@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -23,6 +24,14 @@ constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Answers are small: the values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
 
+// How long a server may take to answer at its socket.
+constexpr timeval kAnswerTimeout = {.tv_sec = 2, .tv_usec = 0};
+
+bool IsPipe(int file) {
+  struct stat facts = {};
+  return fstat(file, &facts) == 0 && S_ISFIFO(facts.st_mode);
+}
+
 // A socket that is connected to this name; negative: it could not be.
 int ConnectedTo(const std::string& name) {
   sockaddr_un address = {};
@@ -35,6 +44,8 @@ int ConnectedTo(const std::string& name) {
   }
   // A name without a file begins with a byte 0.
   address.sun_family = AF_UNIX;
+  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &kAnswerTimeout, sizeof(kAnswerTimeout));
+  setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &kAnswerTimeout, sizeof(kAnswerTimeout));
   std::copy(name.begin(), name.end(), address.sun_path + 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   if (connect(connection, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
@@ -46,7 +57,8 @@ int ConnectedTo(const std::string& name) {
 
 }  // namespace
 
-std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offer) {
+std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offer,
+                                             int64_t response_bytes_max) {
   const int connection = ConnectedTo(offer.socket_name());
   if (connection < 0) {
     return nullptr;
@@ -54,7 +66,7 @@ std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offe
   const absl::Cleanup disconnect = [connection] { close(connection); };
   const std::string& key = offer.key();
   const ssize_t shown = send(connection, key.data(), key.size(), MSG_NOSIGNAL);
-  std::unique_ptr<DirectLine> line(new DirectLine());
+  std::unique_ptr<DirectLine> line(new DirectLine(response_bytes_max));
   return shown == static_cast<ssize_t>(key.size()) && line->TakeEnds(connection) ? std::move(line)
                                                                                  : nullptr;
 }
@@ -80,6 +92,9 @@ bool DirectLine::TakeEnds(int socket) {
   std::memcpy(ends.data(), CMSG_DATA(head), sizeof(ends));
   requests_ = ends[0];
   responses_ = ends[1];
+  if (!IsPipe(requests_) || !IsPipe(responses_)) {
+    return false;
+  }
   const std::string again = absl::StrCat("/proc/self/fd/", requests_);
   requests_read_ = open(again.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0;
@@ -124,12 +139,16 @@ bool DirectLine::Receive(procgen::v1::StepPoolResponse* response) {
   uint32_t length = 0;
   std::memcpy(&length, buffer_.data() + begin_, kLengthBytes);
   begin_ += kLengthBytes;
+  if (length > response_bytes_max_) {
+    is_damaged_ = true;
+    return false;
+  }
   if (!Fill(length)) {
     return false;
   }
-  const bool is_valid = response->ParseFromArray(buffer_.data() + begin_, static_cast<int>(length));
+  is_damaged_ = !response->ParseFromArray(buffer_.data() + begin_, static_cast<int>(length));
   begin_ += length;
-  return is_valid;
+  return !is_damaged_;
 }
 
 bool DirectLine::Fill(size_t count) {

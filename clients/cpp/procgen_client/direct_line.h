@@ -15,7 +15,9 @@ namespace procgen_client {
 class DirectLine {
  public:
   // Connects; null: that cannot be done from here, and gRPC's stream does as well.
-  static std::unique_ptr<DirectLine> Open(const procgen::v1::DirectLine& offer);
+  // `response_bytes_max`: of responses.
+  static std::unique_ptr<DirectLine> Open(const procgen::v1::DirectLine& offer,
+                                          int64_t response_bytes_max);
   ~DirectLine();
   DirectLine(const DirectLine&) = delete;
   DirectLine& operator=(const DirectLine&) = delete;
@@ -24,11 +26,13 @@ class DirectLine {
   bool Send(const procgen::v1::StepPoolRequest& request);
   // Waits for the next response. False: as for Send.
   bool Receive(procgen::v1::StepPoolResponse* response);
+  // After Receive: it has ended with what is no response.
+  bool is_damaged() const { return is_damaged_; }
   // Sends nothing more: the stream ends when what was sent is answered.
   void HangUp() const;
 
  private:
-  DirectLine() = default;
+  explicit DirectLine(int64_t response_bytes_max) : response_bytes_max_(response_bytes_max) {}
   // Receives the ends of the pipes.
   bool TakeEnds(int socket);
   // Waits until there is room for a request. False: the line has ended.
@@ -36,6 +40,8 @@ class DirectLine {
   // Waits until `count` bytes are there from begin_ on.
   bool Fill(size_t count);
 
+  const int64_t response_bytes_max_;
+  bool is_damaged_ = false;
   int requests_ = -1;
   // Their reading end, from which nobody reads here: while it is open, who writes gets no SIGPIPE.
   int requests_read_ = -1;

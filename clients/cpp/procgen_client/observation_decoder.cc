@@ -123,11 +123,7 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
 
 ObservationDecoder::ObservationDecoder(const Sheet& sheet, int32_t env_count,
                                        procgen::v1::Encoding encoding)
-    : sheet_(sheet),
-      encoding_(encoding),
-      ages_(static_cast<size_t>(env_count)),
-      shown_(static_cast<size_t>(env_count) * sheet.bytes()),
-      basis_(sheet.bytes()) {}
+    : sheet_(sheet), encoding_(encoding), env_count_(env_count), basis_(sheet.bytes()) {}
 
 int32_t ObservationDecoder::block_columns() const {
   return (sheet_.columns + kBlockSide - 1) / kBlockSide;
@@ -155,11 +151,12 @@ size_t ObservationDecoder::ContentBytesMax(int32_t count) const {
 absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content) const {
   for (size_t i = 0; i < content.ages.size(); ++i) {
     const size_t environment = static_cast<size_t>(first) + i;
-    if (content.ages[i] != 0 && content.ages[i] != ages_[environment]) {
+    const uint8_t next = environment < ages_.size() ? ages_[environment] : uint8_t{0};
+    if (content.ages[i] != 0 && content.ages[i] != next) {
       return absl::FailedPreconditionError(
           absl::StrCat("encoded observations: environment ", environment, " is at age ",
-                       content.ages[i], ", after what was decoded before it would be ",
-                       ages_[environment], " or 0: answers are missing or came twice"));
+                       content.ages[i], ", after what was decoded before it would be ", next,
+                       " or 0: answers are missing or came twice"));
     }
   }
   for (size_t i = 0; i < content.advances.size(); ++i) {
@@ -285,9 +282,9 @@ void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, C
 
 absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::string_view encoded,
                                         absl::Span<uint8_t> observations) {
-  if (first < 0 || count < 1 || count > static_cast<int64_t>(ages_.size()) - first) {
+  if (first < 0 || count < 1 || count > env_count_ - first) {
     return absl::InvalidArgumentError(absl::StrCat("environments ", first, " and ", count,
-                                                   " from there; the pool has ", ages_.size()));
+                                                   " from there; the pool has ", env_count_));
   }
   if (observations.size() != static_cast<size_t>(count) * sheet_.bytes()) {
     return absl::InvalidArgumentError(absl::StrCat("room for ", observations.size(), " bytes, ",
@@ -302,6 +299,11 @@ absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::stri
   absl::StatusOr<Content> content = Read(first, count, *bytes);
   if (!content.ok()) {
     return content.status();
+  }
+  const auto end = static_cast<size_t>(first) + static_cast<size_t>(count);
+  if (ages_.size() < end) {
+    ages_.resize(end);
+    shown_.resize(end * sheet_.bytes());
   }
   const size_t map_bytes = (static_cast<size_t>(block_count()) + 7) / 8;
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {

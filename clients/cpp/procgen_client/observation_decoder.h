@@ -24,7 +24,7 @@ class ObservationDecoder {
   // that is not known here.
   static absl::StatusOr<ObservationDecoder> Make(const procgen::v1::Pool& pool);
 
-  int32_t env_count() const { return static_cast<int32_t>(ages_.size()); }
+  int32_t env_count() const { return env_count_; }
   // Bytes of one observation, F.
   size_t observation_bytes() const { return sheet_.bytes(); }
 
@@ -72,8 +72,11 @@ class ObservationDecoder {
 
   Sheet sheet_;
   procgen::v1::Encoding encoding_;
-  std::vector<uint8_t> ages_;   // [N] that is next; 0: only an observation without a past
-  std::vector<uint8_t> shown_;  // [N, F]
+  int32_t env_count_;
+  // Of the environments up to the last one that was decoded, so that memory follows what a server
+  // sends and not what it says of its pool.
+  std::vector<uint8_t> ages_;   // [..N] that is next; 0: only an observation without a past
+  std::vector<uint8_t> shown_;  // [..N, F]
   std::vector<uint8_t> basis_;  // [F] of the observation that is being decoded
 };
 

@@ -58,28 +58,35 @@ const v1::SharedArray* Find(const v1::SharedMemory& memory, absl::string_view fi
   return nullptr;
 }
 
-// Bytes of a row, or -1: its shape makes no sense or it does not fit.
-int64_t RowBytes(const v1::SharedArray& array, int64_t batch_bytes) {
+// What is wrong with an array for `env_count` rows of `row_bytes`; empty: nothing.
+std::string WhatIsWrong(const v1::SharedArray& array, v1::ElementType type, int64_t env_count,
+                        int64_t row_bytes, int64_t batch_bytes) {
   constexpr int64_t kAlignment = 64;
-  int64_t bytes = ElementBytes(array.element_type());
-  for (int i = 1; i < array.shape_size(); ++i) {
-    if (array.shape(i) < 1 || bytes > batch_bytes / array.shape(i)) {
-      return -1;
-    }
-    bytes *= array.shape(i);
+  int64_t bytes = ElementBytes(type);
+  for (int i = 1; i < array.shape_size() && bytes <= row_bytes; ++i) {
+    bytes =
+        array.shape(i) < 1 || array.shape(i) > row_bytes ? row_bytes + 1 : bytes * array.shape(i);
   }
+  if (array.element_type() != type || array.shape_size() < 1 || array.shape(0) != env_count ||
+      bytes != row_bytes) {
+    return absl::StrCat("of another type or shape, expected: ", env_count, " rows of ", row_bytes,
+                        " bytes");
+  }
+  const int64_t offset_max = batch_bytes - env_count * row_bytes;
   const int64_t offset = array.offset_bytes();
-  const bool fits = offset >= 0 && offset % kAlignment == 0 && offset <= batch_bytes &&
-                    bytes <= (batch_bytes - offset) / array.shape(0);
-  return fits ? bytes : -1;
+  if (offset < 0 || offset > offset_max || offset % kAlignment != 0) {
+    return absl::StrCat("at ", offset, ", expected: a multiple of ", kAlignment, " up to ",
+                        offset_max);
+  }
+  return "";
 }
 
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const SharedMapping>> SharedMapping::Open(
-    const v1::SharedMemory& memory) {
+    const v1::SharedMemory& memory, const v1::Pool& pool) {
   const std::shared_ptr<SharedMapping> mapping(new SharedMapping());
-  absl::Status status = mapping->Read(memory);
+  absl::Status status = mapping->Read(memory, pool);
   if (status.ok()) {
     status = mapping->Map();
   }
@@ -95,7 +102,7 @@ SharedMapping::~SharedMapping() {
   }
 }
 
-absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
+absl::Status SharedMapping::Read(const v1::SharedMemory& memory, const v1::Pool& pool) {
   path_ = memory.path();
   size_bytes_ = memory.size_bytes();
   batch_count_ = memory.batch_count();
@@ -108,14 +115,15 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
   for (size_t i = 0; i < kSharedFieldCount; ++i) {
     const auto& [field, type] = kFields[i];
     const v1::SharedArray* array = Find(memory, field);
-    if (array == nullptr || array->element_type() != type || array->shape_size() < 1 ||
-        array->shape(0) < 1 || (env_count_ != 0 && array->shape(0) != env_count_)) {
-      return Wrong(memory, absl::StrCat("has no array ", field, " of its type and rows"));
+    if (array == nullptr) {
+      return Wrong(memory, absl::StrCat("has no array ", field));
     }
-    env_count_ = array->shape(0);
-    const int64_t row_bytes = RowBytes(*array, batch_bytes_);
-    if (row_bytes < 0) {
-      return Wrong(memory, absl::StrCat("has an array ", field, " that does not fit in a batch"));
+    const int64_t row_bytes =
+        type == v1::ELEMENT_TYPE_UINT8 ? pool.observation_bytes() : ElementBytes(type);
+    const std::string wrong =
+        WhatIsWrong(*array, type, pool.spec().env_count(), row_bytes, batch_bytes_);
+    if (!wrong.empty()) {
+      return Wrong(memory, absl::StrCat("has an array ", field, " ", wrong));
     }
     arrays_[i] = {array->offset_bytes(), row_bytes};
   }
@@ -123,11 +131,14 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory) {
 }
 
 absl::Status SharedMapping::Map() {
-  const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+  // Opening a pipe must not wait for somebody to write to it.
+  const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat facts = {};
   std::string error;
   if (file < 0 || fstat(file, &facts) != 0) {
     error = std::generic_category().message(errno);
+  } else if (!S_ISREG(facts.st_mode)) {
+    error = "it is no file";
   } else if (facts.st_size < size_bytes_) {
     // What lies behind the end of a file cannot be read, and ends who tries.
     error = absl::StrCat("it has ", facts.st_size, " bytes and is shorter than ", size_bytes_);
@@ -151,9 +162,13 @@ absl::Status SharedMapping::Map() {
   return absl::OkStatus();
 }
 
-void HeldBatches::Hold(int32_t batch) {
+bool HeldBatches::Hold(int32_t batch) {
   absl::MutexLock lock(&mutex_);
+  if (std::find(held_.begin(), held_.end(), batch) != held_.end()) {
+    return false;
+  }
   held_.push_back(batch);
+  return true;
 }
 
 void HeldBatches::Release(int32_t batch) {
@@ -185,14 +200,9 @@ std::vector<int32_t> HeldBatches::TakeHeld() {
 absl::StatusOr<std::shared_ptr<const SharedRows>> SharedRows::Hold(
     std::shared_ptr<const SharedMapping> mapping, std::shared_ptr<HeldBatches> held,
     const v1::Batch& batch) {
-  const int32_t count = batch.environment_count();
-  if (mapping == nullptr || batch.shared_batch() < 0 ||
-      batch.shared_batch() >= mapping->batch_count() || batch.first_environment() < 0 ||
-      count < 1 || count > mapping->env_count() ||
-      batch.first_environment() > mapping->env_count() - count) {
-    return absl::InternalError(absl::StrCat(
-        "the server answers with environments ", batch.first_environment(), " and ", count - 1,
-        " more in batch ", batch.shared_batch(), " of shared memory, which there are not"));
+  if (!held->Hold(batch.shared_batch())) {
+    return absl::DataLossError(absl::StrCat("the server answers in batch ", batch.shared_batch(),
+                                            " of shared memory, expected: one that is not held"));
   }
   return std::shared_ptr<const SharedRows>(
       new SharedRows(std::move(mapping), std::move(held), batch));
@@ -201,7 +211,6 @@ absl::StatusOr<std::shared_ptr<const SharedRows>> SharedRows::Hold(
 SharedRows::SharedRows(std::shared_ptr<const SharedMapping> mapping,
                        std::shared_ptr<HeldBatches> held, const v1::Batch& batch)
     : mapping_(std::move(mapping)), held_(std::move(held)), batch_(batch.shared_batch()) {
-  held_->Hold(batch_);
   const int32_t from = batch.first_environment();
   const int32_t count = batch.environment_count();
   rewards = mapping_->Rows<float>(batch_, SharedField::kRewards, from, count);
@@ -213,9 +222,12 @@ SharedRows::SharedRows(std::shared_ptr<const SharedMapping> mapping,
   prev_level_complete = mapping_->Rows<bool>(batch_, SharedField::kPrevLevelComplete, from, count);
   episode_returns = mapping_->Rows<float>(batch_, SharedField::kEpisodeReturns, from, count);
   episode_lengths = mapping_->Rows<int32_t>(batch_, SharedField::kEpisodeLengths, from, count);
+  // As bytes: a bool that is neither 0 nor 1, as another server may write it, must not be read.
+  const auto* const flags = reinterpret_cast<const uint8_t*>(terminated.data());
+  const auto* const more_flags = reinterpret_cast<const uint8_t*>(truncated.data());
   int32_t ended = 0;
-  for (size_t row = 0; row < terminated.size(); ++row) {
-    ended += terminated[row] || truncated[row] ? 1 : 0;
+  for (int32_t row = 0; row < count; ++row) {
+    ended += flags[row] != 0 || more_flags[row] != 0 ? 1 : 0;
   }
   fingerprints = mapping_->Rows<uint64_t>(batch_, SharedField::kFingerprints, from, ended);
   if (batch.shared_final_observations()) {

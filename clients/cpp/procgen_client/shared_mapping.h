@@ -40,17 +40,15 @@ inline constexpr size_t kSharedFieldCount = 12;
 class SharedMapping {
  public:
   // Errors: FAILED_PRECONDITION the file cannot be opened or mapped here (the message names it, and
-  // the way out); INTERNAL the server says of it what cannot be.
+  // the way out); INTERNAL the server says of it what cannot be of this pool.
   static absl::StatusOr<std::shared_ptr<const SharedMapping>> Open(
-      const procgen::v1::SharedMemory& memory);
+      const procgen::v1::SharedMemory& memory, const procgen::v1::Pool& pool);
   ~SharedMapping();
   SharedMapping(const SharedMapping&) = delete;
   SharedMapping& operator=(const SharedMapping&) = delete;
 
   const std::string& path() const { return path_; }
   int32_t batch_count() const { return batch_count_; }
-  // Environments of the pool.
-  int32_t env_count() const { return env_count_; }
 
   // Rows [first, first + count) of the array `field` in a batch. REQUIRES: all are in range, and
   // the field's elements are of this type.
@@ -71,14 +69,13 @@ class SharedMapping {
 
   SharedMapping() = default;
   // Takes over what is told of the memory. Errors: INTERNAL.
-  absl::Status Read(const procgen::v1::SharedMemory& memory);
+  absl::Status Read(const procgen::v1::SharedMemory& memory, const procgen::v1::Pool& pool);
   absl::Status Map();
 
   std::string path_;
   int64_t size_bytes_ = 0;
   int32_t batch_count_ = 0;
   int64_t batch_bytes_ = 0;
-  int32_t env_count_ = 0;
   std::array<Array, kSharedFieldCount> arrays_;  // by field
   const uint8_t* memory_ = nullptr;
 };
@@ -88,7 +85,8 @@ class SharedMapping {
 // Threads: any method from any thread.
 class HeldBatches {
  public:
-  void Hold(int32_t batch);
+  // False: it is held already.
+  bool Hold(int32_t batch);
   void Release(int32_t batch);
 
   int32_t count() const;
@@ -106,7 +104,8 @@ class HeldBatches {
 // The rows of an answer in shared memory, which are held until this ends.
 class SharedRows {
  public:
-  // Holds what `batch` tells. Errors: INTERNAL it tells of what is not there.
+  // Holds what `batch` tells. REQUIRES: it is valid (ResponseValidator). Errors: DATA_LOSS it is
+  // held already.
   static absl::StatusOr<std::shared_ptr<const SharedRows>> Hold(
       std::shared_ptr<const SharedMapping> mapping, std::shared_ptr<HeldBatches> held,
       const procgen::v1::Batch& batch);

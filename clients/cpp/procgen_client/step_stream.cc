@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "grpcpp/alarm.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
@@ -25,11 +24,24 @@ constexpr absl::Duration kBackoffMax = absl::Seconds(2);
 constexpr int64_t kSliceBytesMin = 2 << 20;
 constexpr int64_t kSlicesMax = 4;
 
+// Not absl::Now, which is set back and forth with the machine's clock.
+using Steady = std::chrono::steady_clock;
+
+// Whether two answers to attach can be of one pool.
+bool IsSamePool(const procgen::v1::Pool& one, const procgen::v1::Pool& other) {
+  return one.spec().env_count() == other.spec().env_count() &&
+         one.spec().encoding() == other.spec().encoding() &&
+         one.spec().transport() == other.spec().transport() &&
+         one.spec().episode_end() == other.spec().episode_end() &&
+         std::equal(one.observation_shape().begin(), one.observation_shape().end(),
+                    other.observation_shape().begin(), other.observation_shape().end());
+}
+
 int32_t PayingSlices(const procgen::v1::Pool& pool) {
   if (pool.spec().transport() == procgen::v1::TRANSPORT_SHARED_MEMORY) {
     return 1;  // nothing is on its way there
   }
-  const int64_t bytes = pool.observation_bytes() * pool.spec().env_count();
+  const int64_t bytes = int64_t{pool.observation_bytes()} * pool.spec().env_count();
   return static_cast<int32_t>(std::clamp(bytes / kSliceBytesMin, int64_t{1}, kSlicesMax));
 }
 
@@ -48,18 +60,12 @@ class Backoff {
 
 }  // namespace
 
-bool StepStream::Connection::Write(const procgen::v1::StepPoolRequest& request) const {
-  return line == nullptr ? stream->Write(request) : line->Send(request);
-}
-
-bool StepStream::Connection::Read(procgen::v1::StepPoolResponse* response) const {
-  return line == nullptr ? stream->Read(response) : line->Receive(response);
-}
-
 StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
-                       const std::string& pool, const StreamOptions& options)
+                       absl::Duration attach_timeout, const std::string& pool,
+                       const StreamOptions& options)
     : stub_(stub),
       token_(std::move(token)),
+      attach_timeout_(attach_timeout),
       reconnect_timeout_(options.reconnect_timeout),
       wants_direct_line_(options.direct_line),
       pipeline_(options.pipeline) {
@@ -77,7 +83,7 @@ StepStream::~StepStream() { Close().IgnoreError(); }
 absl::Status StepStream::Attach() {
   absl::MutexLock sending(&send_mutex_);
   bool is_broken = false;
-  if (absl::Status status = Open(absl::InfiniteFuture(), &attached_, &is_broken); !status.ok()) {
+  if (absl::Status status = Open(attach_timeout_, &attached_, &is_broken); !status.ok()) {
     return FinishWith(std::move(status));
   }
   next_sequence_number_ = attached_.next_sequence_number();
@@ -98,48 +104,63 @@ absl::Status StepStream::Attach() {
   return absl::OkStatus();
 }
 
-absl::Status StepStream::Open(absl::Time deadline, procgen::v1::Attached* attached,
+absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* attached,
                               bool* is_broken) {
   *is_broken = false;
-  auto connection = std::make_shared<Connection>();
-  grpc::Alarm alarm;
-  if (deadline != absl::InfiniteFuture()) {
-    // Not the call's deadline, which would be that of the whole stream.
-    connection->context.set_wait_for_ready(true);
-    alarm.Set(absl::ToChronoTime(deadline), [connection](bool is_due) {
-      if (is_due) {
-        connection->context.TryCancel();
-      }
-    });
-  }
+  auto connection = std::make_shared<StreamConnection>();
+  connection->context.set_wait_for_ready(attached_.has_pool());  // it was attached before
   ShowToken(token_, &connection->context);
   const std::vector<int32_t> held = held_->TakeHeld();
   attach_.mutable_attach()->mutable_held_batches()->Assign(held.begin(), held.end());
-  connection->stream = stub_->StepPool(&connection->context);
   procgen::v1::StepPoolResponse response;
-  if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
-    absl::Status status = EndOf(connection.get(), is_broken);
-    *is_broken = *is_broken || absl::Now() >= deadline;
-    return status;
-  }
-  alarm.Cancel();
-  if (wants_direct_line_) {
-    connection->line = DirectLine::Open(response.attached().shared_memory().direct_line());
-  }
   {
-    absl::MutexLock lock(&mutex_);
-    connection_ = connection;
+    // Not the call's deadline, which would be that of the whole stream.
+    const CallTimer timer(connection, timeout);
+    connection->stream = stub_->StepPool(&connection->context);  // waits for the server, too
+    if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
+      absl::Status status = EndOf(connection, is_broken);
+      *is_broken = *is_broken || timer.is_due();
+      return timer.is_due()
+                 ? absl::DeadlineExceededError(absl::StrCat(
+                       "the server did not answer attach within ", absl::FormatDuration(timeout)))
+                 : status;
+    }
   }
   absl::Status status = absl::InternalError("the server's first response does not answer attach");
   if (response.has_attached()) {
-    status = MapShared(response.attached());
+    status = Accept(response.attached());
   }
   if (!status.ok()) {
     connection->context.TryCancel();
     connection->stream->Finish();
     return status;
   }
+  if (wants_direct_line_) {
+    connection->line = DirectLine::Open(response.attached().shared_memory().direct_line(),
+                                        response.attached().response_bytes_max());
+  }
+  {
+    absl::MutexLock lock(&mutex_);
+    connection_ = connection;
+  }
   attached->Swap(response.mutable_attached());
+  return absl::OkStatus();
+}
+
+absl::Status StepStream::Accept(const procgen::v1::Attached& attached) {
+  if (absl::Status status = ValidateAttached(attach_.attach(), attached); !status.ok()) {
+    return status;
+  }
+  if (attached_.has_pool() && !IsSamePool(pool(), attached.pool())) {
+    return absl::AbortedError(
+        absl::StrCat("pool ", attached.pool().name(),
+                     " has other environments or observations than what this "
+                     "stream had attached to: it is another of the same name"));
+  }
+  if (absl::Status status = MapShared(attached); !status.ok()) {
+    return status;
+  }
+  validator_ = ResponseValidator(attached, mapping_ == nullptr ? 0 : mapping_->batch_count());
   return absl::OkStatus();
 }
 
@@ -148,15 +169,14 @@ absl::Status StepStream::MapShared(const procgen::v1::Attached& attached) {
     return absl::OkStatus();
   }
   const procgen::v1::SharedMemory& memory = attached.shared_memory();
-  if (mapping_ != nullptr && mapping_->path() == memory.path()) {
-    return absl::OkStatus();
-  }
-  if (mapping_ != nullptr) {
+  if (mapping_ != nullptr && mapping_->path() != memory.path()) {
     return absl::AbortedError(absl::StrCat("pool ", attached.pool().name(), " shares ",
                                            memory.path(), ", and what this stream had attached to ",
                                            mapping_->path(), ": it is another of the same name"));
   }
-  absl::StatusOr<std::shared_ptr<const SharedMapping>> mapping = SharedMapping::Open(memory);
+  // The memory grows where another stream asked for more batches. What is held keeps its mapping.
+  absl::StatusOr<std::shared_ptr<const SharedMapping>> mapping =
+      SharedMapping::Open(memory, attached.pool());
   if (!mapping.ok()) {
     return mapping.status();
   }
@@ -178,18 +198,20 @@ absl::Status StepStream::Reconnect() {
   // Nobody writes to the broken stream any more.
   absl::MutexLock sending(&send_mutex_);
   bool is_broken = false;
-  absl::Status status = EndOf(connection().get(), &is_broken);
-  const absl::Time deadline = absl::Now() + reconnect_timeout_;
+  absl::Status status = EndOf(connection(), &is_broken);
+  const Steady::time_point begin = Steady::now();
   Backoff backoff;
   while (is_broken) {
     const absl::Duration delay = backoff.Next();
-    if (absl::Now() + delay >= deadline) {
+    const absl::Duration left =
+        reconnect_timeout_ - absl::FromChrono(Steady::now() - begin) - delay;
+    if (left <= absl::ZeroDuration()) {
       return FinishWith(absl::UnavailableError(
           absl::StrCat("the connection broke and could not be made again within ",
                        absl::FormatDuration(reconnect_timeout_), ": ", status.message())));
     }
     absl::SleepFor(delay);
-    status = Resume(deadline, &is_broken);
+    status = Resume(left, &is_broken);
     if (status.ok()) {
       return status;
     }
@@ -197,12 +219,12 @@ absl::Status StepStream::Reconnect() {
   return FinishWith(std::move(status));
 }
 
-absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
+absl::Status StepStream::Resume(absl::Duration timeout, bool* is_broken) {
   procgen::v1::Attached attached;
-  if (absl::Status status = Open(deadline, &attached, is_broken); !status.ok()) {
+  if (absl::Status status = Open(timeout, &attached, is_broken); !status.ok()) {
     return status;
   }
-  const std::shared_ptr<Connection> connection = this->connection();
+  const std::shared_ptr<StreamConnection> connection = this->connection();
   const int64_t stands_at = attached.next_sequence_number();
   if (stands_at <= answered_sequence_number_ || stands_at > next_sequence_number_) {
     connection->context.TryCancel();
@@ -220,23 +242,24 @@ absl::Status StepStream::Resume(absl::Time deadline, bool* is_broken) {
   for (procgen::v1::StepPoolRequest& request : unanswered) {
     request.clear_released_batches();  // attaching has told what is held as a whole
     if (!connection->Write(request)) {
-      return EndOf(connection.get(), is_broken);
+      return EndOf(connection, is_broken);
     }
   }
   return absl::OkStatus();
 }
 
-absl::Status StepStream::EndOf(Connection* connection, bool* is_broken) {
-  // gRPC tells the end to who has read all.
-  procgen::v1::StepPoolResponse dropped;
-  while (connection->stream->Read(&dropped)) {
+absl::Status StepStream::EndOf(const std::shared_ptr<StreamConnection>& connection,
+                               bool* is_broken) {
+  grpc::Status end;
+  *is_broken = false;
+  if (absl::Status status = AwaitEnd(connection, &end); !status.ok()) {
+    return status;
   }
-  const grpc::Status end = connection->stream->Finish();
   *is_broken = IsBrokenConnection(end, connection->context);
   return end.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(end);
 }
 
-std::shared_ptr<StepStream::Connection> StepStream::connection() {
+std::shared_ptr<StreamConnection> StepStream::connection() {
   absl::MutexLock lock(&mutex_);
   return connection_;
 }
@@ -293,10 +316,10 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     return absl::FailedPreconditionError(
         absl::StrCat(unanswered, " requests are unanswered, allowed: ", requests_in_flight_max()));
   }
+  absl::MutexLock sending(&send_mutex_);
   if (absl::Status status = CheckHeld(unanswered); !status.ok()) {
     return status;
   }
-  absl::MutexLock sending(&send_mutex_);
   if (absl::Status status = Over(); !status.ok()) {
     return status;
   }
@@ -308,7 +331,7 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
     request.set_acknowledged_sequence_number(answered_sequence_number_);
   }
   held_->TakeReleased(request.mutable_released_batches());
-  std::shared_ptr<Connection> connection;
+  std::shared_ptr<StreamConnection> connection;
   const procgen::v1::StepPoolRequest* sent = nullptr;
   {
     absl::MutexLock lock(&mutex_);
@@ -328,14 +351,19 @@ absl::Status StepStream::Receive(Batch* batch) {
     return absl::FailedPreconditionError("no request is unanswered; send one first");
   }
   batch->shared_ = nullptr;
-  while (!ReadAnswer(batch)) {
+  absl::StatusOr<bool> is_there = ReadAnswer(batch);
+  while (is_there.ok() && !*is_there) {
     absl::Status status = resumes() ? Reconnect() : Finish();
     if (!status.ok()) {
+      *batch = Batch();
       return status;
     }
+    is_there = ReadAnswer(batch);
   }
   // Not before all of it is there: what was read of an answer whose connection broke comes again.
-  if (absl::Status status = Understand(batch); !status.ok()) {
+  absl::Status status = is_there.ok() ? Understand(batch) : is_there.status();
+  if (!status.ok()) {
+    *batch = Batch();                   // nobody reads what is not valid
     connection()->context.TryCancel();  // so that nobody goes on writing
     absl::MutexLock sending(&send_mutex_);
     return GiveUp(std::move(status));
@@ -347,21 +375,33 @@ absl::Status StepStream::Receive(Batch* batch) {
   return absl::OkStatus();
 }
 
-bool StepStream::ReadAnswer(Batch* batch) {
-  const std::shared_ptr<Connection> connection = this->connection();
-  if (!connection->Read(&batch->response_)) {
-    return false;
+absl::StatusOr<bool> StepStream::ReadAnswer(Batch* batch) {
+  std::shared_ptr<StreamConnection> connection;
+  {
+    absl::MutexLock lock(&mutex_);
+    connection = connection_;
+    validator_.Expect(unanswered_.front());
   }
-  batch->Begin();
-  bool last = batch->response_.batch().last() || batch->response_.has_done();
-  while (!last) {
-    if (!connection->Read(&part_)) {
-      return false;
+  procgen::v1::StepPoolResponse* response = &batch->response_;
+  while (true) {
+    const absl::StatusOr<bool> is_there =
+        connection->ReadAnswer(answered_sequence_number_ + 1, response);
+    if (!is_there.ok() || !*is_there) {
+      return is_there;
     }
-    batch->Append(part_.batch());
-    last = part_.batch().last();
+    if (absl::Status status = validator_.Validate(*response); !status.ok()) {
+      return status;
+    }
+    if (response == &part_) {
+      batch->Append(part_.batch());
+    } else {
+      batch->Begin();
+    }
+    if (validator_.is_complete()) {
+      return true;
+    }
+    response = &part_;
   }
-  return true;
 }
 
 absl::Status StepStream::Understand(Batch* batch) {
@@ -383,7 +423,7 @@ absl::Status StepStream::Over() {
 
 absl::Status StepStream::Finish() {
   bool is_broken = false;
-  return FinishWith(EndOf(connection().get(), &is_broken));
+  return FinishWith(EndOf(connection(), &is_broken));
 }
 
 absl::Status StepStream::FinishWith(absl::Status status) {
@@ -394,10 +434,10 @@ absl::Status StepStream::FinishWith(absl::Status status) {
 }
 
 absl::Status StepStream::GiveUp(absl::Status status) {
-  const std::shared_ptr<Connection> connection = this->connection();
+  const std::shared_ptr<StreamConnection> connection = this->connection();
   connection->context.TryCancel();
   bool is_broken = false;
-  EndOf(connection.get(), &is_broken).IgnoreError();
+  EndOf(connection, &is_broken).IgnoreError();
   return FinishWith(std::move(status));
 }
 
@@ -412,14 +452,14 @@ absl::Status StepStream::Close() {
     finished_ = true;
     status_ = absl::FailedPreconditionError("the stream is closed");
   }
-  const std::shared_ptr<Connection> connection = this->connection();
+  const std::shared_ptr<StreamConnection> connection = this->connection();
   if (connection->line != nullptr) {
     connection->line->HangUp();
   }
   connection->stream->WritesDone();
-  while (connection->stream->Read(&part_)) {
-  }
-  return ToAbslStatus(connection->stream->Finish());
+  grpc::Status end;
+  absl::Status status = AwaitEnd(connection, &end);
+  return status.ok() ? ToAbslStatus(end) : status;
 }
 
 }  // namespace procgen_client

@@ -13,13 +13,12 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
-#include "grpcpp/client_context.h"
-#include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
-#include "procgen_client/direct_line.h"
 #include "procgen_client/observation_decoder.h"
+#include "procgen_client/response_validator.h"
 #include "procgen_client/shared_mapping.h"
+#include "procgen_client/stream_connection.h"
 
 namespace procgen_client {
 
@@ -57,6 +56,9 @@ struct StreamOptions {
 //
 // Observations that the pool sends encoded (PoolSpec.encoding) are decoded: batches bear the same
 // bytes whatever the encoding is. Damaged ones end the stream with DATA_LOSS.
+//
+// Every response is validated before it is read. One that does not fit its request, whatever server
+// sent it, ends the stream with DATA_LOSS (an answer to attach with INTERNAL).
 //
 // After an error of the server the stream is over: every further call returns that same error. The
 // pool stays, and can be attached again.
@@ -107,50 +109,44 @@ class StepStream {
   void Cancel();
 
   // Ends the stream; the pool stays. Answers that were not received are dropped. Returns what the
-  // server says of the stream. Further calls return FAILED_PRECONDITION.
+  // server says of the stream, or DEADLINE_EXCEEDED if it does not end it within 10 s. Further
+  // calls return FAILED_PRECONDITION.
   absl::Status Close();
 
  private:
   friend class Client;
-  using ReaderWriter =
-      grpc::ClientReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>;
-
-  // One stream of the server; a StepStream has one after the other.
-  struct Connection {
-    grpc::ClientContext context;
-    std::unique_ptr<ReaderWriter> stream;
-    // Bears the messages after attach; null: the stream does.
-    std::unique_ptr<DirectLine> line;
-
-    // False: it has ended.
-    bool Write(const procgen::v1::StepPoolRequest& request) const;
-    bool Read(procgen::v1::StepPoolResponse* response) const;
-  };
-
-  StepStream(procgen::v1::StepService::Stub* stub, std::string token, const std::string& pool,
-             const StreamOptions& options);
+  // `attach_timeout`: of the first attach.
+  StepStream(procgen::v1::StepService::Stub* stub, std::string token, absl::Duration attach_timeout,
+             const std::string& pool, const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
   procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions);
-  // Attaches with a new connection, by `deadline`. `is_broken`: whether an error may be another
+  // Attaches with a new connection, within `timeout`. `is_broken`: whether an error may be another
   // one the next time.
-  absl::Status Open(absl::Time deadline, procgen::v1::Attached* attached, bool* is_broken)
+  absl::Status Open(absl::Duration timeout, procgen::v1::Attached* attached, bool* is_broken)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
-  // Maps the memory that the pool shares, if it does. Errors: those of SharedMapping::Open.
-  absl::Status MapShared(const procgen::v1::Attached& attached);
+  // Validates `attached`, which must be of the same pool as before, and maps the memory that the
+  // pool shares, if it does. Errors: those of ValidateAttached and SharedMapping::Open; ABORTED it
+  // is another pool of the same name.
+  absl::Status Accept(const procgen::v1::Attached& attached)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
+  // Maps the memory that the pool shares, or more of it than before. Errors: as Accept.
+  absl::Status MapShared(const procgen::v1::Attached& attached)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
   // Whether there is a batch of shared memory for one more answer.
-  absl::Status CheckHeld(int64_t unanswered) const;
+  absl::Status CheckHeld(int64_t unanswered) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
   // Goes on with a new connection after one broke, or ends the stream.
   absl::Status Reconnect();
   // Attaches again and sends again what is unanswered.
-  absl::Status Resume(absl::Time deadline, bool* is_broken)
+  absl::Status Resume(absl::Duration timeout, bool* is_broken)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
-  // Reads the answer to one request; false: the stream has ended.
-  bool ReadAnswer(Batch* batch);
+  // Reads the answer to one request; false: the stream has ended. Errors: DATA_LOSS a response is
+  // not valid.
+  absl::StatusOr<bool> ReadAnswer(Batch* batch);
   // Decodes the observations of a whole answer, or finds its values in shared memory.
   absl::Status Understand(Batch* batch);
   // Why a connection ended, and whether because it broke.
-  static absl::Status EndOf(Connection* connection, bool* is_broken);
+  static absl::Status EndOf(const std::shared_ptr<StreamConnection>& connection, bool* is_broken);
   // OK while the stream goes on; afterwards what every call returns.
   absl::Status Over();
   // What the server says of the stream; it is over.
@@ -158,28 +154,32 @@ class StepStream {
   absl::Status FinishWith(absl::Status status);
   // Ends a stream whose answers make no sense.
   absl::Status GiveUp(absl::Status status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(send_mutex_);
-  std::shared_ptr<Connection> connection();
+  std::shared_ptr<StreamConnection> connection();
 
   procgen::v1::StepService::Stub* const stub_;
   const std::string token_;  // empty: none
+  const absl::Duration attach_timeout_;
   const absl::Duration reconnect_timeout_;
   const bool wants_direct_line_;
   int32_t pipeline_;  // 0: until it is attached
   procgen::v1::StepPoolRequest attach_;
-  procgen::v1::Attached attached_;      // at first
+  procgen::v1::Attached attached_;  // at first
+  ResponseValidator validator_;
   procgen::v1::StepPoolResponse part_;  // of answers in several responses, after the first
   // Null where observations are not encoded. It outlives connections: answers that are given again
   // follow those that were decoded before the connection broke.
   std::unique_ptr<ObservationDecoder> decoder_;
   std::atomic<int64_t> next_sequence_number_ = 1;
   std::atomic<int64_t> answered_sequence_number_ = 0;
-  std::shared_ptr<const SharedMapping> mapping_;  // set by attaching; null: values are received
+  // Set by attaching, with send_mutex_ held, and read by who receives or with send_mutex_ held.
+  // Null: values are received.
+  std::shared_ptr<const SharedMapping> mapping_;
   const std::shared_ptr<HeldBatches> held_ = std::make_shared<HeldBatches>();
 
   // Lock order: send_mutex_, mutex_.
   absl::Mutex send_mutex_;  // of who writes, or makes the connection anew
   absl::Mutex mutex_;
-  std::shared_ptr<Connection> connection_ ABSL_GUARDED_BY(mutex_);
+  std::shared_ptr<StreamConnection> connection_ ABSL_GUARDED_BY(mutex_);
   std::deque<procgen::v1::StepPoolRequest> unanswered_ ABSL_GUARDED_BY(mutex_);
   procgen::v1::StepPoolRequest answered_ ABSL_GUARDED_BY(mutex_);  // whose memory the next one has
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -25,8 +26,12 @@ class Watch {
   using Begin =
       std::function<std::unique_ptr<grpc::ClientReader<Response>>(grpc::ClientContext* context)>;
 
-  // `token`: empty, none.
-  Watch(const std::string& token, const Begin& begin) {
+  // Whether a response makes sense.
+  using Validate = std::function<absl::Status(const Response& response)>;
+
+  // `token`: empty, none. `validate`: null, any response does.
+  Watch(const std::string& token, const Begin& begin, Validate validate = nullptr)
+      : validate_(std::move(validate)) {
     ShowToken(token, &context_);
     reader_ = begin(&context_);
   }
@@ -40,11 +45,18 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   // How it is: at first as it is now, then as it is after the next change, which is waited for.
-  // Errors: the server's; CANCELLED after Stop. All later calls return the same.
+  // Errors: the server's; CANCELLED after Stop; INTERNAL a response makes no sense. All later calls
+  // return the same.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {
-      return response;
+      absl::Status status = validate_ == nullptr ? absl::OkStatus() : validate_(response);
+      if (status.ok()) {
+        return response;
+      }
+      Stop();
+      reader_->Finish();
+      end_ = std::move(status);
     }
     if (end_.ok()) {
       const grpc::Status status = reader_->Finish();
@@ -58,6 +70,7 @@ class Watch {
 
  private:
   grpc::ClientContext context_;
+  const Validate validate_;
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   absl::Status end_;  // not OK: how the stream ended
 };

@@ -1,0 +1,72 @@
+// The C++ client's deadlines on a machine whose clock is set. A program of its own: it stands in for
+// the clock of the whole process.
+
+#include <sys/syscall.h>
+#include <time.h>  // NOLINT(modernize-deprecated-headers): clock_gettime is not in <ctime>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/fault_proxy.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace {
+
+std::atomic<int64_t> set_by_seconds = 0;
+
+}  // namespace
+
+// Whoever asks for the time of day in this process asks here.
+extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
+  if (clock == CLOCK_REALTIME) {
+    time->tv_sec += set_by_seconds;
+  }
+  return result;
+}
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+class ClockTest : public ServiceTest {};
+
+TEST_F(ClockTest, ReconnectingEndsInTimeWhenTheClockIsSetBack) {
+  procgen_client::StreamOptions options;
+  options.reconnect_timeout = absl::Milliseconds(500);
+  const std::string pool = CreatePool(MazeSpec(1));
+  auto proxy = std::make_unique<FaultProxy>(FaultProxy::Options{.target = server_->address()});
+  const auto client = procgen_client::Client::Connect(proxy->address());
+  ASSERT_THAT(client, IsOk());
+  const auto stream = (*client)->Attach(pool, options);
+  ASSERT_THAT(stream, IsOk());
+  proxy = nullptr;
+  std::thread setter([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    set_by_seconds = -3600;
+  });
+  const absl::Time set_from = absl::Now();
+  const auto begin = std::chrono::steady_clock::now();
+  procgen_client::Batch batch;
+  EXPECT_THAT((*stream)->Step({4}, &batch),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       HasSubstr("could not be made again within 500ms")));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+  setter.join();
+  EXPECT_LT(absl::Now(), set_from);
+  set_by_seconds = 0;
+}
+
+}  // namespace
+}  // namespace procgen
