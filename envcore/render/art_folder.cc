@@ -20,6 +20,8 @@ namespace {
 constexpr size_t kNamedFilesMax = 5;
 // The largest of the released pictures has 2 MB.
 constexpr uintmax_t kFileBytesMax = 64 << 20;
+// Of all pictures together; decoded, a pixel has 4 bytes. The released ones have 71 million.
+constexpr int64_t kPixelsMax = 256'000'000;
 
 absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
   std::error_code error;
@@ -39,7 +41,9 @@ absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
   return absl::InvalidArgumentError("cannot be read");
 }
 
-absl::Status CheckPicture(absl::string_view png, const WantedPicture& wanted) {
+// `pixels_left`: of kPixelsMax; is reduced by the picture's.
+absl::Status CheckPicture(absl::string_view png, const WantedPicture& wanted,
+                          int64_t* pixels_left) {
   const absl::StatusOr<PngSize> size = CheckPng(png);
   if (!size.ok()) {
     return size.status();
@@ -50,7 +54,13 @@ absl::Status CheckPicture(absl::string_view png, const WantedPicture& wanted) {
                                                    " pixels, must be ", wanted.width_px, " x ",
                                                    wanted.height_px));
   }
-  return absl::OkStatus();
+  *pixels_left -= int64_t{size->width_px} * size->height_px;
+  if (*pixels_left < 0) {
+    return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
+                                                   " pixels, allowed: ", kPixelsMax,
+                                                   " pixels of all pictures together"));
+  }
+  return DecodePng(png, AlphaUse::kIgnored).status();  // as they are decoded later, one by one
 }
 
 // What is wrong with the files of a folder, as one error.
@@ -93,10 +103,12 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
   contents->reserve(wanted.size());
   std::vector<ArtFile> files;
   Complaints complaints;
+  int64_t pixels_left = kPixelsMax;
   for (const WantedPicture& picture : wanted) {
     absl::StatusOr<std::string> bytes =
         ReadFile(std::filesystem::path(folder) / std::string(picture.path));
-    const absl::Status status = bytes.ok() ? CheckPicture(*bytes, picture) : bytes.status();
+    const absl::Status status =
+        bytes.ok() ? CheckPicture(*bytes, picture, &pixels_left) : bytes.status();
     if (!status.ok()) {
       complaints.Add(picture.path, status);
       continue;

@@ -127,7 +127,7 @@ absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
   const bool read = ReadImage(png, info, &pixels, &rows, &width, &height);
   png_destroy_read_struct(&png, &info, nullptr);
   if (!read) {
-    return absl::InvalidArgumentError(absl::StrCat("not a sound PNG: ", source.message));
+    return absl::InvalidArgumentError(absl::StrCat("is no sound PNG: ", source.message));
   }
   return ToImage(pixels, width, height, alpha_use);
 }

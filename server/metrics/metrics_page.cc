@@ -2,18 +2,27 @@
 
 #include <exception>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "prometheus/exposer.h"
 
 namespace procgen {
+namespace {
+
+// A request that does not come to its end holds a thread until its timeout.
+constexpr char kThreadCount[] = "8";
+constexpr char kTimeoutMs[] = "1000";
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<MetricsPage>> MetricsPage::Start(const std::string& address,
                                                                 const Metrics& metrics) {
   std::unique_ptr<prometheus::Exposer> exposer;
   try {
-    exposer = std::make_unique<prometheus::Exposer>(address, /*num_threads=*/2);
+    exposer = std::make_unique<prometheus::Exposer>(std::vector<std::string>{
+        "listening_ports", address, "num_threads", kThreadCount, "request_timeout_ms", kTimeoutMs});
   } catch (const std::exception& error) {  // the library's way to say so
     return absl::UnavailableError(
         absl::StrCat("metrics cannot be served at ", address, ": ", error.what()));

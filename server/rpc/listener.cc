@@ -57,6 +57,13 @@ ino_t InodeOf(int file) {
   return fstat(file, &facts) == 0 ? facts.st_ino : 0;
 }
 
+// Which file a path names; zeros: none.
+std::pair<dev_t, ino_t> FileAt(const std::string& path) {
+  struct stat facts = {};
+  return lstat(path.c_str(), &facts) == 0 ? std::pair(facts.st_dev, facts.st_ino)
+                                          : std::pair<dev_t, ino_t>();
+}
+
 // A socket that listens at `address`, or an error.
 absl::StatusOr<int> ListeningSocket(const sockaddr* address, socklen_t length) {
   const int made = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -182,6 +189,7 @@ absl::Status Listener::ListenOnPath(const std::string& path) {
   }
   sockets_.push_back(*listening);
   path_ = path;
+  path_file_ = FileAt(path);
   return absl::OkStatus();
 }
 
@@ -212,11 +220,12 @@ Listener::~Listener() {
       close(open);
     }
   }
+  if (!path_.empty() && FileAt(path_) == path_file_) {
+    unlink(path_.c_str());
+  }
+  // Last: as long as it is open, no other server takes the path for a leftover.
   for (const int listening : sockets_) {
     close(listening);
-  }
-  if (!path_.empty()) {
-    unlink(path_.c_str());
   }
 }
 

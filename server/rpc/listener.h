@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -69,7 +70,8 @@ class Listener {
   const size_t connection_count_max_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
-  std::string path_;
+  std::string path_;                        // of the socket's file, if it has one
+  std::pair<dev_t, ino_t> path_file_ = {};  // the file: another server's may stand there later
   std::string target_within_;
   int stop_[2] = {-1, -1};  // the ends of a pipe; what can be read there stops the thread
   Take take_;

@@ -5,12 +5,14 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "procgen/v1/states.grpc.pb.h"
+#include "server/rpc/grpc_deadline.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -31,7 +33,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
       : caller_(caller),
         source_(std::move(source)),
         done_(std::move(done)),
-        deadline_(absl::Now() + kRemoteStatesTimeout),
+        deadline_(GrpcDeadlineIn(kRemoteStatesTimeout)),
         stub_(v1::StateService::NewStub(ChannelTo(source_.address))) {
     request_.set_pool(source_.pool);
     request_.mutable_environments()->Add(source_.environments.begin(), source_.environments.end());
@@ -39,7 +41,7 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
 
   void AskForPage() {
     context_ = grpc::ClientContext::FromCallbackServerContext(caller_);
-    context_->set_deadline(absl::ToChronoTime(deadline_));
+    context_->set_deadline(deadline_);
     response_.Clear();
     stub_->async()->SaveStates(
         context_.get(), &request_, &response_,
@@ -82,6 +84,22 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
     return response_.states().empty() ? Confused() : absl::OkStatus();
   }
 
+  // Errors of SaveStates by a server that was reached. gRPC itself gives others: where nobody
+  // listens, where something else answers, or nothing does.
+  static bool IsOfSource(absl::StatusCode code) {
+    switch (code) {
+      case absl::StatusCode::kInvalidArgument:
+      case absl::StatusCode::kNotFound:
+      case absl::StatusCode::kFailedPrecondition:
+      case absl::StatusCode::kResourceExhausted:
+      case absl::StatusCode::kAborted:
+      case absl::StatusCode::kDataLoss:
+        return true;
+      default:
+        return false;
+    }
+  }
+
   absl::Status Confused() const {
     return absl::InternalError(absl::StrCat("source_server ", source_.server,
                                             " answers with other environments of pool ",
@@ -90,22 +108,25 @@ class RemoteStatesFetch final : public std::enable_shared_from_this<RemoteStates
 
   absl::Status ErrorOf(const grpc::Status& answered) const {
     const auto code = static_cast<absl::StatusCode>(answered.error_code());
-    if (code == absl::StatusCode::kUnavailable) {
-      return absl::UnavailableError(absl::StrCat("source_server ", source_.server,
-                                                 " cannot be reached: ", answered.error_message()));
+    const absl::Status error(
+        code, absl::StrCat("source_server ", source_.server, ": ", answered.error_message()));
+    if (IsOfSource(code)) {
+      return error;
     }
-    if (code == absl::StatusCode::kDeadlineExceeded) {
-      return absl::UnavailableError(
-          absl::StrCat("source_server ", source_.server, " has not answered in time, which is ",
-                       absl::FormatDuration(kRemoteStatesTimeout), " at most"));
-    }
-    return {code, absl::StrCat("source_server ", source_.server, ": ", answered.error_message())};
+    // What else gives an error is for the operator: a caller learns nothing of ports and paths that
+    // are no source.
+    LogEvent(LogLevel::kInfo, "clone_source_failed",
+             {{"source", source_.server}, {"message", error.ToString()}});
+    return absl::UnavailableError(
+        absl::StrCat("source_server ", source_.server, " cannot be reached within ",
+                     absl::FormatDuration(kRemoteStatesTimeout),
+                     ", or is no server that gives states to callers without credentials"));
   }
 
   const grpc::CallbackServerContext& caller_;
   const RemoteEnvironments source_;
   RemoteStatesDone done_;
-  const absl::Time deadline_;
+  const gpr_timespec deadline_;
   const std::unique_ptr<v1::StateService::Stub> stub_;
   v1::SaveStatesRequest request_;
   v1::SaveStatesResponse response_;

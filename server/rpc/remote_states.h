@@ -34,9 +34,10 @@ using RemoteStatesDone = absl::AnyInvocable<void(absl::StatusOr<std::vector<std:
 // asked for. On behalf of `caller`, which must not be finished before then: its deadline and
 // cancellation are passed on. Its token is not: it is meant for this server, and whoever listens in
 // the other's place could use it here.
-// Errors, all of which name the server: UNAVAILABLE it cannot be reached or does not answer in
-// kRemoteStatesTimeout; RESOURCE_EXHAUSTED more than kRemoteStatesBytesMax; INTERNAL it answers
-// something else than was asked for; those of its own SaveStates.
+// Errors, all of which name the server: UNAVAILABLE it cannot be reached, does not answer in
+// kRemoteStatesTimeout, or gives no states (one message, whatever the reason: the log has it);
+// RESOURCE_EXHAUSTED more than kRemoteStatesBytesMax; INTERNAL it answers something else than was
+// asked for; those of SaveStates, of a server that was reached.
 void FetchRemoteStates(const grpc::CallbackServerContext& caller, RemoteEnvironments source,
                        RemoteStatesDone done);
 

@@ -99,7 +99,13 @@ absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::stri
     return absl::InvalidArgumentError(
         absl::StrCat("'", path, "': ", error.message(), "; allowed: a folder to make files in"));
   }
-  return std::unique_ptr<SharedFolder>(new SharedFolder(folder, RemoveLeftovers(folder)));
+  std::unique_ptr<SharedFolder> opened(new SharedFolder(folder, RemoveLeftovers(folder)));
+  // Some folders may be written to and yet take no file: /proc.
+  if (const auto file = opened->MakeFile(); !file.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("'", path, "': ", file.status().message(),
+                                                   "; allowed: a folder to make files in"));
+  }
+  return opened;
 }
 
 absl::StatusOr<std::unique_ptr<SharedFile>> SharedFolder::MakeFile() const {

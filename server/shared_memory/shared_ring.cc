@@ -28,12 +28,17 @@ int Extend(int descriptor, int64_t from_bytes, int64_t to_bytes) {
 }  // namespace
 
 SharedRing::~SharedRing() {
+  guard_ = nullptr;
   if (memory_ != nullptr) {
     munmap(memory_, static_cast<size_t>(size_bytes()));
   }
 }
 
 absl::Status SharedRing::Grow(int32_t batch_count) {
+  if (guard_ != nullptr && guard_->was_replaced()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "somebody has truncated ", file_->path(), ", the pool's shared memory; delete the pool"));
+  }
   if (batch_count <= batch_count_) {
     return absl::OkStatus();
   }
@@ -61,8 +66,10 @@ absl::Status SharedRing::Grow(int32_t batch_count) {
         std::generic_category().message(error), cut ? "" : " (and it stays so large)"));
   }
   if (memory_ != nullptr) {
+    guard_ = nullptr;
     munmap(memory_, static_cast<size_t>(size_bytes()));
   }
+  guard_ = std::make_unique<MappingGuard>(memory, static_cast<size_t>(bytes));
   if (made != nullptr) {
     file_ = std::move(made);
   }

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "envcore/pool/pool.h"
+#include "server/shared_memory/mapping_guard.h"
 #include "server/shared_memory/shared_folder.h"
 #include "server/shared_memory/shared_layout.h"
 
@@ -27,7 +28,8 @@ class SharedRing {
 
   // Has at least `batch_count` batches from now on. What others have mapped, and what is in it,
   // stays. The memory is taken here and now, so that writing to it cannot fail. May take long.
-  // Errors: RESOURCE_EXHAUSTED no room (with path, bytes and why), and nothing has changed.
+  // Errors: RESOURCE_EXHAUSTED no room (with path, bytes and why), and nothing has changed;
+  // FAILED_PRECONDITION somebody has truncated the file, and no learner sees what is written.
   absl::Status Grow(int32_t batch_count);
 
   const SharedLayout& layout() const { return layout_; }
@@ -45,8 +47,9 @@ class SharedRing {
   const SharedFolder* const folder_;
   const SharedLayout layout_;
   int32_t batch_count_ = 0;
-  std::unique_ptr<SharedFile> file_;  // null: it has no batch
-  uint8_t* memory_ = nullptr;         // [size_bytes()]
+  std::unique_ptr<SharedFile> file_;     // null: it has no batch
+  uint8_t* memory_ = nullptr;            // [size_bytes()]
+  std::unique_ptr<MappingGuard> guard_;  // of memory_
 };
 
 }  // namespace procgen

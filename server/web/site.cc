@@ -1,11 +1,14 @@
 #include "server/web/site.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
+#include "absl/algorithm/container.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "openssl/sha.h"
@@ -63,13 +66,23 @@ std::string EtagOf(absl::string_view contents) {
       "\"");
 }
 
+// Whether it is what may follow a host's name: nothing, or a port.
+bool IsPort(absl::string_view text) {
+  int port = 0;
+  return text.empty() ||
+         (absl::ConsumePrefix(&text, ":") && absl::c_all_of(text, absl::ascii_isdigit) &&
+          absl::SimpleAtoi(text, &port) && port <= UINT16_MAX);
+}
+
 // "name" of "name:80", "::1" of "[::1]:80"; empty: it is no host.
 std::string NameOf(absl::string_view host) {
-  if (absl::ConsumePrefix(&host, "[")) {
-    const size_t end = host.find(']');
-    return end == absl::string_view::npos ? "" : std::string(host.substr(0, end));
+  const bool has_brackets = absl::ConsumePrefix(&host, "[");
+  const size_t end = std::min(host.find(has_brackets ? ']' : ':'), host.size());
+  absl::string_view port = host.substr(end);
+  if ((has_brackets && !absl::ConsumePrefix(&port, "]")) || !IsPort(port)) {
+    return "";
   }
-  return absl::AsciiStrToLower(host.substr(0, host.find(':')));
+  return absl::AsciiStrToLower(host.substr(0, end));
 }
 
 // The path alone: what follows is the page's to read.
@@ -107,7 +120,7 @@ Reply Site::WrongHost(const Visit& visit) {
   return TextReply(
       kMisdirected,
       absl::StrCat("This server does not answer to the name ",
-                   is_short ? absl::CEscape(NameOf(visit.host)) : "that was asked for",
+                   is_short ? absl::CEscape(visit.host) : "that was asked for",
                    ". Ask for it by its address, or start it with --web_hosts=NAME.\n"));
 }
 

@@ -10,14 +10,17 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "grpcpp/server_builder.h"
 #include "gtest/gtest.h"
+#include "httplib.h"
 #include "tests/service/service_fixture.h"
 
 namespace procgen {
@@ -109,10 +112,30 @@ TEST_F(CloneTest, AServerThatIsNotThereIsNamed) {
   const std::string name = CreatePool(MazeSpec(1));
   EXPECT_THAT(client_->CloneStates(name, {Pair(0, 0)}, {"", "127.0.0.1:1"}),
               StatusIs(absl::StatusCode::kUnavailable,
-                       HasSubstr("source_server 127.0.0.1:1 cannot be reached: ")));
+                       HasSubstr("source_server 127.0.0.1:1 cannot be reached within 30s")));
   EXPECT_THAT(client_->CloneStates(name, {Pair(0, 0)}, {"", std::string(513, 'x')}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "source_server has 513 characters, allowed: at most 512"));
+}
+
+// Where nobody listens, and where something else than a server does: one answer.
+TEST_F(CloneTest, SourcesThatAreNoServersAreNotToldApart) {
+  const std::string name = CreatePool(MazeSpec(1));
+  httplib::Server pages;
+  const int port = pages.bind_to_any_port("127.0.0.1");
+  std::thread serving([&pages] { pages.listen_after_bind(); });
+  const auto error_of = [&](const std::string& source) {
+    const absl::Status status = client_->CloneStates(name, {Pair(0, 0)}, {"", source});
+    return std::pair(status.code(),
+                     absl::StrReplaceAll(status.message(), {{source, "the source"}}));
+  };
+  const auto nobody = error_of("127.0.0.1:1");
+  EXPECT_EQ(nobody.first, absl::StatusCode::kUnavailable);
+  EXPECT_EQ(error_of(absl::StrCat("127.0.0.1:", port)), nobody);
+  EXPECT_EQ(error_of("unix:/dev/null"), nobody);
+  EXPECT_EQ(error_of("unix:/nowhere"), nobody);
+  pages.stop();
+  serving.join();
 }
 
 // Takes connections and never says a word.

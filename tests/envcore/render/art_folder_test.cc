@@ -10,6 +10,7 @@
 #include "gtest/gtest.h"
 #include "tests/envcore/render/one_colour_png.h"
 #include "tests/status_matchers.h"
+#include "zlib.h"
 
 namespace procgen {
 namespace {
@@ -92,6 +93,57 @@ TEST_F(ArtFolderTest, FileThatIsCutOffIsTold) {
   Write("sea/fish.png", png.substr(0, png.size() - 1));
   EXPECT_THAT(StatusOfReading({kFishPicture}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound")));
+}
+
+// A PNG file whose parts are sound, with `deflated` where its pixels should be.
+std::string PngWith(const std::string& deflated, int width, int height) {
+  const auto big_endian = [](size_t number) {
+    std::string bytes;
+    for (const int shift : {24, 16, 8, 0}) {
+      bytes.push_back(static_cast<char>(number >> shift & 0xFF));
+    }
+    return bytes;
+  };
+  const auto part = [&](const std::string& type, const std::string& content) {
+    const std::string checked = type + content;
+    return absl::StrCat(big_endian(content.size()), checked,
+                        big_endian(crc32(0, reinterpret_cast<const Bytef*>(checked.data()),
+                                         static_cast<uInt>(checked.size()))));
+  };
+  const std::string kinds = {8, 6, 0, 0, 0};  // bits, RGBA, and the only ways there are
+  return absl::StrCat("\x89PNG\r\n\x1a\n",
+                      part("IHDR", big_endian(static_cast<size_t>(width)) +
+                                       big_endian(static_cast<size_t>(height)) + kinds),
+                      part("IDAT", deflated), part("IEND", ""));
+}
+
+TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
+  for (const std::string& deflated :
+       {std::string(), std::string(300, 'x'), std::string("x\x9c\x03\x00\x00\x00\x00\x01", 8)}) {
+    Write("sea/fish.png", PngWith(deflated, 6, 4));
+    EXPECT_THAT(
+        StatusOfReading({kFishPicture}),
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound PNG")));
+  }
+}
+
+TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
+  std::vector<std::string> paths;
+  std::vector<WantedPicture> wanted;
+  for (int i = 0; i < 4; ++i) {
+    paths.push_back(absl::StrCat("sea/", i, ".png"));
+    // Their pixels are never looked at: they would be a thousand times as large as the file.
+    Write(paths.back(), PngWith(std::string(300, 'x'), 8192, 8192));
+  }
+  for (const std::string& path : paths) {
+    wanted.push_back({path});
+  }
+  EXPECT_THAT(StatusOfReading({wanted.back()}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is no sound PNG")));
+  EXPECT_THAT(StatusOfReading(wanted),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "
+                                 "all pictures together")));
 }
 
 TEST_F(ArtFolderTest, FolderInPlaceOfAFileIsTold) {

@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
+#include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
@@ -50,6 +52,21 @@ TEST(ListenerTest, EndsWhileSomebodyAlwaysConnects) {
   while (taken_count < 100) {
   }
   *listener = nullptr;
+}
+
+TEST(ListenerTest, APathThatAnotherServerHasTakenSinceIsLeftToIt) {
+  const TemporaryFolder folder;
+  Address address;
+  address.unix_path = folder.At("socket");
+  auto first = Listener::Listen(address, 4);
+  ASSERT_THAT(first, IsOk());
+  std::filesystem::remove(address.unix_path);
+  auto second = Listener::Listen(address, 4);
+  ASSERT_THAT(second, IsOk());
+  *first = nullptr;
+  EXPECT_TRUE(std::filesystem::exists(address.unix_path));
+  *second = nullptr;
+  EXPECT_FALSE(std::filesystem::exists(address.unix_path));
 }
 
 TEST(ListenerTest, WithinAProcessOthersAreTurnedAway) {

@@ -109,6 +109,11 @@ TEST_F(SharedFolderTest, WhatIsNoFolderIsRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("directory")));
 }
 
+TEST_F(SharedFolderTest, AFolderThatTakesNoFileIsRefusedWhenItIsOpened) {
+  EXPECT_THAT(SharedFolder::Open("/proc"),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("a folder to make files in")));
+}
+
 TEST_F(SharedFolderTest, FolderThatIsGoneIsTold) {
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());

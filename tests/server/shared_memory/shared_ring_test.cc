@@ -48,6 +48,33 @@ TEST_F(SharedRingTest, WhatIsWrittenIsInTheFileAndStaysWhereItIsWhenTheRingGrows
   EXPECT_EQ(bytes[static_cast<size_t>(offset)], 77);
 }
 
+TEST_F(SharedRingTest, ATruncatedFileIsToldAndEndsNothing) {
+  SharedRing cut(folder_.get(), 3, 4096);
+  SharedRing other(folder_.get(), 3, 4096);
+  ASSERT_THAT(cut.Grow(2), IsOk());
+  ASSERT_THAT(other.Grow(2), IsOk());
+  other.Rows(1, 2, 1).observations[0] = 77;
+  std::filesystem::resize_file(cut.path(), 0);
+  cut.Rows(1, 0, 3).observations[0] = 5;
+  EXPECT_EQ(cut.Rows(1, 0, 3).observations[0], 5);
+  cut.Rows(0, 2, 1).observations[4095] = 6;
+  EXPECT_EQ(cut.Rows(0, 2, 1).observations[4095], 6);
+  EXPECT_EQ(other.Rows(1, 2, 1).observations[0], 77);
+  EXPECT_THAT(other.Grow(3), IsOk());
+  EXPECT_THAT(cut.Grow(2), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                    AllOf(HasSubstr("has truncated"), HasSubstr(cut.path()))));
+}
+
+TEST_F(SharedRingTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
+  SharedRing ring(folder_.get(), 1, 4096);
+  ASSERT_THAT(ring.Grow(1), IsOk());
+  const auto file = folder_->MakeFile();
+  ASSERT_THAT(file, IsOk());
+  auto* const page = static_cast<volatile uint8_t*>(
+      mmap(nullptr, 4096, PROT_READ, MAP_SHARED, (*file)->descriptor(), 0));
+  EXPECT_DEATH(static_cast<void>(*page), "");
+}
+
 TEST_F(SharedRingTest, RingsLeaveNothing) {
   { SharedRing never_used(folder_.get(), 3, 48); }
   {

@@ -60,13 +60,17 @@ TEST_F(SiteTest, OurNamesAreOursWhateverThePort) {
        {"localhost", "LocalHost:1", "127.0.0.1", "lab.example", "LAB.example:443"}) {
     EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 200) << host;
   }
-  for (const char* host : {"", "evil.example", "lab.example.evil", "127.0.0.2", "[::1]", "[",
-                           "localhost.evil:80", ":80", "127.0.0.1evil"}) {
+  for (const char* host :
+       {"", "evil.example", "lab.example.evil", "127.0.0.2", "[::1]", "[", "localhost.evil:80",
+        ":80", "127.0.0.1evil", "127.0.0.1:evil.example", "localhost:80:80", "localhost:65536",
+        "localhost:-1", "localhost: 80", "[127.0.0.1]evil", "[localhost]80"}) {
     EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 421) << host;
   }
   Visit visit = VisitTo("/", "[::1]:80");
   visit.local_host = "::1";
   EXPECT_EQ(site_.ReplyToPage(visit).status, 200);
+  visit.host = "[::1]evil:80";
+  EXPECT_EQ(site_.ReplyToPage(visit).status, 421);
 }
 
 TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {

@@ -1,0 +1,87 @@
+#include "server/shared_memory/mapping_guard.h"
+
+#include <sys/mman.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+
+namespace procgen {
+
+// An element of a list that only grows. `begin` is 0 where it is in no use, and set last.
+struct MappingGuard::Range {
+  std::atomic<uintptr_t> begin = 0;
+  std::atomic<uintptr_t> end = 0;
+  std::atomic<bool> is_taken = true;
+  std::atomic<bool> was_replaced = false;
+  Range* next = nullptr;
+
+  static std::atomic<Range*> first;
+
+  // A range that nobody uses, or a new one.
+  static Range* Take() {
+    for (Range* range = first; range != nullptr; range = range->next) {
+      if (bool free = false; range->is_taken.compare_exchange_strong(free, true)) {
+        return range;
+      }
+    }
+    auto* const made = new Range;
+    made->next = first;
+    while (!first.compare_exchange_weak(made->next, made)) {
+    }
+    return made;
+  }
+
+  // In a handler: calls nothing but mmap. Whether the address is in a guarded mapping.
+  static bool Replace(uintptr_t address) {
+    for (Range* range = first; range != nullptr; range = range->next) {
+      const uintptr_t begin = range->begin;
+      const uintptr_t end = range->end;
+      if (begin == 0 || address < begin || address >= end) {
+        continue;
+      }
+      range->was_replaced = true;
+      return mmap(reinterpret_cast<void*>(begin), end - begin, PROT_READ | PROT_WRITE,
+                  MAP_FIXED | MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED;
+    }
+    return false;
+  }
+
+  static struct sigaction before;  // the handler that was there
+
+  static void OnBusError(int signal, siginfo_t* info, void* /*context*/) {
+    const int error = errno;
+    if (!Replace(reinterpret_cast<uintptr_t>(info->si_addr))) {
+      sigaction(signal, &before, nullptr);  // it comes again, and goes there
+    }
+    errno = error;
+  }
+
+  static bool Install() {
+    struct sigaction action = {};
+    action.sa_sigaction = OnBusError;
+    action.sa_flags = SA_SIGINFO;
+    sigemptyset(&action.sa_mask);
+    return sigaction(SIGBUS, &action, &before) == 0;
+  }
+};
+
+std::atomic<MappingGuard::Range*> MappingGuard::Range::first = nullptr;
+struct sigaction MappingGuard::Range::before = {};
+
+MappingGuard::MappingGuard(void* memory, size_t bytes) : range_(Range::Take()) {
+  [[maybe_unused]] static const bool is_installed = Range::Install();
+  range_->was_replaced = false;
+  range_->end = reinterpret_cast<uintptr_t>(memory) + bytes;
+  range_->begin = reinterpret_cast<uintptr_t>(memory);
+}
+
+MappingGuard::~MappingGuard() {
+  range_->begin = 0;
+  range_->is_taken = false;
+}
+
+bool MappingGuard::was_replaced() const { return range_->was_replaced; }
+
+}  // namespace procgen
