@@ -1,13 +1,15 @@
 // procgen-server: hosts pools of Procgen environments behind gRPC. `procgen-server --help` lists
 // the flags, server/README.md explains them.
 
-#include <algorithm>
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <string>
-#include <thread>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -22,11 +24,13 @@
 #include "envcore/pool/shared_art.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster_flags.h"
+#include "server/concurrency/cpu_count.h"
 #include "server/config.h"
 #include "server/fleet_flags.h"
 #include "server/metrics/metrics_page.h"
 #include "server/rpc/server.h"
 #include "server/security_flags.h"
+#include "server/session/alarm.h"
 #include "server/session/event_log.h"
 #include "server/shared_memory/shared_folder.h"
 #include "server/web/web_server.h"
@@ -34,7 +38,9 @@
 
 ABSL_FLAG(std::string, address, "127.0.0.1:50051",
           "where to listen: HOST:PORT (port 0: any that is free; it is printed), or unix:PATH");
-ABSL_FLAG(int32_t, workers, 0, "threads that step environments; 0: one a core");
+ABSL_FLAG(int32_t, workers, 0,
+          "threads that step environments; 0: one for each core that the process may use, by its "
+          "affinity and the CPU quota of its cgroup");
 ABSL_FLAG(int32_t, pool_count_max, procgen::Limits().pool_count_max, "pools at a time");
 ABSL_FLAG(int32_t, pool_environment_count_max, procgen::Limits().pool_environment_count_max,
           "environments of one pool");
@@ -81,7 +87,14 @@ ABSL_FLAG(std::string, log_level, "info",
 namespace procgen {
 namespace {
 
+constexpr int kExitFailedToStart = 1;
 constexpr int kExitUsage = 2;
+constexpr int kExitStopTimedOut = 3;
+// What stopping may take besides --drain_deadline: pages and the metrics page end, calls are
+// cancelled.
+constexpr absl::Duration kStopGrace = absl::Seconds(10);
+// How long a process that ends waits for whoever reads its log.
+constexpr absl::Duration kLogTimeout = absl::Seconds(1);
 
 absl::StatusOr<LogLevel> FindLogLevel(const std::string& name) {
   for (const auto& [level_name, level] :
@@ -107,7 +120,7 @@ absl::StatusOr<Config> ReadConfig() {
   config.server.address = absl::GetFlag(FLAGS_address);
   config.server.worker_count = absl::GetFlag(FLAGS_workers);
   if (config.server.worker_count == 0) {
-    config.server.worker_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    config.server.worker_count = CpuCount();
   }
   Limits& limits = config.server.limits;
   limits.pool_count_max = absl::GetFlag(FLAGS_pool_count_max);
@@ -196,8 +209,43 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
 
 int FailToStart(const absl::Status& status) {
   LogEvent(LogLevel::kError, "start_failed", {{"message", std::string(status.message())}});
-  return 1;
+  return kExitFailedToStart;
 }
+
+// A thread that the server needs from its start on cannot be started: std::thread throws, and
+// nobody catches it.
+[[noreturn]] void EndBeforeStart() {
+  std::string why = "an exception that nobody caught";
+  try {
+    std::rethrow_exception(std::current_exception());
+  } catch (const std::system_error& error) {
+    why = absl::StrCat("cannot start a thread: ", error.code().message(),
+                       "; a limit on processes or memory is reached (ulimit -u, pids.max)");
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  const int status = FailToStart(absl::InternalError(why));
+  FlushLog(kLogTimeout);
+  _exit(status);
+}
+
+// Ends a process that does not stop when it is asked to: where threads or descriptors have run out,
+// gRPC may wait for ever. Its thread is there before anything can run out.
+class StopWatchdog {
+ public:
+  // From now on the process has `timeout` to end.
+  void Start(absl::Duration timeout) { alarm_.RingBy(SteadyNow() + timeout); }
+
+ private:
+  static absl::Time End(absl::Time /*now*/) {
+    LogEvent(LogLevel::kError, "stop_timed_out",
+             {{"message", "the server did not stop in time, and is ended as it is"}});
+    FlushLog(kLogTimeout);
+    _exit(kExitStopTimedOut);
+  }
+
+  Alarm alarm_{SteadyNow, End};
+};
 
 void LogLeftovers(const Config& config) {
   const SharedFolder* const folder = config.server.shared_folder.get();
@@ -207,8 +255,10 @@ void LogLeftovers(const Config& config) {
   }
 }
 
-int Serve(const Config& config, const sigset_t& stop_signals) {
+int Serve(const Config& config, const sigset_t& stop_signals,
+          std::terminate_handler usual_terminate) {
   SetLogLevel(config.log_level);
+  StopWatchdog watchdog;
   LogLeftovers(config);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
@@ -235,6 +285,8 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
             {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
+  FlushLog(kLogTimeout);  // whoever reads the line below may look into the log
+  std::set_terminate(usual_terminate);
   // For programs that start this one: the address on standard output, when clients can connect.
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
@@ -244,6 +296,7 @@ int Serve(const Config& config, const sigset_t& stop_signals) {
   LogEvent(LogLevel::kInfo, "draining",
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
             {"deadline", absl::FormatDuration(config.drain_deadline)}});
+  watchdog.Start(config.drain_deadline + kStopGrace);
   web_server->reset();  // first: its pages are told, and call the server until they have ended
   (*server)->Stop(config.drain_deadline);
   metrics_page->reset();  // it reads of the server's until here, so that a drain can be watched
@@ -256,6 +309,9 @@ int Main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
   // A file that may not grow any further is an error where it grows, not the end.
   std::signal(SIGXFSZ, SIG_IGN);
+  // Whoever reads the log, or standard output, may go.
+  std::signal(SIGPIPE, SIG_IGN);
+  const std::terminate_handler usual_terminate = std::set_terminate(EndBeforeStart);
   // Abseil, as Debian builds it, looks for deadlocks wherever a mutex is locked, here and in gRPC.
   // The tests have it do so; here it would cost some of a hundred of the time.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
@@ -298,7 +354,9 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "procgen-server: %s\n", std::string(status.message()).c_str());
     return kExitUsage;
   }
-  return Serve(*config, stop_signals);
+  const int exit_status = Serve(*config, stop_signals, usual_terminate);
+  FlushLog(kLogTimeout);
+  return exit_status;
 }
 
 }  // namespace

@@ -10,11 +10,10 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/synchronization/notification.h"
-#include "absl/time/clock.h"
 #include "server/cluster/dds_log.h"
 #include "server/cluster/participant.h"
 #include "server/cluster/subscribers.h"
+#include "server/concurrency/steady_time.h"
 
 namespace procgen {
 namespace {
@@ -147,7 +146,7 @@ class DdsCluster final : public Cluster {
       told_placements = std::move(placements);
       subscribers_.Tell();
       // Not on and on: what has come meanwhile is told together.
-      stopped_.WaitForNotificationWithTimeout(kTellIntervalMin);
+      stopped_.WaitWithTimeout(kTellIntervalMin);
     }
   }
 
@@ -174,7 +173,7 @@ class DdsCluster final : public Cluster {
   // Cyclone DDS is told the addresses of peers when it begins. Where there are others now, and more
   // than nodes that are known, a second participant begins with these and takes the first's place.
   void ResolveUntilStopped() {
-    while (!stopped_.WaitForNotificationWithTimeout(kResolveInterval)) {
+    while (!stopped_.WaitWithTimeout(kResolveInterval)) {
       std::vector<std::string> addresses = ResolvePeers(options_, resolve_, /*complains=*/false);
       if (addresses == peer_addresses_ || addresses.size() <= Nodes().size() || Stops()) {
         continue;
@@ -192,10 +191,10 @@ class DdsCluster final : public Cluster {
   // Nobody sees this node go meanwhile: both say the same of it. And it loses sight of nobody: the
   // second one has heard of all that the first knows.
   void TakeOver(std::shared_ptr<Participant> next) {
-    const absl::Time end = absl::Now() + kTakeOverTimeout;
+    const absl::Time end = SteadyNow() + kTakeOverTimeout;
     while ((next->ReadNodes().size() < Nodes().size() ||
             next->ReadPlacements().size() < Placements().size()) &&
-           absl::Now() < end && !Stops()) {
+           SteadyNow() < end && !Stops()) {
       next->Wait(kLookInterval);
     }
     absl::MutexLock lock(&speaking_);
@@ -211,7 +210,7 @@ class DdsCluster final : public Cluster {
 
   const ClusterOptions options_;
   const HostResolver resolve_;
-  absl::Notification stopped_;
+  SteadyNotification stopped_;
   std::vector<std::string> peer_addresses_;  // of the thread that resolves
 
   absl::Mutex speaking_;  // held while something is told; before mutex_

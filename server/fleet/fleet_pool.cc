@@ -104,7 +104,11 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
   }
   const auto count = static_cast<int64_t>(requests.size());
   requests.erase(requests.begin(), requests.begin() + std::max<int64_t>(0, count - answer_count));
-  MakeShards(journaled.bases, {});
+  auto shards = MakeShards(journaled.bases, {});
+  if (!shards.ok()) {
+    return shards.status();
+  }
+  SetShards(*std::move(shards));
   return requests;
 }
 

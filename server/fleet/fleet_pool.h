@@ -91,7 +91,10 @@ class FleetPool final : public HostedPool {
   // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
   void Divide(const ShardBase& base);
   // A shard for each of `bases`; `nodes`: where they are put if they can be, in the same order.
-  void MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes);
+  // Errors: as Shard::Create.
+  absl::StatusOr<std::vector<std::unique_ptr<Shard>>> MakeShards(
+      const ShardBases& bases, const std::vector<std::string>& nodes);
+  void SetShards(std::vector<std::unique_ptr<Shard>> shards) ABSL_LOCKS_EXCLUDED(shards_mutex_);
   // Adds to the log, or takes back what was added last.
   int64_t Log(LoggedRequest logged);
   void TakeBackLogged();

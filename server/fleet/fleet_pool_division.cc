@@ -45,22 +45,35 @@ std::vector<std::string> NodesOf(const std::vector<FleetNodes::Share>& shares) {
 }  // namespace
 
 void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares, Done done) {
-  MakeShards(BasesOf(shares, {0, {}, sampler_}), NodesOf(shares));
+  auto made = MakeShards(BasesOf(shares, {0, {}, sampler_}), NodesOf(shares));
+  if (!made.ok()) {
+    done(made.status());
+    return;
+  }
+  SetShards(*std::move(made));
   auto countdown = std::make_shared<Countdown>(shards_.size(), std::move(done));
   for (const std::unique_ptr<Shard>& shard : shards_) {
     shard->Run(0, [countdown](const absl::Status& status) { countdown->Count(status); });
   }
 }
 
-void FleetPool::MakeShards(const ShardBases& bases, const std::vector<std::string>& nodes) {
+absl::StatusOr<std::vector<std::unique_ptr<Shard>>> FleetPool::MakeShards(
+    const ShardBases& bases, const std::vector<std::string>& nodes) {
   std::vector<std::unique_ptr<Shard>> shards;
   for (const auto& [first, base] : bases) {
     const std::string node = nodes.empty() ? "" : nodes[shards.size()];
-    shards.push_back(
-        std::make_unique<Shard>(terms_, ++shard_number_, base.first, base.second, node));
+    auto shard = Shard::Create(terms_, ++shard_number_, base.first, base.second, node);
+    if (!shard.ok()) {
+      return shard.status();
+    }
+    shards.push_back(*std::move(shard));
   }
+  return shards;
+}
+
+void FleetPool::SetShards(std::vector<std::unique_ptr<Shard>> shards) {
   absl::MutexLock lock(&shards_mutex_);
-  shards_ = std::move(shards);
+  shards_.swap(shards);  // those that were there end after the lock
 }
 
 void FleetPool::Look() {
@@ -131,18 +144,19 @@ void FleetPool::Divide(const ShardBase& base) {
   if (!shares.ok()) {
     return;  // nodes have gone in the meantime
   }
-  std::vector<std::unique_ptr<Shard>> old;
-  {
-    absl::MutexLock lock(&shards_mutex_);
-    old.swap(shards_);
+  ShardBases bases = BasesOf(*shares, base);
+  auto shards = MakeShards(bases, NodesOf(*shares));
+  if (!shards.ok()) {
+    LogEvent(LogLevel::kWarning, "pool_not_divided",
+             {{"pool", terms_->label}, {"message", std::string(shards.status().message())}});
+    return;
   }
-  old.clear();  // before the others, who need the room
+  SetShards({});  // before the others go to nodes: they need the room
   LogEvent(LogLevel::kInfo, "pool_divided",
            {{"pool", terms_->label},
             {"shards", absl::StrCat(shares->size())},
             {"from", absl::StrCat(base.number)}});
-  ShardBases bases = BasesOf(*shares, base);
-  MakeShards(bases, NodesOf(*shares));
+  SetShards(*std::move(shards));
   if (journal_ != nullptr) {
     journal_->SetBases(std::move(bases));
   }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/concurrency/start_thread.h"
 #include "server/fleet/shard_request.h"
 #include "server/session/event_log.h"
 
@@ -33,6 +34,20 @@ bool IsOfNode(const absl::Status& status) {
 
 }  // namespace
 
+absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(std::shared_ptr<const ShardTerms> terms,
+                                                     int32_t number, Part range,
+                                                     std::shared_ptr<const ShardBase> base,
+                                                     std::string preferred_node) {
+  std::unique_ptr<Shard> shard(
+      new Shard(std::move(terms), number, range, std::move(base), std::move(preferred_node)));
+  absl::StatusOr<std::thread> thread = StartThread([shard = shard.get()] { shard->Loop(); });
+  if (!thread.ok()) {
+    return thread.status();
+  }
+  shard->thread_ = *std::move(thread);
+  return shard;
+}
+
 Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
              std::shared_ptr<const ShardBase> base, std::string preferred_node)
     : terms_(std::move(terms)),
@@ -42,10 +57,12 @@ Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range
       base_(std::move(base)),
       pictures_since_next_(range, std::max(1, terms_->spec.observation_format().frame_stack())),
       asked_position_(base_->number),
-      base_number_(base_->number),
-      thread_([this] { Loop(); }) {}
+      base_number_(base_->number) {}
 
 Shard::~Shard() {
+  if (!thread_.joinable()) {
+    return;  // it was not created
+  }
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;

@@ -13,6 +13,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -62,9 +63,11 @@ class Shard {
   using Done = absl::AnyInvocable<void(absl::Status)>;
 
   // `number` is that of the shard in the life of its pool; `preferred_node`: where it is put if it
-  // can be.
-  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-        std::shared_ptr<const ShardBase> base, std::string preferred_node);
+  // can be. Errors: RESOURCE_EXHAUSTED its thread cannot be started.
+  static absl::StatusOr<std::unique_ptr<Shard>> Create(std::shared_ptr<const ShardTerms> terms,
+                                                       int32_t number, Part range,
+                                                       std::shared_ptr<const ShardBase> base,
+                                                       std::string preferred_node);
   // Frees what it has on its node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
@@ -98,6 +101,9 @@ class Shard {
   std::string node_id() const;
 
  private:
+  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+        std::shared_ptr<const ShardBase> base, std::string preferred_node);
+
   // A pool on a node.
   struct Placement {
     FleetNodes::Seat seat;
@@ -174,7 +180,7 @@ class Shard {
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   std::string node_id_ ABSL_GUARDED_BY(mutex_);  // of the placement
   std::shared_ptr<procgen_client::StepStream> stream_ ABSL_GUARDED_BY(mutex_);
-  std::thread thread_;
+  std::thread thread_;  // runs Loop
 };
 
 }  // namespace procgen

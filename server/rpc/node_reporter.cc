@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/session/alarm.h"
-
 namespace procgen {
 namespace {
 
@@ -27,7 +25,7 @@ NodeReporter::~NodeReporter() {
 void NodeReporter::ReportNow() { Report(false); }
 
 void NodeReporter::ReportUntilStopped() {
-  while (!stopped_.WaitForNotificationWithTimeout(kInterval)) {
+  while (!stopped_.WaitWithTimeout(kInterval)) {
     Report(true);
   }
 }

@@ -7,10 +7,10 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/synchronization/notification.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/node_status.h"
+#include "server/concurrency/steady_time.h"
 
 namespace procgen {
 
@@ -40,7 +40,7 @@ class NodeReporter {
 
   Cluster* const cluster_;
   const std::function<Standing()> standing_;
-  absl::Notification stopped_;
+  SteadyNotification stopped_;
   absl::Mutex mutex_;  // held while it is told, so that the last word is the latest
   int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Time measured_at_ ABSL_GUARDED_BY(mutex_);

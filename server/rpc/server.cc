@@ -7,15 +7,18 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "grpc/support/log.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
 #include "server/rpc/answer_replay.h"
 #include "server/rpc/convert_pool.h"
+#include "server/rpc/grpc_deadline.h"
 #include "server/rpc/listener.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
+#include "server/session/event_log.h"
 #include "server/session/sessions.h"
 #include "server/shared_memory/direct_lines.h"
 
@@ -50,6 +53,16 @@ std::string AdvertisedAddress(const std::string& advertised, const std::string& 
     return bound;
   }
   return absl::EndsWith(advertised, ":0") ? WithPort(advertised, port) : advertised;
+}
+
+// Has gRPC's own lines go to the log of the server: gRPC would block where nobody reads standard
+// error, and strangers can have it write (failed handshakes are such lines).
+void LogGrpcLine(gpr_log_func_args* line) {
+  const LogLevel level = line->severity == GPR_LOG_SEVERITY_ERROR  ? LogLevel::kError
+                         : line->severity == GPR_LOG_SEVERITY_INFO ? LogLevel::kInfo
+                                                                   : LogLevel::kDebug;
+  LogEvent(level, "grpc",
+           {{"source", absl::StrCat(line->file, ":", line->line)}, {"message", line->message}});
 }
 
 int Milliseconds(absl::Duration duration) {
@@ -98,6 +111,7 @@ class GrpcServer final : public Server {
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
 
   absl::Status Listen(const ServerOptions& options) {
+    gpr_set_log_function(LogGrpcLine);
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     const absl::StatusOr<Address> address = ParseAddress(options.address);
@@ -179,10 +193,10 @@ class GrpcServer final : public Server {
     if (server_ == nullptr) {
       return;
     }
-    const absl::Time end = absl::Now() + deadline;
+    const absl::Time end = SteadyNow() + deadline;
     BeginDrain();
-    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && absl::Now() < end) {
-      absl::SleepFor(std::min(kDrainPoll, end - absl::Now()));
+    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && SteadyNow() < end) {
+      absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));
     }
     if (listener_ != nullptr && sessions_.keeps_pools()) {
       // A learner that attaches again at this moment, or is not done with its answers, would be
@@ -192,7 +206,7 @@ class GrpcServer final : public Server {
     listener_.reset();
     listener_within_.reset();
     services_.EndWatches();
-    server_->Shutdown(absl::ToChronoTime(std::min(end, absl::Now() + kGoodbye)));
+    server_->Shutdown(GrpcDeadlineIn(std::min(end - SteadyNow(), kGoodbye)));
     server_->Wait();
   }
 

@@ -7,10 +7,10 @@
 #include "absl/cleanup/cleanup.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "grpcpp/server_context.h"
 #include "server/rpc/convert_shared.h"
 #include "server/rpc/drain_trailer.h"
+#include "server/rpc/grpc_deadline.h"
 #include "server/rpc/method_name.h"
 #include "server/rpc/unary_call.h"
 #include "server/session/event_log.h"
@@ -26,7 +26,7 @@ StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* calle
       new StepPoolReactor(sessions, callers, direct_lines, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the alarm is the stream's and keeps what it calls.
-  reactor->attach_alarm_.Set(absl::ToChronoTime(absl::Now() + sessions->limits().attach_timeout),
+  reactor->attach_alarm_.Set(GrpcDeadlineIn(sessions->limits().attach_timeout),
                              [weak = reactor->weak_from_this()](bool expired) {
                                const std::shared_ptr<StepPoolReactor> stream = weak.lock();
                                if (expired && stream != nullptr) {

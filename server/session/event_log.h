@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 
 namespace procgen {
 
@@ -15,8 +16,14 @@ enum class LogLevel { kDebug, kInfo, kWarning, kError };
 using EventFields = std::vector<std::pair<absl::string_view, std::string>>;
 
 // Writes one line to standard error, as logfmt: time, level, event, then the fields. Values with
-// spaces are quoted. Threads: from any thread; lines do not mix.
+// spaces are quoted. A thread of the log writes; where nobody reads standard error, the oldest of
+// kLogLinesMax waiting lines are dropped, and a line log_lines_dropped reports how many.
+// Threads: from any thread, never blocks on standard error; lines do not mix.
 void LogEvent(LogLevel level, absl::string_view event, const EventFields& fields);
+inline constexpr size_t kLogLinesMax = 1024;
+
+// Returns when all lines so far are written, or after `timeout`. A process ends with it.
+void FlushLog(absl::Duration timeout);
 
 // Events below `level` are left out. Default: kInfo.
 void SetLogLevel(LogLevel level);

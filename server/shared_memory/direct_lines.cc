@@ -18,6 +18,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "server/concurrency/start_thread.h"
 
 namespace procgen {
 namespace {
@@ -153,15 +154,20 @@ void DirectLines::Begin(FileDescriptor connection) {
   if (stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection.number())) {
     return;
   }
-  ++unknown_count_;
   Visit& visit = visits_.emplace_back();
   visit.connection = std::move(connection);
-  visit.thread = std::thread([this, &visit] {
+  absl::StatusOr<std::thread> thread = StartThread([this, &visit] {
     Receive(&visit);
     absl::MutexLock over(&mutex_);
     visit.is_over = true;
     visit.line = nullptr;
   });
+  if (!thread.ok()) {
+    visits_.pop_back();  // the learner finds its connection closed, and goes by gRPC's stream
+    return;
+  }
+  ++unknown_count_;
+  visit.thread = *std::move(thread);
 }
 
 std::shared_ptr<DirectLineUser> DirectLines::Identify(int connection) {

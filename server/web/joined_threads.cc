@@ -2,6 +2,9 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "server/concurrency/start_thread.h"
+
 namespace procgen::web {
 
 JoinedThreads::~JoinedThreads() {
@@ -11,20 +14,23 @@ JoinedThreads::~JoinedThreads() {
   }
 }
 
-bool JoinedThreads::Start(std::function<void()> work) {
+absl::Status JoinedThreads::Start(std::function<void()> work) {
   absl::MutexLock lock(&mutex_);
   Reap();
   if (entries_.size() >= count_max_) {
-    return false;
+    return absl::ResourceExhaustedError(absl::StrCat("the server's pages have ", count_max_,
+                                                     " threads of a kind, allowed: no more"));
   }
   auto has_ended = std::make_shared<std::atomic<bool>>(false);
-  entries_.push_back({std::thread([work = std::move(work), has_ended]() mutable {
-                        work();
-                        work = nullptr;  // what it holds ends on this thread, too
-                        *has_ended = true;
-                      }),
-                      has_ended});
-  return true;
+  absl::StatusOr<std::thread> thread = StartThread([work = std::move(work), has_ended]() mutable {
+    work();
+    work = nullptr;  // what it holds ends on this thread, too
+    *has_ended = true;
+  });
+  if (thread.ok()) {
+    entries_.push_back({*std::move(thread), has_ended});
+  }
+  return thread.status();
 }
 
 bool JoinedThreads::HasRoom() const {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 
 namespace procgen::web {
@@ -23,8 +24,9 @@ class JoinedThreads {
   JoinedThreads(const JoinedThreads&) = delete;
   JoinedThreads& operator=(const JoinedThreads&) = delete;
 
-  // Runs `work` on a thread of its own. False: there are too many.
-  bool Start(std::function<void()> work);
+  // Runs `work` on a thread of its own. Errors: RESOURCE_EXHAUSTED there are as many as may be, or
+  // the process may have no more threads.
+  absl::Status Start(std::function<void()> work);
   // Whether one more would start.
   bool HasRoom() const;
 

@@ -92,8 +92,8 @@ absl::StatusOr<std::unique_ptr<PoolFrames>> PoolFrames::Start(
   shared->is_png = request.format() == v1::FRAME_FORMAT_PNG;
   shared->number = number;
   shared->outbox = std::move(outbox);
-  if (!threads->Start([shared] { shared->Run(); })) {
-    return absl::ResourceExhaustedError("the server's pages watch as much as they may");
+  if (absl::Status status = threads->Start([shared] { shared->Run(); }); !status.ok()) {
+    return status;
   }
   return std::unique_ptr<PoolFrames>(new PoolFrames(std::move(shared)));
 }

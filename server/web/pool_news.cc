@@ -23,6 +23,7 @@ PoolNews::~PoolNews() {
   {
     absl::MutexLock lock(&mutex_);
     is_stopping_ = true;
+    changed_.NotifyAll();
   }
   thread_.join();
 }
@@ -32,6 +33,7 @@ void PoolNews::Follow(const void* follower, const std::string& token,
   absl::MutexLock lock(&mutex_);
   followers_[follower] = {token, std::move(client), std::move(tell)};
   has_new_ = true;
+  changed_.NotifyAll();
 }
 
 void PoolNews::Unfollow(const void* follower) {
@@ -46,15 +48,15 @@ Json PoolNews::HistoryOf(const v1::Pool& pool) {
 }
 
 void PoolNews::Run() {
-  absl::Time next = absl::Now();
+  absl::Time next = SteadyNow();
   while (true) {
     bool only_new = false;
     {
       absl::MutexLock lock(&mutex_);
-      const auto is_due = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
+      const auto is_due = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
         return is_stopping_ || has_new_;
       };
-      only_new = mutex_.AwaitWithDeadline(absl::Condition(&is_due), next);
+      only_new = changed_.AwaitUntil(&mutex_, next, is_due);
       if (is_stopping_) {
         return;
       }
@@ -64,7 +66,7 @@ void PoolNews::Run() {
       const std::vector<v1::Pool> pools = list_pools_();
       absl::MutexLock lock(&mutex_);
       history_.Add(NowSeconds(), pools);
-      next = std::max(next + kInterval, absl::Now());
+      next = std::max(next + kInterval, SteadyNow());
     }
     TellFollowers(only_new);
   }

@@ -13,6 +13,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "procgen_client/client.h"
+#include "server/concurrency/steady_time.h"
 #include "server/web/message.h"
 #include "server/web/pool_history.h"
 
@@ -58,6 +59,7 @@ class PoolNews {
   // Lock order: telling_, mutex_.
   absl::Mutex telling_;  // while followers are told
   absl::Mutex mutex_;
+  SteadyCondVar changed_;  // has_new_, or is_stopping_
   PoolHistory history_ ABSL_GUARDED_BY(mutex_);
   std::map<const void*, Follower> followers_ ABSL_GUARDED_BY(mutex_);
   bool has_new_ ABSL_GUARDED_BY(mutex_) = false;

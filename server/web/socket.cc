@@ -148,10 +148,11 @@ class Socket final : public Outbox,
       return;
     }
     viewer_ = std::make_shared<Viewer>(sockets_->terms_, this->shared_from_this());
-    if (!sockets_->threads_->Start([viewer = viewer_] { viewer->Run(); })) {
+    if (const absl::Status status =
+            sockets_->threads_->Start([viewer = viewer_] { viewer->Run(); });
+        !status.ok()) {
       viewer_.reset();
-      CloseNow(websocket::close_code::try_again_later,
-               "the server has as many viewers as it takes");
+      CloseNow(websocket::close_code::try_again_later, std::string(status.message()));
       return;
     }
     timer_.expires_after(kHelloTimeout);
@@ -306,6 +307,7 @@ void OpenSockets::Open(SecureStream stream, const UpgradeRequest& request) {
 void OpenSockets::Remove(const Closable* socket) {
   absl::MutexLock lock(&mutex_);
   sockets_.erase(socket);
+  removed_.NotifyAll();
 }
 
 void OpenSockets::BeginClose() {
@@ -326,8 +328,9 @@ void OpenSockets::BeginClose() {
 
 void OpenSockets::AwaitClosed(absl::Duration timeout) {
   absl::MutexLock lock(&mutex_);
-  const auto have_gone = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) { return sockets_.empty(); };
-  mutex_.AwaitWithTimeout(absl::Condition(&have_gone), timeout);
+  const auto have_gone = [this]()
+                             ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return sockets_.empty(); };
+  removed_.AwaitUntil(&mutex_, SteadyNow() + timeout, have_gone);
 }
 
 }  // namespace procgen::web

@@ -13,6 +13,7 @@
 #include "boost/beast/http/empty_body.hpp"
 #include "boost/beast/http/message.hpp"
 #include "boost/beast/ssl/ssl_stream.hpp"
+#include "server/concurrency/steady_time.h"
 #include "server/web/joined_threads.h"
 #include "server/web/outbox.h"
 #include "server/web/viewer.h"
@@ -57,6 +58,7 @@ class OpenSockets {
   const ViewerTerms& terms_;
   JoinedThreads* const threads_;
   absl::Mutex mutex_;
+  SteadyCondVar removed_;
   bool is_closing_ ABSL_GUARDED_BY(mutex_) = false;
   std::map<const Closable*, std::weak_ptr<Closable>> sockets_ ABSL_GUARDED_BY(mutex_);
 };

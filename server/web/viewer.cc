@@ -5,7 +5,6 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "server/session/event_log.h"
 #include "server/web/convert_json.h"
 #include "server/web/gallery.h"
@@ -37,6 +36,7 @@ void Viewer::Take(Wire message) {
 void Viewer::Stop() {
   absl::MutexLock lock(&mutex_);  // who waits for messages looks again
   is_stopping_ = true;
+  stopped_.NotifyAll();
 }
 
 std::optional<Wire> Viewer::Next() {
@@ -54,12 +54,11 @@ std::optional<Wire> Viewer::Next() {
 }
 
 void Viewer::AwaitRate() {
-  const absl::Time now = absl::Now();
+  const absl::Time now = SteadyNow();
   rate_time_ = std::max(rate_time_, now - kRateSaved) + absl::Seconds(1) / kRequestsPerSecondMax;
   if (rate_time_ > now) {
     absl::MutexLock lock(&mutex_);
-    const auto is_stopping = [this] { return is_stopping_.load(); };
-    mutex_.AwaitWithDeadline(absl::Condition(&is_stopping), rate_time_);
+    stopped_.AwaitUntil(&mutex_, rate_time_, [this] { return is_stopping_.load(); });
   }
 }
 

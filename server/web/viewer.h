@@ -16,6 +16,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "procgen_client/client.h"
+#include "server/concurrency/steady_time.h"
 #include "server/web/joined_threads.h"
 #include "server/web/message.h"
 #include "server/web/outbox.h"
@@ -108,6 +109,7 @@ class Viewer {
   std::atomic<bool> is_stopping_ = false;
 
   absl::Mutex mutex_;
+  SteadyCondVar stopped_;
   std::deque<Wire> messages_ ABSL_GUARDED_BY(mutex_);
 
   // Of the thread.
@@ -115,7 +117,7 @@ class Viewer {
   std::string token_;
   procgen::v1::Catalog catalog_;
   int32_t hello_attempts_ = 0;
-  absl::Time rate_time_ = absl::InfinitePast();  // when the next request's turn is
+  absl::Time rate_time_ = absl::InfinitePast();  // when the next request's turn is; steady
   std::function<void()> after_answer_;  // begins what comes after an answer; null: nothing does
   int64_t next_number_ = 1;             // of a play, replay or watch
   std::map<int64_t, std::unique_ptr<Play>> plays_;

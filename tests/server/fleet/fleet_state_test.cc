@@ -8,6 +8,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/session/event_log.h"
 #include "tests/server/fleet/journaled_pool.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
@@ -41,6 +42,7 @@ TEST(FleetStateTest, ADamagedPoolIsPutAsideAndTheOthersAreTaken) {
   ASSERT_THAT(state, IsOk());
   testing::internal::CaptureStderr();
   EXPECT_THAT(NamesOf((*state)->TakeLeft()), ElementsAre("pools/a", "pools/c"));
+  FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
   EXPECT_THAT(log, HasSubstr("pool_put_aside"));
   EXPECT_THAT(log, HasSubstr("pool-2 is no journal of a pool"));
@@ -55,6 +57,7 @@ TEST(FleetStateTest, APoolOfAnotherVersionStaysForTheServerThatWroteIt) {
   ASSERT_THAT(state, IsOk());
   testing::internal::CaptureStderr();
   EXPECT_THAT((*state)->TakeLeft(), testing::IsEmpty());
+  FlushLog(absl::Seconds(10));
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("is a journal of version"));
   EXPECT_TRUE(std::filesystem::exists(folder.At("pool-7")));
   EXPECT_EQ((*state)->NextPath(), folder.At("pool-8")) << "which overwrites nothing";

@@ -1,0 +1,82 @@
+"""The wall clock is set back or forth by an hour, and nothing that waits notices."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from pathlib import Path
+
+import pytest
+from page import open_page
+from testbed import WallClock, run, wait_until
+
+from procgen_client import Client
+
+_HOUR_S = 3600
+# Abseil's clock follows the machine's within two seconds and a half.
+_NOTICED_S = 3.0
+_jumps = pytest.mark.parametrize("jump_s", [-_HOUR_S, _HOUR_S], ids=["back", "forth"])
+
+
+@_jumps
+def test_a_drain_takes_as_long_as_it_may(jump_s: int, tmp_path: Path) -> None:
+    clock = WallClock(tmp_path)
+    flags = ["--workers=1", "--drain_deadline=5s"]
+    with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
+        with Client(server.address) as client:
+            pool = client.create_pool("coinrun", 2)
+            pool.step([4, 4])  # a pool that nobody deletes
+            begun = time.monotonic()
+            server.process.terminate()
+            wait_until(lambda: "event=draining" in server.log(), "the drain has begun")
+            clock.move(jump_s)
+            assert server.process.wait(30) == 0
+            assert 4 < time.monotonic() - begun < 5 + 8
+        assert "event=stopped" in server.log()
+
+
+@_jumps
+def test_pages_are_answered_and_told_of_pools(jump_s: int, tmp_path: Path) -> None:
+    async def look(url: str, clock: WallClock) -> None:
+        async with open_page(url) as page:
+            await page.call("pools.follow")
+            await page.event("pools")
+            clock.move(jump_s)
+            begun = time.monotonic()
+            while time.monotonic() - begun < _NOTICED_S + 2:
+                await page.event("pools")
+            assert not page.has_event("pools_ended")
+            # More than a page may save up, so that some must wait for their turn.
+            await asyncio.gather(*[page.call("pools.unfollow") for _ in range(250)])
+            assert time.monotonic() - begun < 30
+
+    clock = WallClock(tmp_path)
+    flags = ["--workers=1", "--web_address=127.0.0.1:0"]
+    with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
+        asyncio.run(look(server.told("web"), clock))
+        assert server.stop() == 0
+
+
+@_jumps
+def test_a_node_stays_in_its_cluster(jump_s: int, tmp_path: Path) -> None:
+    clock = WallClock(tmp_path)
+    cluster = [f"--cluster=clock-{os.getpid()}", f"--cluster_domain={100 + os.getpid() % 100}"]
+    flags = [*cluster, "--workers=1"]
+    log = tmp_path / "log"
+    with run(*flags, "--node_id=a", log_path=tmp_path / "log-a") as first, run(
+        *flags, "--node_id=b", log_path=log, environment=clock.environment
+    ) as second, Client(first.address) as a, Client(second.address) as b:
+        for client in (a, b):
+            wait_until(lambda: len(client.list_nodes().nodes) == 2, "both nodes are seen")
+        clock.move(jump_s)
+        begun = time.monotonic()
+        while time.monotonic() - begun < _NOTICED_S + 6:
+            assert len(a.list_nodes().nodes) == 2
+            time.sleep(0.2)
+        with a.create_pool("coinrun", 3, pool_id="late"):
+            wait_until(
+                lambda: sorted(node.pool_count for node in b.list_nodes().nodes) == [0, 1],
+                "the node hears of others",
+                10,
+            )

@@ -1,0 +1,90 @@
+"""Standard error is a pipe that nobody reads, or whose reader has gone."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+from testbed import STOP_GRACE_S, run
+
+from procgen_client import Client
+
+_F_SETPIPE_SZ = 1031
+# More lines than the pipe and the server's memory hold: each pool is two.
+_POOL_COUNT = 1000
+
+
+def _make_and_delete_pools(address: str, count: int) -> None:
+    with Client(address, timeout=20) as client:
+        for _ in range(count):
+            client.delete_pool(client.create_pool("coinrun", 1).name)
+
+
+def _pipe() -> tuple[int, int]:
+    """A pipe that holds little."""
+    read, write = os.pipe()
+    fcntl.fcntl(write, _F_SETPIPE_SZ, 4096)
+    return read, write
+
+
+def test_a_log_that_nobody_reads_holds_up_neither_calls_nor_the_end() -> None:
+    read, write = _pipe()
+    with run("--workers=1", "--log_level=debug", log=write) as server:
+        os.close(write)
+        _make_and_delete_pools(server.address, _POOL_COUNT)
+        assert server.stop(STOP_GRACE_S) == 0
+    os.close(read)
+
+
+def test_lines_that_were_dropped_are_counted_in_the_log() -> None:
+    read, write = _pipe()
+    with run("--workers=1", "--log_level=debug", log=write) as server, os.fdopen(read) as log:
+        os.close(write)
+        _make_and_delete_pools(server.address, _POOL_COUNT)
+        server.process.terminate()
+        lines = log.read().splitlines()
+        assert server.process.wait(STOP_GRACE_S) == 0
+    dropped = [line for line in lines if "event=log_lines_dropped" in line]
+    assert dropped
+    count = sum(int(line.rsplit("count=", 1)[1]) for line in dropped)
+    told = sum("event=pool_" in line for line in lines)
+    assert 2 * _POOL_COUNT - 20 <= count + told <= 2 * _POOL_COUNT + 20
+    assert "event=stopped" in lines[-1]
+
+
+def test_a_reader_of_the_log_that_goes_ends_nothing() -> None:
+    read, write = _pipe()
+    with run("--workers=1", "--log_level=debug", log=write) as server:
+        os.close(write)
+        os.close(read)
+        _make_and_delete_pools(server.address, 10)
+        assert server.stop(STOP_GRACE_S) == 0
+
+
+@pytest.fixture
+def certificate(tmp_path: Path) -> list[str]:
+    """The flags of a server that speaks TLS."""
+    command = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+    command += ["-nodes", "-days", "1", "-subj", "/CN=server", "-keyout", "key", "-out", "cert"]
+    subprocess.run(command, cwd=tmp_path, check=True, stderr=subprocess.DEVNULL)
+    return [f"--tls_certificate={tmp_path}/cert", f"--tls_key={tmp_path}/key"]
+
+
+def test_strangers_who_fail_to_shake_hands_do_not_fill_the_log_until_it_blocks(
+    certificate: list[str],
+) -> None:
+    read, write = _pipe()
+    with run("--workers=1", *certificate, log=write) as server:
+        os.close(write)
+        host, port = server.address.rsplit(":", 1)
+        for _ in range(100):
+            with socket.create_connection((host, int(port)), timeout=20) as stranger:
+                stranger.sendall(b"GET / HTTP/1.1\r\n\r\n")
+                while stranger.recv(4096):
+                    pass
+        assert server.stop(STOP_GRACE_S) == 0
+    os.close(read)

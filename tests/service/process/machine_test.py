@@ -1,0 +1,64 @@
+"""Cores, folders and files of the machine, and who holds the metrics page."""
+
+from __future__ import annotations
+
+import os
+import socket
+import urllib.request
+from pathlib import Path
+
+import grpc
+import pytest
+from testbed import run, shared_pool
+
+from procgen_client import Client
+
+
+def test_there_is_a_worker_for_each_core_that_the_process_may_use(tmp_path: Path) -> None:
+    core = min(os.sched_getaffinity(0))
+    prefix = ["taskset", "-c", str(core)]
+    with run(log_path=tmp_path / "log", prefix=prefix) as server:
+        assert server.told("workers") == "1"
+
+
+def test_a_folder_that_takes_no_file_is_refused_at_the_start(tmp_path: Path) -> None:
+    flags = ["--workers=1", "--shared_memory_folder=/proc"]
+    with run(*flags, log_path=tmp_path / "log") as server:
+        assert server.process.wait(20) == 2
+        assert "--shared_memory_folder is '/proc'" in server.log()
+        assert "allowed: a folder to make files in" in server.log()
+
+
+def test_a_learner_that_truncates_the_shared_file_harms_itself_alone(tmp_path: Path) -> None:
+    flags = ["--workers=2", "--drain_deadline=0s"]
+    with run(*flags, log_path=tmp_path / "log") as server, shared_pool(
+        server
+    ) as pool, Client(server.address) as client, client.create_pool("maze", 8) as other:
+        with pool.attach() as learner:
+            learner.step()
+            os.truncate(learner.attached.shared_memory.path, 0)
+            for _ in range(10):
+                assert learner.step().last
+                other.step([4] * 8)
+        with pytest.raises(grpc.RpcError) as refused, pool.attach():
+            pass
+        assert refused.value.code() == grpc.StatusCode.FAILED_PRECONDITION
+        assert "has truncated" in refused.value.details()
+        assert server.stop() == 0
+
+
+@pytest.mark.parametrize("half", [b"", b"GET /metr", b"GET /metrics HTTP/1.1\r\nHost: x\r\n"])
+def test_half_requests_do_not_keep_the_metrics_page_from_others(
+    half: bytes, tmp_path: Path
+) -> None:
+    flags = ["--workers=1", "--metrics_address=127.0.0.1:0"]
+    with run(*flags, log_path=tmp_path / "log") as server:
+        host, port = server.told("metrics").rsplit(":", 1)
+        strangers = [socket.create_connection((host, int(port))) for _ in range(16)]
+        for stranger in strangers:
+            stranger.sendall(half)
+        url = f"http://{host}:{port}/metrics"
+        with urllib.request.urlopen(url, timeout=10) as page:
+            assert b"procgen_" in page.read()
+        for stranger in strangers:
+            stranger.close()
