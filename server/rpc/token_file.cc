@@ -82,7 +82,7 @@ absl::StatusOr<std::vector<TokenDigest>> ParseTokens(absl::string_view text) {
 
 absl::StatusOr<std::shared_ptr<TokenFile>> TokenFile::Open(const std::string& path) {
   std::shared_ptr<TokenFile> tokens(new TokenFile(path));
-  absl::MutexLock lock(&tokens->mutex_);
+  absl::MutexLock lock(&tokens->reading_);
   if (absl::Status status = tokens->Read(); !status.ok()) {
     return status;
   }
@@ -90,35 +90,55 @@ absl::StatusOr<std::shared_ptr<TokenFile>> TokenFile::Open(const std::string& pa
 }
 
 absl::Status TokenFile::Read() {
-  const absl::StatusOr<std::string> text = file_.Read();
-  if (!text.ok()) {
-    return text.status();
+  auto next = std::make_shared<Snapshot>(*Current());
+  const absl::StatusOr<std::string> text = next->file.Read();
+  absl::Status status = text.status();
+  if (text.ok()) {
+    absl::StatusOr<std::vector<TokenDigest>> digests = ParseTokens(*text);
+    if (digests.ok()) {
+      next->digests = *std::move(digests);
+    } else {
+      status = absl::InvalidArgumentError(
+          absl::StrCat(next->file.path(), ": ", digests.status().message()));
+    }
   }
-  absl::StatusOr<std::vector<TokenDigest>> digests = ParseTokens(*text);
-  if (!digests.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": ", digests.status().message()));
-  }
-  digests_ = *std::move(digests);
-  if (file_.is_open_to_all()) {
+  if (status.ok() && next->file.is_open_to_all()) {
     LogEvent(LogLevel::kWarning, "secrets_open_to_all",
-             {{"file", file_.path()}, {"message", "all users can read it; chmod o-r"}});
+             {{"file", next->file.path()}, {"message", "all users can read it; chmod o-r"}});
   }
-  return absl::OkStatus();
+  absl::MutexLock lock(&mutex_);
+  snapshot_ = std::move(next);
+  return status;
+}
+
+std::shared_ptr<const TokenFile::Snapshot> TokenFile::Current() const {
+  absl::MutexLock lock(&mutex_);
+  return snapshot_;
+}
+
+void TokenFile::ReadAgain() {
+  absl::MutexLock lock(&reading_);
+  if (!Current()->file.HasChanged()) {
+    return;  // another call has read it meanwhile
+  }
+  const absl::Status status = Read();
+  const std::shared_ptr<const Snapshot> current = Current();
+  LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning,
+           status.ok() ? "tokens_read" : "tokens_not_read",
+           {{"file", current->file.path()},
+            {"tokens_in_force", absl::StrCat(current->digests.size())},
+            {"message", std::string(status.message())}});
 }
 
 std::optional<std::string> TokenFile::OwnerOf(absl::string_view token) {
   const std::array<uint8_t, 32> given = DigestOf(token);
-  absl::MutexLock lock(&mutex_);
-  if (file_.HasChanged()) {
-    const absl::Status status = Read();
-    LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning,
-             status.ok() ? "tokens_read" : "tokens_not_read",
-             {{"file", file_.path()},
-              {"tokens_in_force", absl::StrCat(digests_.size())},
-              {"message", std::string(status.message())}});
+  std::shared_ptr<const Snapshot> current = Current();
+  if (current->file.HasChanged()) {
+    ReadAgain();
+    current = Current();
   }
   const TokenDigest* found = nullptr;
-  for (const TokenDigest& digest : digests_) {
+  for (const TokenDigest& digest : current->digests) {
     if (CRYPTO_memcmp(digest.sha256.data(), given.data(), given.size()) == 0) {
       found = &digest;
     }

@@ -45,12 +45,24 @@ class TokenFile {
   std::optional<std::string> OwnerOf(absl::string_view token);
 
  private:
-  explicit TokenFile(const std::string& path) : file_(path) {}
-  absl::Status Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The file as it was read, and its tokens. Never changed: callers look into it without a lock.
+  struct Snapshot {
+    WatchedFile file;
+    std::vector<TokenDigest> digests;
+  };
 
-  absl::Mutex mutex_;
-  WatchedFile file_ ABSL_GUARDED_BY(mutex_);
-  std::vector<TokenDigest> digests_ ABSL_GUARDED_BY(mutex_);
+  explicit TokenFile(const std::string& path)
+      : snapshot_(std::make_shared<const Snapshot>(Snapshot{WatchedFile(path), {}})) {}
+  // Reads the file. On error the tokens stay as they were, and the file is not read again until it
+  // changes.
+  absl::Status Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(reading_);
+  // Reads the file if it has changed since.
+  void ReadAgain() ABSL_LOCKS_EXCLUDED(reading_);
+  std::shared_ptr<const Snapshot> Current() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+  absl::Mutex reading_;        // held while the file is read; before mutex_
+  mutable absl::Mutex mutex_;  // held while the pointer is copied
+  std::shared_ptr<const Snapshot> snapshot_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace procgen

@@ -2,11 +2,15 @@
 
 #include <sys/stat.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "gtest/gtest.h"
+#include "server/session/event_log.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
 
@@ -89,6 +93,32 @@ TEST_F(TokenFileTest, AReplacedFileIsReadAtOnce) {
   EXPECT_EQ((*tokens)->OwnerOf(kAlice), std::nullopt);
 }
 
+TEST_F(TokenFileTest, WhoeverAsksAfterAReplacementIsAnsweredByTheNewFile) {
+  const auto tokens = TokenFile::Open(path_);
+  ASSERT_THAT(tokens, IsOk());
+  std::atomic<bool> is_replaced = false;
+  std::atomic<bool> stops = false;
+  std::vector<std::thread> callers(4);
+  for (std::thread& caller : callers) {
+    caller = std::thread([&] {
+      while (!stops) {
+        const bool is_new = is_replaced;
+        const bool alice_is_there = (*tokens)->OwnerOf(kAlice).has_value();
+        EXPECT_FALSE(is_new && alice_is_there);
+      }
+    });
+  }
+  Replace(std::string("bob ") + kBob);
+  is_replaced = true;
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_EQ((*tokens)->OwnerOf(kBob), "bob");
+  }
+  stops = true;
+  for (std::thread& caller : callers) {
+    caller.join();
+  }
+}
+
 TEST_F(TokenFileTest, ABrokenOrMissingFileLeavesWhatWasReadBefore) {
   const auto tokens = TokenFile::Open(path_);
   ASSERT_THAT(tokens, IsOk());
@@ -112,6 +142,7 @@ TEST_F(TokenFileTest, ABrokenFileIsToldOnceAndAWideOpenOneToo) {
   Replace(std::string("bob ") + kBob);
   chmod(path_.c_str(), 0644);
   (*tokens)->OwnerOf(kBob);
+  FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
   const size_t first = log.find("event=tokens_not_read");
   EXPECT_NE(first, std::string::npos) << log;
