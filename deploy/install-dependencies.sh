@@ -18,6 +18,7 @@ packages=(
   libspdlog-dev           # log lines
   libzstd-dev             # compresses observations
   liblz4-dev              # and quicker, if less
+  libsqlite3-dev          # a fleet keeps its pools in databases
   prometheus-cpp-dev      # metrics
   cyclonedds-dev          # servers of a cluster find each other
   cyclonedds-tools        # compiles what they say to each other

@@ -159,11 +159,7 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
   }
   // A learner cannot map again what an earlier process shared with it.
   const int64_t answer_count = terms.shares_memory ? 0 : options_.requests_in_flight_max;
-  const auto requests = (*pool)->Resume(left.path, left.pool, answer_count);
-  if (!requests.ok()) {
-    return requests.status();
-  }
-  for (const v1::StepPoolRequest& request : *requests) {
+  for (const v1::StepPoolRequest& request : (*pool)->Resume(left.path, left.pool, answer_count)) {
     resumed.requests.push_back(request.SerializeAsString());
   }
   resumed.next_sequence_number = left.pool.next_sequence_number();

@@ -66,7 +66,7 @@ absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   for (const std::unique_ptr<Shard>& shard : shards_) {
     journaled.bases[shard->range().first] = {shard->range(), shard->base()};
   }
-  auto journal = Journal::Create(path, journaled);
+  auto journal = Journal::Create(path, std::move(journaled), terms_->metrics);
   if (!journal.ok()) {
     return journal.status();
   }
@@ -74,14 +74,10 @@ absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::string& path,
-                                                                   const JournaledPool& journaled,
-                                                                   int64_t answer_count) {
-  auto journal = Journal::Create(path, journaled);
-  if (!journal.ok()) {
-    return journal.status();
-  }
-  journal_ = *std::move(journal);
+std::vector<v1::StepPoolRequest> FleetPool::Resume(const std::string& path,
+                                                   const JournaledPool& journaled,
+                                                   int64_t answer_count) {
+  journal_ = Journal::Resume(path, journaled, terms_->metrics);
   int64_t latest = 0;  // base; what comes after it may have replaced the sampler
   for (const auto& [first, base] : journaled.bases) {
     if (base.second->number >= latest) {
@@ -92,9 +88,8 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
   log_.BeginAfter(journaled.log_begin);
   again_number_ = latest;
   std::vector<v1::StepPoolRequest> requests;
-  for (const LoggedRequest& logged : journaled.log) {
-    const int64_t number = log_.Append(logged);
-    const RequestLog::Entry entry = log_.Find(number);
+  for (const RequestLog::Entry& entry : journaled.log) {
+    const int64_t number = log_.Append(entry);
     if (entry->request.has_level_sampler() && number > latest) {
       sampler_ = {entry, &entry->request.level_sampler()};
     }
@@ -119,10 +114,11 @@ void FleetPool::Discard() {
 }
 
 int64_t FleetPool::Log(LoggedRequest logged) {
+  auto entry = std::make_shared<const LoggedRequest>(std::move(logged));
   if (journal_ != nullptr) {
-    journal_->Append(logged);
+    journal_->Append(entry);
   }
-  return log_.Append(std::move(logged));
+  return log_.Append(std::move(entry));
 }
 
 void FleetPool::TakeBackLogged() {
@@ -150,7 +146,7 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
     }
     again_number_ = number - 1;  // until it is done
   } else {
-    number = Log({RequestMessageOf(request, first_part), {}, 0});
+    number = Log({RequestMessageOf(request, first_part), {}});
   }
   {
     absl::MutexLock lock(&mutex_);

@@ -44,10 +44,9 @@ class FleetPool final : public HostedPool {
   absl::Status KeepIn(const std::string& path, const v1::Pool& pool);
   // Goes on where another process had it, and keeps it there. It stands before the first of the
   // requests that are returned, the last `answer_count` ones or fewer, which are to be carried out
-  // again. Errors: those of Journal::Create.
-  absl::StatusOr<std::vector<v1::StepPoolRequest>> Resume(const std::string& path,
-                                                          const JournaledPool& journaled,
-                                                          int64_t answer_count);
+  // again.
+  std::vector<v1::StepPoolRequest> Resume(const std::string& path, const JournaledPool& journaled,
+                                          int64_t answer_count);
   // Nodes may have changed: looks whether another division would be worth it, which the next
   // request then brings about. Threads: any, at any time.
   void Look();

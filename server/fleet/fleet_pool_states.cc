@@ -131,7 +131,7 @@ void FleetPool::Put(std::vector<v1::State> states, const std::shared_ptr<Done>& 
     concerned.insert(ShardOf(state.environment()));
   }
   ForgetLog();
-  const int64_t number = Log({{}, std::move(states), 0});
+  const int64_t number = Log({{}, std::move(states)});
   auto countdown = std::make_shared<Countdown>(
       concerned.size(), [this, number, awaited_reset, done](absl::Status status) {
         if (!status.ok()) {

@@ -62,13 +62,21 @@ absl::Status FleetState::ReadName() {
 
 std::vector<FleetState::Left> FleetState::TakeLeft() {
   std::vector<std::pair<int64_t, std::string>> found;
+  int64_t last = 0;
   std::error_code error;
   for (const auto& file : std::filesystem::directory_iterator(path_, error)) {
     const std::string name = file.path().filename();
     absl::string_view digits = name;
     int64_t number = 0;
-    if (absl::ConsumePrefix(&digits, kPoolPrefix) && absl::SimpleAtoi(digits, &number)) {
-      found.emplace_back(number, file.path());
+    if (!absl::ConsumePrefix(&digits, kPoolPrefix)) {
+      continue;
+    }
+    const size_t size = std::min(digits.find_first_not_of("0123456789"), digits.size());
+    if (absl::SimpleAtoi(digits.substr(0, size), &number)) {
+      last = std::max(last, number);
+      if (size == digits.size()) {
+        found.emplace_back(number, file.path());
+      }
     }
   }
   std::sort(found.begin(), found.end());
@@ -79,17 +87,20 @@ std::vector<FleetState::Left> FleetState::TakeLeft() {
       left.push_back({path, *std::move(pool)});
       continue;
     }
-    if (absl::IsFailedPrecondition(pool.status())) {
+    if (!absl::IsDataLoss(pool.status())) {
       LogEvent(LogLevel::kError, "pool_not_resumed",
                {{"file", path}, {"message", std::string(pool.status().message())}});
-      continue;  // where the server that wrote it finds it again
+      continue;  // and stays: another server, or the next start, can read it
     }
-    LogEvent(LogLevel::kError, "pool_put_aside",
+    LogEvent(LogLevel::kError, "journal_quarantined",
              {{"file", path}, {"message", std::string(pool.status().message())}});
-    std::filesystem::rename(path, absl::StrCat(path, ".damaged"), error);
+    const std::string aside = absl::StrCat(path, ".damaged");
+    std::filesystem::rename(path, aside, error);  // first: it means nothing without its log
+    std::filesystem::rename(Database::WriteAheadLogOf(path), Database::WriteAheadLogOf(aside),
+                            error);
   }
   absl::MutexLock lock(&mutex_);
-  last_number_ = std::max(last_number_, found.empty() ? 0 : found.back().first);
+  last_number_ = std::max(last_number_, last);
   return left;
 }
 

@@ -18,7 +18,7 @@ namespace procgen {
 //
 //     lock       held by the process that has it
 //     name       of the fleet, in the names of its pools on the nodes
-//     pool-7     the journal of a pool
+//     pool-7     the journal of a pool, and its write-ahead log, pool-7-wal
 // Threads: any method from any thread.
 class FleetState {
  public:
@@ -51,7 +51,7 @@ class FleetState {
   std::string fleet_name_;
 
   absl::Mutex mutex_;
-  int64_t last_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of all pools that are or were kept
+  int64_t last_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of all files of pools, also damaged ones
 };
 
 }  // namespace procgen

@@ -5,14 +5,14 @@
 
 namespace procgen {
 
-int64_t RequestLog::Append(LoggedRequest request) {
-  request.bytes = static_cast<int64_t>(request.request.SpaceUsedLong());
-  for (const v1::State& state : request.states) {
-    request.bytes += static_cast<int64_t>(state.SpaceUsedLong());
+int64_t RequestLog::Append(Entry entry) {
+  auto bytes = static_cast<int64_t>(entry->request.SpaceUsedLong());
+  for (const v1::State& state : entry->states) {
+    bytes += static_cast<int64_t>(state.SpaceUsedLong());
   }
   absl::MutexLock lock(&mutex_);
-  byte_sums_.push_back((byte_sums_.empty() ? forgotten_bytes_ : byte_sums_.back()) + request.bytes);
-  entries_.push_back(std::make_shared<const LoggedRequest>(std::move(request)));
+  byte_sums_.push_back((byte_sums_.empty() ? forgotten_bytes_ : byte_sums_.back()) + bytes);
+  entries_.push_back(std::move(entry));
   return first_ + static_cast<int64_t>(entries_.size()) - 1;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -19,7 +19,6 @@ namespace procgen {
 struct LoggedRequest {
   v1::StepPoolRequest request;    // of none of the kinds: states
   std::vector<v1::State> states;  // none: a request
-  int64_t bytes = 0;              // about as much memory as it takes
 };
 
 // What was asked of a pool, in order, as far back as a shard may have to begin anew from. Numbers
@@ -32,7 +31,10 @@ class RequestLog {
   // Has the first one bear the number after this. REQUIRES: none has been added.
   void BeginAfter(int64_t number);
   // Adds one and returns its number.
-  int64_t Append(LoggedRequest request);
+  int64_t Append(Entry entry);
+  int64_t Append(LoggedRequest request) {
+    return Append(std::make_shared<const LoggedRequest>(std::move(request)));
+  }
   // Takes the last one back.
   void TakeBack();
   // Forgets those up to `number`.

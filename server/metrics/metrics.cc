@@ -91,6 +91,8 @@ class Metrics::Families final : public prometheus::Collectable {
                                "Times that a shard of a fleet's pool left its node.")),
         fleet_waits(AddGauge("procgen_fleet_shards_waiting",
                              "Shards of a fleet's pools that wait for a node.")),
+        fleet_not_durable(AddGauge("procgen_fleet_pools_not_durable",
+                                   "A fleet's pools whose latest state cannot be written.")),
         errors(CounterFamily("procgen_errors_total",
                              "Calls and streams that ended with an error, by method and code.")),
         steps_(CounterFamily("procgen_steps_total",
@@ -198,6 +200,7 @@ class Metrics::Families final : public prometheus::Collectable {
   Counter& expired_pools;
   Counter& fleet_moves;
   Gauge& fleet_waits;
+  Gauge& fleet_not_durable;
   Family<Counter>& errors;
   AtomicHistogram queued{kSecondsBounds};
   AtomicHistogram ran{kSecondsBounds};
@@ -254,6 +257,8 @@ void Metrics::AddFleetPause(absl::Duration pause) {
 }
 
 void Metrics::AddFleetWaits(int32_t change) { families_->fleet_waits.Increment(change); }
+
+void Metrics::AddFleetNotDurable(int32_t change) { families_->fleet_not_durable.Increment(change); }
 
 void Metrics::AddError(absl::string_view method, absl::StatusCode code) {
   families_->errors.Add({{"method", Owned(method)}, {"code", absl::StatusCodeToString(code)}})

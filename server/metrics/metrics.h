@@ -77,6 +77,8 @@ class Metrics {
   void AddFleetPause(absl::Duration pause);
   // So many shards more, or fewer, wait for a node.
   void AddFleetWaits(int32_t change);
+  // So many pools more, or fewer, of a fleet with --state_dir cannot be written.
+  void AddFleetNotDurable(int32_t change);
   // A call or stream of `method` ("PoolService/CreatePool") ended with an error.
   void AddError(absl::string_view method, absl::StatusCode code);
 

@@ -30,29 +30,53 @@ std::vector<std::string> NamesOf(const std::vector<FleetState::Left>& left) {
 
 TEST(FleetStateTest, ADamagedPoolIsPutAsideAndTheOthersAreTaken) {
   const TemporaryFolder folder;
+  Metrics metrics("1");
   {
     const auto state = FleetState::Open(folder.path());
     ASSERT_THAT(state, IsOk());
     for (const char* name : {"pools/a", "pools/b", "pools/c"}) {
-      ASSERT_THAT(Journal::Create((*state)->NextPath(), SomePool(name)), IsOk());
+      ASSERT_THAT(Journal::Create((*state)->NextPath(), SomePool(name), &metrics), IsOk());
     }
   }
   std::ofstream(folder.At("pool-2"), std::ios::binary) << "not what it was";
+  std::ofstream(folder.At("pool-2-wal"), std::ios::binary) << "its log";
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
   testing::internal::CaptureStderr();
   EXPECT_THAT(NamesOf((*state)->TakeLeft()), ElementsAre("pools/a", "pools/c"));
   FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
-  EXPECT_THAT(log, HasSubstr("pool_put_aside"));
-  EXPECT_THAT(log, HasSubstr("pool-2 is no journal of a pool"));
+  EXPECT_THAT(log, HasSubstr("journal_quarantined"));
+  EXPECT_THAT(log, HasSubstr("pool-2 is damaged: file is not a database"));
   EXPECT_TRUE(std::filesystem::exists(folder.At("pool-2.damaged")));
+  EXPECT_TRUE(std::filesystem::exists(folder.At("pool-2.damaged-wal")));
   EXPECT_EQ((*state)->NextPath(), folder.At("pool-4"));
+}
+
+TEST(FleetStateTest, TheNumberOfADamagedPoolIsNotUsedAgain) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.At("pool-3.damaged")) << "of an earlier start";
+  std::ofstream(folder.At("pool-x")) << "no pool's";
+  const auto state = FleetState::Open(folder.path());
+  ASSERT_THAT(state, IsOk());
+  EXPECT_THAT((*state)->TakeLeft(), testing::IsEmpty());
+  EXPECT_EQ((*state)->NextPath(), folder.At("pool-4"));
+}
+
+TEST(FleetStateTest, ATextJournalThatIsCutIsPutAside) {
+  for (const char* text : {"", "procgen-pool ", "procgen-pool 1"}) {
+    const TemporaryFolder folder;
+    std::ofstream(folder.At("pool-1")) << text;
+    const auto state = FleetState::Open(folder.path());
+    ASSERT_THAT(state, IsOk());
+    EXPECT_THAT((*state)->TakeLeft(), testing::IsEmpty());
+    EXPECT_TRUE(std::filesystem::exists(folder.At("pool-1.damaged"))) << '"' << text << '"';
+  }
 }
 
 TEST(FleetStateTest, APoolOfAnotherVersionStaysForTheServerThatWroteIt) {
   const TemporaryFolder folder;
-  std::ofstream(folder.At("pool-7")) << "procgen-pool 2\n";
+  std::ofstream(folder.At("pool-7")) << "procgen-pool 1\n";
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
   testing::internal::CaptureStderr();

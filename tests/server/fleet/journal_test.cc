@@ -1,13 +1,13 @@
 #include "server/fleet/journal.h"
 
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
-#include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/server/fleet/full_disk.h"
 #include "tests/server/fleet/journaled_pool.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
@@ -20,24 +20,30 @@ using testing::HasSubstr;
 
 class JournalTest : public testing::Test {
  protected:
-  std::unique_ptr<Journal> Create() const {
-    absl::StatusOr<std::unique_ptr<Journal>> journal = Journal::Create(path_, SomePool());
+  std::unique_ptr<Journal> Create() {
+    absl::StatusOr<std::unique_ptr<Journal>> journal =
+        Journal::Create(path_, SomePool(), &metrics_);
     EXPECT_THAT(journal, IsOk());
     return *std::move(journal);
   }
+  // What the next process would read if this one was killed now.
   JournaledPool Read() const {
-    absl::StatusOr<JournaledPool> pool = Journal::Read(path_);
+    const std::string copy = folder_.At("copy");
+    const auto replace = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(path_, copy, replace);
+    std::filesystem::copy_file(path_ + "-wal", copy + "-wal", replace);
+    absl::StatusOr<JournaledPool> pool = Journal::Read(copy);
     EXPECT_THAT(pool, IsOk());
     return pool.value_or(JournaledPool());
   }
-  std::string Bytes() const {
-    std::ifstream file(path_, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+  std::string NotDurable() const {
+    const std::string text = metrics_.Text();
+    return text.substr(text.find("\nprocgen_fleet_pools_not_durable ") + 1, 33);
   }
-  void SetBytes(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
 
   const TemporaryFolder folder_;
   const std::string path_ = folder_.At("pool-1");
+  Metrics metrics_ = Metrics("1");
 };
 
 TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
@@ -47,7 +53,7 @@ TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
   sampler->add_level_seeds(12);
   sampled.sampler = sampler;
   written.bases[2].second = std::make_shared<const ShardBase>(sampled);
-  ASSERT_THAT(Journal::Create(path_, written), IsOk());
+  ASSERT_THAT(Journal::Create(path_, written, &metrics_), IsOk());
 
   const JournaledPool pool = Read();
   EXPECT_EQ(pool.pool.SerializeAsString(), written.pool.SerializeAsString());
@@ -55,10 +61,10 @@ TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
   EXPECT_EQ(pool.sequence_begin, 5);
   EXPECT_EQ(pool.next_sequence_number(), 7);
   ASSERT_EQ(pool.log.size(), 2);
-  EXPECT_EQ(pool.log[0].request.SerializeAsString(), SomeStep(6).request.SerializeAsString());
-  ASSERT_EQ(pool.log[1].states.size(), 1);
-  EXPECT_EQ(pool.log[1].states[0].environment(), 3);
-  EXPECT_EQ(pool.log[1].states[0].snapshot(), "a snapshot");
+  EXPECT_EQ(pool.log[0]->request.SerializeAsString(), SomeStep(6).request.SerializeAsString());
+  ASSERT_EQ(pool.log[1]->states.size(), 1);
+  EXPECT_EQ(pool.log[1]->states[0].environment(), 3);
+  EXPECT_EQ(pool.log[1]->states[0].snapshot(), "a snapshot");
   ASSERT_EQ(pool.bases.size(), 2);
   const auto& [range, base] = pool.bases.at(2);
   EXPECT_EQ(range.first, 2);
@@ -72,102 +78,159 @@ TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
 
 TEST_F(JournalTest, WhatIsAskedIsAddedAndTakenBack) {
   const auto journal = Create();
-  journal->Append(SomeStep(7));
-  journal->Append(SomeStep(8));
+  journal->Append(EntryOf(SomeStep(7)));
+  journal->Append(EntryOf(SomeStep(8)));
+  EXPECT_EQ(Read().next_sequence_number(), 9);
   journal->TakeBack();
+  EXPECT_EQ(Read().next_sequence_number(), 8);
+  journal->Append(EntryOf(SomeStates(2)));
   const JournaledPool pool = Read();
-  ASSERT_EQ(pool.log.size(), 3);
-  EXPECT_EQ(pool.log.back().request.sequence_number(), 7);
-  EXPECT_EQ(pool.next_sequence_number(), 8);
+  ASSERT_EQ(pool.log.size(), 4);
+  EXPECT_EQ(pool.log[2]->request.sequence_number(), 7);
+  EXPECT_EQ(pool.log[3]->states.size(), 1);
 }
 
 TEST_F(JournalTest, TheLatestBasesAreRead) {
   const auto journal = Create();
-  journal->Append(SomeStep(7));
+  journal->Append(EntryOf(SomeStep(7)));
   journal->SetBase({2, 2}, SomeBase(9, "later"));
   EXPECT_EQ(Read().bases.at(2).second->number, 9);
   EXPECT_EQ(Read().bases.at(0).second->number, 7);
-  journal->SetBases({{0, {{0, 4}, SomeBase(10, "whole")}}});
+  ShardBase whole = *SomeBase(10, "whole");
+  whole.states.resize(4);
+  journal->SetBases({{0, {{0, 4}, std::make_shared<const ShardBase>(whole)}}});
   const JournaledPool pool = Read();
   ASSERT_EQ(pool.bases.size(), 1);
   EXPECT_EQ(pool.bases.at(0).first.count, 4);
 }
 
-TEST_F(JournalTest, WhatNoBaseNeedsIsForgottenWhenTheFileHasGrown) {
+TEST_F(JournalTest, EntriesThatNoCheckpointNeedsAreForgotten) {
   const auto journal = Create();
-  ShardBase large = *SomeBase(9, "large");
-  large.states[0].assign(size_t{9} << 20, 'x');
-  journal->Append(SomeStep(7));
+  journal->Append(EntryOf(SomeStep(7)));
   journal->SetBase({2, 2}, SomeBase(9, "right"));
-  journal->SetBase({0, 2}, std::make_shared<const ShardBase>(large));
-  large.number = 10;
-  journal->SetBase({0, 2}, std::make_shared<const ShardBase>(large));
-  EXPECT_LT(Bytes().size(), size_t{10} << 20) << "it was not written anew";
-  const JournaledPool pool = Read();
+  EXPECT_EQ(Read().log_begin, 7);
+  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  JournaledPool pool = Read();
   EXPECT_EQ(pool.log_begin, 9);
   EXPECT_EQ(pool.sequence_begin, 6);
   ASSERT_EQ(pool.log.size(), 1);
   EXPECT_EQ(pool.next_sequence_number(), 8);
+  journal->SetBase({2, 2}, SomeBase(10, "right"));
+  pool = Read();
+  EXPECT_EQ(pool.log.size(), 0);
+  EXPECT_EQ(pool.next_sequence_number(), 8);
 }
 
-TEST_F(JournalTest, ARecordThatWasCutOffIsNotRead) {
+TEST_F(JournalTest, TheFileDoesNotGrowWithTheNumberOfRequests) {
   const auto journal = Create();
-  const size_t before = Bytes().size();
-  journal->Append(SomeStep(7));
-  const std::string whole = Bytes();
-  ASSERT_EQ(Read().next_sequence_number(), 8);
-  for (size_t size = before; size < whole.size(); ++size) {
-    SetBytes(whole.substr(0, size));
-    EXPECT_EQ(Read().next_sequence_number(), 7) << size << " bytes";
+  ShardBase base = *SomeBase(9, "");
+  base.states[0].assign(size_t{1} << 20, 'x');
+  for (int i = 0; i < 100; ++i) {
+    journal->Append(EntryOf(SomeStep(7 + i)));
+    ++base.number;
+    journal->SetBase({0, 2}, std::make_shared<const ShardBase>(base));
+    journal->SetBase({2, 2}, SomeBase(base.number, "right"));
   }
+  EXPECT_LT(std::filesystem::file_size(path_), size_t{4} << 20);
+  EXPECT_LT(std::filesystem::file_size(path_ + "-wal"), size_t{20} << 20);
 }
 
-TEST_F(JournalTest, AByteThatChangedIsFoundWhereverItIs) {
+TEST_F(JournalTest, APoolThatIsResumedIsContinued) {
   Create();
-  const std::string whole = Bytes();
-  for (size_t at = 0; at < whole.size(); ++at) {
-    std::string damaged = whole;
-    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
-    SetBytes(damaged);
-    EXPECT_THAT(Journal::Read(path_).status(), testing::Not(IsOk())) << "byte " << at;
-  }
-  std::string damaged = whole;
-  damaged.back() = static_cast<char>(damaged.back() ^ 1);
-  SetBytes(damaged);
-  EXPECT_THAT(Journal::Read(path_),
-              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("pool-1 is damaged at byte ")));
+  const auto journal = Journal::Resume(path_, Journal::Read(path_).value(), &metrics_);
+  journal->Append(EntryOf(SomeStep(7)));
+  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  const JournaledPool pool = Read();
+  EXPECT_EQ(pool.next_sequence_number(), 8);
+  EXPECT_EQ(pool.log.size(), 3);
+  EXPECT_EQ(pool.bases.at(0).second->number, 10);
 }
 
-TEST_F(JournalTest, AnotherVersionIsNamed) {
+TEST_F(JournalTest, AFullDiskLosesNothing) {
+  const auto journal = Create();
+  journal->Append(EntryOf(SomeStep(7)));
+  testing::internal::CaptureStderr();
+  {
+    const FullDisk full(1024);  // enough for what is logged
+    journal->Append(EntryOf(SomeStep(8)));
+    journal->Append(EntryOf(SomeStep(9)));
+    EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 1");
+    journal->TakeBack();
+    journal->SetBase({2, 2}, SomeBase(11, "right"));
+  }
+  EXPECT_EQ(Read().next_sequence_number(), 8) << "the last commit";
+  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, HasSubstr("event=journal_write_failed pool=pools/7 owner=alice message=\"cannot "
+                             "use"));
+  EXPECT_THAT(log, HasSubstr("event=journal_write_recovered pool=pools/7"));
+  EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 0");
+  const JournaledPool pool = Read();
+  EXPECT_EQ(pool.next_sequence_number(), 9);
+  EXPECT_EQ(pool.bases.at(2).second->number, 11);
+  EXPECT_EQ(pool.log.size(), 1);
+}
+
+TEST_F(JournalTest, RequestsBringDurabilityBackWhenThereIsRoomAgain) {
+  const auto journal = Create();
+  {
+    const FullDisk full;
+    for (int64_t i = 7; i < 27; ++i) {
+      journal->Append(EntryOf(SomeStep(i)));
+    }
+  }
+  for (int64_t i = 27; i < 67; ++i) {
+    journal->Append(EntryOf(SomeStep(i)));
+  }
+  EXPECT_EQ(Read().next_sequence_number(), 67);
+}
+
+TEST_F(JournalTest, RoomInTheWriteAheadLogIsUsedBeforeAWriteFails) {
+  const auto journal = Create();
+  ShardBase base = *SomeBase(7, "");
+  base.states[0].assign(size_t{1} << 20, 'x');
+  const FullDisk full(int64_t{4} << 20);
+  for (int i = 0; i < 20; ++i) {
+    journal->SetBase({0, 2}, std::make_shared<const ShardBase>(base));
+  }
+  EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 0");
+}
+
+TEST_F(JournalTest, TheLastWriteIsTriedAgainWhenTheServerStops) {
+  auto journal = Create();
+  {
+    const FullDisk full;
+    journal->Append(EntryOf(SomeStep(7)));
+  }
+  journal = nullptr;
+  EXPECT_EQ(Read().next_sequence_number(), 8);
+}
+
+TEST_F(JournalTest, WhatCannotBeMadeLeavesNoFile) {
+  const FullDisk full;
+  EXPECT_THAT(Journal::Create(path_, SomePool(), &metrics_),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot use ")));
+  EXPECT_FALSE(std::filesystem::exists(path_));
+}
+
+TEST_F(JournalTest, AFileThatExistsIsNotReplaced) {
   Create();
-  SetBytes(absl::StrReplaceAll(Bytes(), {{"procgen-pool 1\n", "procgen-pool 2\n"}}));
-  EXPECT_THAT(Journal::Read(path_),
-              StatusIs(absl::StatusCode::kFailedPrecondition,
-                       HasSubstr("pool-1 is a journal of version '2', allowed: 1;")));
-}
-
-TEST_F(JournalTest, WhatIsNoJournalIsTold) {
-  EXPECT_THAT(Journal::Read(path_), StatusIs(absl::StatusCode::kNotFound, HasSubstr("pool-1")));
-  for (const char* bytes : {"", "something else", "procgen-po"}) {
-    SetBytes(bytes);
-    EXPECT_THAT(Journal::Read(path_),
-                StatusIs(absl::StatusCode::kDataLoss, HasSubstr("is no journal of a pool")));
-  }
-  SetBytes("procgen-pool 1\n");
-  EXPECT_THAT(Journal::Read(path_),
-              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("holds no pool")));
+  EXPECT_THAT(Journal::Create(path_, SomePool("pools/8"), &metrics_),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("exists already")));
+  EXPECT_EQ(Read().pool.name(), "pools/7");
 }
 
 TEST_F(JournalTest, APoolThatIsRemovedStaysRemoved) {
   const auto journal = Create();
   journal->Remove();
-  journal->Append(SomeStep(7));
-  EXPECT_THAT(Journal::Read(path_).status(), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  journal->Append(EntryOf(SomeStep(7)));
+  EXPECT_THAT(Journal::Read(path_).status(), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  EXPECT_FALSE(std::filesystem::exists(path_ + "-wal"));
 }
 
-TEST_F(JournalTest, AFolderThatIsGoneIsTold) {
-  EXPECT_THAT(Journal::Create(folder_.At("none/pool-1"), SomePool()),
-              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot write")));
+TEST_F(JournalTest, AFolderThatIsGoneIsReported) {
+  EXPECT_THAT(Journal::Create(folder_.At("none/pool-1"), SomePool(), &metrics_),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("none/pool-1")));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/fleet/journal.h"
@@ -38,6 +39,10 @@ inline LoggedRequest SomeStates(int32_t environment) {
   return logged;
 }
 
+inline RequestLog::Entry EntryOf(LoggedRequest logged) {
+  return std::make_shared<const LoggedRequest>(std::move(logged));
+}
+
 // A pool of two shards, after nine requests, of which two are in the log.
 inline JournaledPool SomePool(const std::string& name = "pools/7") {
   JournaledPool pool;
@@ -49,7 +54,7 @@ inline JournaledPool SomePool(const std::string& name = "pools/7") {
   pool.bases[2] = {{2, 2}, SomeBase(7, "right")};
   pool.log_begin = 7;
   pool.sequence_begin = 5;
-  pool.log = {SomeStep(6), SomeStates(3)};
+  pool.log = {EntryOf(SomeStep(6)), EntryOf(SomeStates(3))};
   return pool;
 }
 

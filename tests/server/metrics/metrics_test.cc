@@ -77,7 +77,9 @@ TEST(MetricsTest, Fleets) {
   metrics.AddFleetWaits(1);
   metrics.AddFleetWaits(1);
   metrics.AddFleetWaits(-1);
+  metrics.AddFleetNotDurable(1);
   EXPECT_THAT(metrics.Text(), AllOf(HasSubstr("procgen_fleet_moves_total 1"),
+                                    HasSubstr("procgen_fleet_pools_not_durable 1"),
                                     HasSubstr("procgen_fleet_pause_seconds_sum 0.25"),
                                     HasSubstr("procgen_fleet_shards_waiting 1\n")));
 }
