@@ -38,6 +38,10 @@ struct FleetOptions {
   // After how many requests, or bytes of requests, the states of a shard are saved anew.
   int64_t snapshot_requests = 256;
   int64_t snapshot_bytes = int64_t{8} << 20;
+  // What the log of a pool may take, where states cannot be saved or cannot be begun from: beyond
+  // it only steps of all environments are taken, which may change that, and beyond 9 / 8 of it
+  // nothing.
+  int64_t log_bytes_max = int64_t{1} << 30;
   // Where pools are kept, so that another process can go on with them; null: nowhere.
   std::shared_ptr<FleetState> state;
   // How many answers a learner whose connection broke may ask for again, at most.

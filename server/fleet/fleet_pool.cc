@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "envcore/pool/pool_input.h"
 #include "server/fleet/shard_request.h"
 
@@ -51,6 +52,7 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
       }()),
       side_crew_(side_crew),
       goes_(std::move(goes)),
+      log_(options.env_count, options.observation_format.frame_stack),
       awaits_reset_(static_cast<size_t>(options.env_count)) {
   if (options.level_sampler != nullptr) {
     sampler_ =
@@ -128,6 +130,19 @@ void FleetPool::TakeBackLogged() {
   log_.TakeBack();
 }
 
+absl::Status FleetPool::CheckLog(bool may_shorten) const {
+  const int64_t bytes = log_.BytesAfter(0);
+  const int64_t limit = terms_->options->log_bytes_max;
+  if (bytes < limit || (may_shorten && bytes < limit + limit / 8)) {
+    return absl::OkStatus();
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "the log of ", terms_->label, " has ", bytes, " bytes, limit log_bytes_max: ", limit,
+      "; it becomes shorter when each environment has been stepped ",
+      std::max(options_.observation_format.frame_stack, 1),
+      " times, and its state can be saved: step all environments, or make another pool"));
+}
+
 size_t FleetPool::ShardOf(int32_t environment) const {
   size_t index = 0;
   while (environment >= shards_[index]->range().first + shards_[index]->range().count) {
@@ -138,30 +153,36 @@ size_t FleetPool::ShardOf(int32_t environment) const {
 
 void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
   ForgetLog();
-  int64_t number = 0;
+  int64_t number = log_.end() + 1;
+  const absl::Status status = request.again ? absl::OkStatus()
+                                            : CheckLog(request.kind == Request::Kind::kStep &&
+                                                       request.count == env_count());
   if (request.again) {
     number = again_number_ + 1;
     while (log_.Find(number)->request.sequence_number() != request.sequence_number) {
       ++number;  // states, or what nobody can ask for again
     }
     again_number_ = number - 1;  // until it is done
-  } else {
-    number = Log({RequestMessageOf(request, first_part), {}});
+  } else if (status.ok()) {
+    Log({RequestMessageOf(request, first_part), {}});
   }
   {
     absl::MutexLock lock(&mutex_);
     request_ = {request.first, request.count};
-    status_ = absl::OkStatus();
-    is_again_ = request.again;
+    status_ = status;
+    is_logged_ = !request.again && status.ok();
     number_ = number;
     progress_.assign(shards_.size(), Progress::kRunning);
-    is_running_ = false;  // so that no part is answered before shards have begun
+    is_running_ = !status.ok();  // or else no part is answered before shards have begun
+  }
+  if (!status.ok()) {
+    return;
   }
   if (!request.again && divides_.exchange(false) && !division_.has_value()) {
     BeginDivision(number);
   } else if (!request.again && CanDivide(number)) {
     side_crew_->Run([this, number] {
-      Divide(division_->base);
+      Divide(*division_->base);
       division_.reset();
       RunRequest(number);
     });
@@ -176,9 +197,6 @@ void FleetPool::RunRequest(int64_t number) {
     sampler_ = {logged, &logged->request.level_sampler()};
   }
   const Part slice = SliceOf(logged->request, env_count());
-  if (division_.has_value() && logged->request.has_step()) {
-    division_->pictures.AddStep(slice);
-  }
   // Now and then all of them, so that none needs the log of long ago.
   const bool all = logged->request.has_level_sampler() ||
                    number % std::max<int64_t>(terms_->options->snapshot_requests, 1) == 0;
@@ -239,7 +257,7 @@ void FleetPool::AnswerPart() {
   Batch batch;
   absl::Status status;
   int64_t number = 0;
-  bool is_again = false;
+  bool is_logged = false;
   {
     absl::MutexLock lock(&mutex_);
     if (!CanAnswerLocked()) {
@@ -250,7 +268,7 @@ void FleetPool::AnswerPart() {
     batch = batch_;
     status = status_;
     number = number_;
-    is_again = is_again_;
+    is_logged = is_logged_;
   }
   if (status.ok()) {
     for (const std::unique_ptr<Shard>& shard : shards_) {
@@ -260,7 +278,7 @@ void FleetPool::AnswerPart() {
     for (const std::unique_ptr<Shard>& shard : shards_) {
       shard->Forget(number - 1);
     }
-    if (!is_again) {
+    if (is_logged) {
       TakeBackLogged();
     }
     division_.reset();
@@ -329,7 +347,7 @@ void FleetPool::ForgetLog() {
     needed = std::min(needed, shard->base_number());
   }
   if (division_.has_value()) {
-    needed = std::min(needed, division_->base.number);
+    needed = std::min(needed, division_->base->number);
   }
   log_.ForgetUpTo(needed);
 }

@@ -16,7 +16,6 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/fleet/journal.h"
-#include "server/fleet/picture_count.h"
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard.h"
 #include "server/session/hosted_pool.h"
@@ -75,18 +74,12 @@ class FleetPool final : public HostedPool {
     std::vector<size_t> places;
   };
 
-  // What it needs to divide itself anew: all states at one moment.
-  struct Division {
-    ShardBase base;
-    PictureCount pictures;  // since then
-  };
-
   // Whether so much would move that it is worth it.
   bool IsWorthDividing(const std::vector<FleetNodes::Share>& now) const;
   // Saves all states, then divides if that is all that it takes, and then runs `number`.
   void BeginDivision(int64_t number);
   // Whether what was saved for a division is enough to begin from, at `number`.
-  bool CanDivide(int64_t number) const;
+  bool CanDivide(int64_t number);
   // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
   void Divide(const ShardBase& base);
   // A shard for each of `bases`; `nodes`: where they are put if they can be, in the same order.
@@ -99,6 +92,8 @@ class FleetPool final : public HostedPool {
   void TakeBackLogged();
   // Has the shards that a request concerns carry it out.
   void RunRequest(int64_t number);
+  // Whether the log has room for another entry; `may_shorten`: one that may make it shorter.
+  absl::Status CheckLog(bool may_shorten) const;
   size_t ShardOf(int32_t environment) const;
   absl::Status CheckIndex(int32_t environment) const;
   void RunShards(int64_t number, const std::function<bool(const Shard&)>& concerns);
@@ -128,7 +123,7 @@ class FleetPool final : public HostedPool {
   std::unique_ptr<Journal> journal_;                 // null: it is not kept
   int64_t again_number_ = 0;                         // of the last request that was repeated
   int32_t shard_number_ = 0;                         // of the last shard that was made
-  std::optional<Division> division_;                 // that waits for pictures
+  std::optional<SavedBase> division_;                // all states at one moment, to divide from
   std::vector<std::unique_ptr<Shard>> shards_;       // changed under shards_mutex_
 
   absl::Mutex shards_mutex_;  // of who changes them, and who looks on without having the turn
@@ -137,8 +132,8 @@ class FleetPool final : public HostedPool {
 
   absl::Mutex mutex_;
   // Of what runs.
-  int64_t number_ ABSL_GUARDED_BY(mutex_) = 0;     // of the log
-  bool is_again_ ABSL_GUARDED_BY(mutex_) = false;  // it was in the log before
+  int64_t number_ ABSL_GUARDED_BY(mutex_) = 0;      // of the log
+  bool is_logged_ ABSL_GUARDED_BY(mutex_) = false;  // by this run of it
   Part request_ ABSL_GUARDED_BY(mutex_);
   std::vector<Progress> progress_ ABSL_GUARDED_BY(mutex_);  // by shard
   int32_t running_count_ ABSL_GUARDED_BY(mutex_) = 0;

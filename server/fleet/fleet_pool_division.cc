@@ -117,12 +117,11 @@ void FleetPool::BeginDivision(int64_t number) {
     // Not on the thread of a shard, which may have to go.
     side_crew_->Run([this, number, states = std::move(states)]() mutable {
       if (states.ok()) {
-        ShardBase base = {number - 1, *std::move(states), sampler_};
-        PictureCount pictures({0, env_count()}, options_.observation_format.frame_stack);
-        division_ = Division{std::move(base), std::move(pictures)};
+        division_ = SavedBase{
+            std::make_shared<const ShardBase>(ShardBase{number - 1, *std::move(states), sampler_})};
       }
       if (CanDivide(number)) {
-        Divide(division_->base);
+        Divide(*division_->base);
         division_.reset();
       }
       RunRequest(number);
@@ -130,9 +129,17 @@ void FleetPool::BeginDivision(int64_t number) {
   });
 }
 
-bool FleetPool::CanDivide(int64_t number) const {
-  return division_.has_value() && division_->pictures.IsComplete() &&
-         number > division_->base.number + terms_->answers_kept;
+bool FleetPool::CanDivide(int64_t number) {
+  if (!division_.has_value()) {
+    return false;
+  }
+  if (division_->IsUsable(log_, {0, env_count()}, number, terms_->answers_kept)) {
+    return true;
+  }
+  if (number > division_->base->number + 2 * terms_->options->snapshot_requests) {
+    division_.reset();  // or else the log would have to reach back to it for good
+  }
+  return false;
 }
 
 void FleetPool::Divide(const ShardBase& base) {

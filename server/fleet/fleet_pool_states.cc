@@ -126,11 +126,16 @@ void FleetPool::Put(std::vector<v1::State> states, const std::shared_ptr<Done>& 
     (*done)(std::move(status));
     return;
   }
+  ForgetLog();
+  if (absl::Status status = CheckLog(/*may_shorten=*/false); !status.ok()) {
+    awaits_reset_ = awaited_reset;
+    (*done)(std::move(status));
+    return;
+  }
   std::set<size_t> concerned;
   for (const v1::State& state : states) {
     concerned.insert(ShardOf(state.environment()));
   }
-  ForgetLog();
   const int64_t number = Log({{}, std::move(states)});
   auto countdown = std::make_shared<Countdown>(
       concerned.size(), [this, number, awaited_reset, done](absl::Status status) {

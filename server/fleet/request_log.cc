@@ -13,13 +13,16 @@ int64_t RequestLog::Append(Entry entry) {
   absl::MutexLock lock(&mutex_);
   byte_sums_.push_back((byte_sums_.empty() ? forgotten_bytes_ : byte_sums_.back()) + bytes);
   entries_.push_back(std::move(entry));
-  return first_ + static_cast<int64_t>(entries_.size()) - 1;
+  const int64_t number = first_ + static_cast<int64_t>(entries_.size()) - 1;
+  warmup_.Add(number, *entries_.back());
+  return number;
 }
 
 void RequestLog::TakeBack() {
   absl::MutexLock lock(&mutex_);
   entries_.pop_back();
   byte_sums_.pop_back();
+  warmup_.Forget();
 }
 
 void RequestLog::ForgetUpTo(int64_t number) {
@@ -40,6 +43,14 @@ RequestLog::Entry RequestLog::Find(int64_t number) const {
 void RequestLog::BeginAfter(int64_t number) {
   absl::MutexLock lock(&mutex_);
   first_ = number + 1;
+  if (number > 0) {
+    warmup_.Forget();
+  }
+}
+
+bool RequestLog::CanDrawFrom(Part range, int64_t number) const {
+  absl::MutexLock lock(&mutex_);
+  return warmup_.IsComplete(range, number);
 }
 
 int64_t RequestLog::end() const {

@@ -5,21 +5,13 @@
 #include <deque>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "procgen/v1/states.pb.h"
-#include "procgen/v1/step.pb.h"
+#include "server/fleet/frame_stack_warmup.h"
+#include "server/fleet/logged_request.h"
 
 namespace procgen {
-
-// Something that was asked of a pool and may have changed it, in the numbers of the whole pool: a
-// request of its stream, or states that were put into it.
-struct LoggedRequest {
-  v1::StepPoolRequest request;    // of none of the kinds: states
-  std::vector<v1::State> states;  // none: a request
-};
 
 // What was asked of a pool, in order, as far back as a shard may have to begin anew from. Numbers
 // count from 1, in the life of the pool.
@@ -28,7 +20,12 @@ class RequestLog {
  public:
   using Entry = std::shared_ptr<const LoggedRequest>;  // shared with who carries it out
 
-  // Has the first one bear the number after this. REQUIRES: none has been added.
+  // Of a pool as it was made, with stacks of `frame_stack` frames.
+  explicit RequestLog(int32_t env_count = 0, int32_t frame_stack = 1)
+      : warmup_(env_count, frame_stack) {}
+
+  // Has the first one bear the number after this, in a pool of which no more is known. REQUIRES:
+  // none has been added.
   void BeginAfter(int64_t number);
   // Adds one and returns its number.
   int64_t Append(Entry entry);
@@ -44,12 +41,15 @@ class RequestLog {
   Entry Find(int64_t number) const;
   // The number of the last one.
   int64_t end() const;
-  // What those after `number` take.
+  // Whether observations of `range` can be drawn from states that were saved after `number`.
+  bool CanDrawFrom(Part range, int64_t number) const;
+  // About as much memory as those after `number` take.
   int64_t BytesAfter(int64_t number) const;
 
  private:
   mutable absl::Mutex mutex_;
   int64_t first_ ABSL_GUARDED_BY(mutex_) = 1;  // the number of the first entry
+  FrameStackWarmup warmup_ ABSL_GUARDED_BY(mutex_);
   std::deque<Entry> entries_ ABSL_GUARDED_BY(mutex_);
   // Bytes of all that ever came, up to each entry.
   std::deque<int64_t> byte_sums_ ABSL_GUARDED_BY(mutex_);

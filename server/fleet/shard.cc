@@ -55,7 +55,6 @@ Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range
       range_(range),
       preferred_node_(std::move(preferred_node)),
       base_(std::move(base)),
-      pictures_since_next_(range, std::max(1, terms_->spec.observation_format().frame_stack())),
       asked_position_(base_->number),
       base_number_(base_->number) {}
 
@@ -195,9 +194,7 @@ void Shard::GoBack(int64_t number) {
     Leave();
   }
   asked_position_ = std::min(asked_position_, number);
-  if (next_base_ != nullptr && next_base_->number > number) {
-    next_base_ = nullptr;
-  }
+  next_base_.reset();  // what made it usable may be among what is taken back
 }
 
 void Shard::Settle() {
@@ -278,9 +275,6 @@ absl::Status Shard::Reach(int64_t number) {
     ++position_;
     if (logged->request.has_level_sampler()) {
       sampler_ = {logged, &logged->request.level_sampler()};
-    }
-    if (position_ > asked_position_ && logged->request.has_step()) {
-      pictures_since_next_.AddStep(SliceOf(logged->request, 0));
     }
   }
   return ReceiveAll();
@@ -397,12 +391,12 @@ void Shard::Leave() {
 void Shard::PromoteBase(int64_t number) {
   // All shards have done what was before `number`, so nobody will go back beyond that, but to
   // answer again.
-  if (next_base_ == nullptr || next_base_->number + terms_->answers_kept >= number ||
-      !pictures_since_next_.IsComplete()) {
+  if (!next_base_.has_value() ||
+      !next_base_->IsUsable(*terms_->log, range_, number, terms_->answers_kept)) {
     return;
   }
-  base_ = std::move(next_base_);
-  next_base_ = nullptr;
+  base_ = std::move(next_base_->base);
+  next_base_.reset();
   if (terms_->on_base != nullptr) {
     terms_->on_base(range_, base_);
   }
@@ -413,20 +407,26 @@ void Shard::SaveBase() {
   const bool is_due = position_ - base_->number >= terms_->options->snapshot_requests ||
                       (position_ > base_->number &&
                        terms_->log->BytesAfter(base_->number) >= terms_->options->snapshot_bytes);
-  if (!is_due || next_base_ != nullptr || !placement_.has_value()) {
+  if (!is_due || next_base_.has_value() || !placement_.has_value() || position_ < save_position_) {
     return;
   }
   auto states = placement_->node->client->SaveStates(placement_->pool, {},
                                                      placement_->node->limits.response_bytes_max());
   if (!states.ok()) {
-    return;  // it will be asked for something soon, and find out
+    // A node that is gone is noticed with the next request. A state that cannot be saved stays.
+    save_position_ = position_ + terms_->options->snapshot_requests / 4;
+    LogEvent(LogLevel::kWarning, "checkpoint_failed",
+             {{"pool", terms_->label},
+              {"environments", Environments()},
+              {"code", absl::StatusCodeToString(states.status().code())},
+              {"message", std::string(states.status().message())}});
+    return;
   }
   ShardBase base = {position_, {}, sampler_};
   for (v1::State& state : *states) {
     base.states.push_back(std::move(*state.mutable_snapshot()));
   }
-  next_base_ = std::make_shared<const ShardBase>(std::move(base));
-  pictures_since_next_.Clear();
+  next_base_ = SavedBase{std::make_shared<const ShardBase>(std::move(base))};
 }
 
 }  // namespace procgen

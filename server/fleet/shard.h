@@ -23,7 +23,6 @@
 #include "procgen_client/step_stream.h"
 #include "server/fleet/fleet_nodes.h"
 #include "server/fleet/leftovers.h"
-#include "server/fleet/picture_count.h"
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard_base.h"
 #include "server/metrics/metrics.h"
@@ -159,8 +158,8 @@ class Shard {
   std::string preferred_node_;
   int32_t epoch_ = 0;
   std::shared_ptr<const ShardBase> base_;
-  std::shared_ptr<const ShardBase> next_base_;  // saved, but not yet to be begun from
-  PictureCount pictures_since_next_;
+  std::optional<SavedBase> next_base_;  // not yet to be begun from
+  int64_t save_position_ = 0;           // before which no states are saved, since that failed
   std::optional<Placement> placement_;
   bool waits_ = false;                               // for a node
   int32_t unanswered_ = 0;                           // requests sent ahead

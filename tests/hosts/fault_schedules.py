@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from faults import FaultDriver, draw
+from faults import THEMES, FaultDriver, draw
 from learner_process import LearnerError
 from learner_script import Script
 from learner_trace import difference
@@ -26,16 +26,20 @@ from stage import TIMEOUT_S, Stage, single_server_trace
 _SKIPPED = 77
 
 
-def play(seed: int, request_count: int, folder: Path) -> tuple[str | None, float]:
+def play(
+    seed: int, request_count: int, theme: str | None, folder: Path
+) -> tuple[str | None, float]:
     """Plays the schedule of a seed; says what went wrong, and the longest pause in seconds."""
     script = Script(
         seed=seed, request_count=request_count, sent_ahead=1 + seed % 3, pipeline=1 + seed % 4
     )
     expected = single_server_trace(script, folder)
-    schedule = draw(seed, request_count)
+    schedule = draw(seed, request_count, theme)
     try:
         # Nodes find each other in both ways, in turn.
-        with Stage(folder, multicast=seed % 2 == 0) as stage:
+        with Stage(
+            folder, multicast=seed % 2 == 0, disk=theme == "disk", clocks=theme == "clock"
+        ) as stage:
             announced = tuple(fault.request for fault in schedule)
             learner = stage.learner(script, announce=announced)
             FaultDriver(stage).run(schedule, learner)
@@ -52,16 +56,17 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the first schedule (default: 1)")
     parser.add_argument("--count", type=int, default=100, help="of schedules (default: 100)")
     parser.add_argument("--requests", type=int, default=1500, help="a schedule (default: 1500)")
+    parser.add_argument("--theme", choices=THEMES, help="a kind of fault besides the others")
     arguments = parser.parse_args()
     failed = []
     for seed in range(arguments.seed, arguments.seed + arguments.count):
         print(f"seed {seed}", flush=True)
-        for fault in draw(seed, arguments.requests):
+        for fault in draw(seed, arguments.requests, arguments.theme):
             print(f"  {fault}", flush=True)
         folder = Path(tempfile.mkdtemp(prefix=f"procgen-schedule-{seed}-"))
         begin = time.monotonic()
         try:
-            found, pause = play(seed, arguments.requests, folder)
+            found, pause = play(seed, arguments.requests, arguments.theme, folder)
         except NotPermittedError as error:
             print(f"skipped: {error}")
             shutil.rmtree(folder)

@@ -16,6 +16,13 @@ from stage import NODES, SPARE, TIMEOUT_S, Stage
 _CUTS: dict[str, Direction] = {"cut to": "to", "cut from": "from", "cut both": "both"}
 # Drains are for nodes alone: a fleet server that drains ends its learners' streams.
 KINDS = ("kill", "pause", *_CUTS, "unplug", "drain")
+# Each with a kind of fault of its own, besides the others: the hosts that it may befall.
+THEMES: dict[str, tuple[str, ...]] = {
+    "disk": (FLEET,),
+    "threads": (*NODES, FLEET),
+    "clock": (*NODES, FLEET),
+}
+_CLOCK_SECONDS = (-86400, -3600, -30, 30, 3600, 86400)
 # Shorter than it takes to notice, and longer.
 _SECONDS = (0.05, 0.3, 1.0, 2.0, 3.5, 6.0)
 
@@ -26,21 +33,35 @@ class Fault:
 
     request: int
     host: str
-    kind: str  # One of KINDS, or "add": a node comes to stay.
+    kind: str  # One of KINDS or of THEMES, or "add": a node comes to stay.
     seconds: float = 0.0
+    clock_seconds: int = 0  # Of the kind "clock".
 
     def __str__(self) -> str:
         """Gives e.g. ``request 312: cut to a for 3.5 s``."""
         duration = "" if self.kind == "add" else f" for {self.seconds:g} s"
-        return f"request {self.request}: {self.kind} {self.host}{duration}"
+        clock = f" {self.clock_seconds:+d} s" if self.kind == "clock" else ""
+        return f"request {self.request}: {self.kind}{clock} {self.host}{duration}"
 
 
-def draw(seed: int, request_count: int) -> list[Fault]:
-    """The schedule of a seed: four to seven faults, at times several at once."""
+def draw(seed: int, request_count: int, theme: str | None = None) -> list[Fault]:
+    """The schedule of a seed: four to seven faults, at times several at once.
+
+    With one of THEMES, about every other fault is of that kind, and "disk" ends with a kill.
+    """
     rng = random.Random(seed)
     faults = []
     requests = sorted(rng.sample(range(request_count // 20, request_count), rng.randint(4, 7)))
     for request in requests:
+        if theme == "disk" and request == requests[-1]:
+            # What the disk did not take must be there by now.
+            faults.append(Fault(request, FLEET, "kill", rng.choice(_SECONDS)))
+            continue
+        if theme is not None and (request == requests[0] or rng.random() < 0.5):
+            host = rng.choice(THEMES[theme])
+            clock = rng.choice(_CLOCK_SECONDS) if theme == "clock" else 0
+            faults.append(Fault(request, host, theme, rng.choice(_SECONDS), clock))
+            continue
         host = rng.choice((*NODES, *NODES, FLEET, SPARE))
         if host == SPARE:
             faults.append(Fault(request, SPARE, "add"))
@@ -103,6 +124,12 @@ class FaultDriver:
             fleet.pause(fault.host)
         elif fault.kind == "unplug":
             network.unplug(fault.host)
+        elif fault.kind == "disk":
+            fleet.fill_disk()
+        elif fault.kind == "threads":
+            fleet.limit_threads(fault.host)
+        elif fault.kind == "clock":
+            fleet.set_clock(fault.host, fault.clock_seconds)
         else:
             network.cut(fault.host, _CUTS[fault.kind])
         self._faulty[fault.host] = fault
@@ -128,5 +155,11 @@ class FaultDriver:
             fleet.resume(host)
         elif fault.kind == "unplug":
             network.plug(host)
+        elif fault.kind == "disk":
+            fleet.free_disk(TIMEOUT_S)
+        elif fault.kind == "threads":
+            fleet.unlimit_threads(host)
+        elif fault.kind == "clock":
+            fleet.set_clock(host, 0)
         else:
             network.heal(host)

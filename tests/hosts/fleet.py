@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from network import Network
+from shortage import Disk, ThreadLimit, WallClock
 
 # The fleet server's host; the others are called as their nodes.
 FLEET = "fleet"
@@ -41,6 +42,28 @@ class Fleet:
         self._folder = folder
         self._peers = peers
         self._processes: dict[str, subprocess.Popen[Any]] = {}
+        self._disk: Disk | None = None
+        self._limits: dict[str, ThreadLimit] = {}
+        self._clocks: dict[str, WallClock] = {}
+
+    def use_disk(self) -> None:
+        """Gives the fleet server's state a disk of its own. Before it starts.
+
+        Raises:
+            NotPermittedError: There can be none here.
+        """
+        self._disk = Disk(self._state_folder())
+
+    def use_clock(self, host: str, library: Path) -> None:
+        """Gives a host a wall clock that can be set. Before its server starts."""
+        self._clocks[host] = WallClock(library, self._folder / f"{host}.clock")
+
+    def close(self) -> None:
+        """Removes disks and groups. After the processes have ended."""
+        if self._disk is not None:
+            self._disk.close()
+        for limit in self._limits.values():
+            limit.close()
 
     @property
     def address(self) -> str:
@@ -68,9 +91,16 @@ class Fleet:
             flags.append(f"--cluster_peers={','.join(addresses)}")
         if host == FLEET:
             flags += ["--fleet", f"--state_dir={self._state_folder()}"]
+        environment = dict(os.environ)
+        if host in self._clocks:
+            environment.update(self._clocks[host].environment)
         with open(self._log_path(host), "ab") as log:
             self._processes[host] = self._network.start(
-                host, [os.fspath(self._binary), *flags], stdout=log, stderr=log
+                host,
+                [os.fspath(self._binary), *flags],
+                stdout=log,
+                stderr=log,
+                env=environment,
             )
 
     def kill(self, host: str) -> None:
@@ -89,6 +119,44 @@ class Fleet:
     def resume(self, host: str) -> None:
         """Undoes pause."""
         self._processes[host].send_signal(signal.SIGCONT)
+
+    def fill_disk(self) -> None:
+        """Fills the disk of the fleet server's state."""
+        assert self._disk is not None
+        self._disk.fill()
+
+    def free_disk(self, timeout: float) -> None:
+        """Undoes fill_disk, and waits until all pools are durable again.
+
+        Raises:
+            TimeoutError: They are not.
+        """
+        assert self._disk is not None
+        self._disk.free()
+        deadline = time.monotonic() + timeout
+        while self.exit_status(FLEET) is None and not self._is_durable():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"journals are not written again; the log:\n{self.log()}")
+            time.sleep(0.02)
+
+    def limit_threads(self, host: str) -> None:
+        """Lets its server make no more threads than it has."""
+        if host not in self._limits:
+            self._limits[host] = ThreadLimit(host)
+        self._limits[host].begin(self._processes[host].pid)
+
+    def unlimit_threads(self, host: str) -> None:
+        """Undoes limit_threads."""
+        self._limits[host].end()
+
+    def set_clock(self, host: str, seconds: int) -> None:
+        """Sets its wall clock `seconds` after the machine's, or before it."""
+        self._clocks[host].set(seconds)
+
+    def _is_durable(self) -> bool:
+        log = self.log()
+        failures = log.count("event=journal_write_failed")
+        return log.count("event=journal_write_recovered") >= failures
 
     def is_started(self, host: str) -> bool:
         """Whether start was called."""

@@ -21,6 +21,7 @@ TIMEOUT_S = 300.0
 
 _ROOT = Path(__file__).resolve().parents[2]
 _BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
+_CLOCK_VARIABLE = "PROCGEN_WALL_CLOCK_LIBRARY"
 
 
 def server_binary() -> Path:
@@ -37,6 +38,19 @@ def server_binary() -> Path:
     return max(built, key=lambda path: path.stat().st_mtime)
 
 
+def wall_clock_library() -> Path:
+    """What CTest says, else beside the server.
+
+    Raises:
+        FileNotFoundError: It was not built.
+    """
+    beside = server_binary().parents[1] / "tests" / "wall_clock" / "libwall_clock.so"
+    library = Path(os.environ.get(_CLOCK_VARIABLE, beside))
+    if not library.exists():
+        raise FileNotFoundError(f"no wall clock at {library}; build the target wall_clock")
+    return library
+
+
 class Stage:
     """Three nodes, a fleet server and a learner; a spare host. All is gone on leaving.
 
@@ -45,8 +59,16 @@ class Stage:
         fleet: What runs on them.
     """
 
-    def __init__(self, folder: Path, *, multicast: bool = True) -> None:
+    def __init__(
+        self, folder: Path, *, multicast: bool = True, disk: bool = False, clocks: bool = False
+    ) -> None:
         """Starts the servers.
+
+        Args:
+            folder: For logs and what the fleet server keeps.
+            multicast: Whether they find each other by it.
+            disk: Whether the fleet server's disk can be filled.
+            clocks: Whether their wall clocks can be set.
 
         Raises:
             NotPermittedError: There can be no hosts here.
@@ -56,11 +78,16 @@ class Stage:
         try:
             peers = () if multicast else (*NODES, SPARE, FLEET)
             self.fleet = Fleet(self.network, server_binary(), folder, peers=peers)
+            if disk:
+                self.fleet.use_disk()
+            if clocks:
+                for host in (*NODES, SPARE, FLEET):
+                    self.fleet.use_clock(host, wall_clock_library())
             for host in (*NODES, FLEET):
                 self.fleet.start(host)
             self.fleet.await_log("event=listening")
         except BaseException:
-            self.network.close()
+            self._close()
             raise
 
     def __enter__(self) -> Stage:
@@ -74,7 +101,12 @@ class Stage:
         trace: TracebackType | None,
     ) -> None:
         """Removes it."""
+        self._close()
+
+    def _close(self) -> None:
         self.network.close()
+        if hasattr(self, "fleet"):
+            self.fleet.close()
 
     def learner(
         self, script: Script, *, announce: tuple[int, ...] = (), gates: tuple[int, ...] = ()

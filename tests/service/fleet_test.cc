@@ -94,6 +94,7 @@ class FleetTest : public testing::Test {
       options.nodes = [this] { return list_.Nodes(); };
       options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
       options.snapshot_requests = snapshot_requests;
+      options.log_bytes_max = log_bytes_max_;
       options.wait_max = wait_max_;
       options.look_interval = look_interval_;
       options.credentials = credentials_;
@@ -131,6 +132,7 @@ class FleetTest : public testing::Test {
 
   std::string MetricsText() const { return server_->metrics().Text(); }
 
+  int64_t log_bytes_max_ = FleetOptions().log_bytes_max;
   absl::Duration wait_max_ = absl::Seconds(20);
   absl::Duration look_interval_ = absl::Seconds(1);
   FleetCredentials credentials_;
@@ -419,6 +421,66 @@ TEST_F(FleetTest, NodesAreShownATokenInTls) {
                                       testing::HasSubstr("--fleet_token"))));
   certificates.Replace("token", "the-token-of-the-fleet\n");
   ExpectSameTrace(Script(40), [](int) {});
+}
+
+// A pool of stacked frames whose log may take little, and a stream of it.
+class FleetLogTest : public FleetTest {
+ protected:
+  static constexpr int32_t kEnvCount = 4;
+
+  void SetUp() override {
+    log_bytes_max_ = int64_t{32} << 10;
+    StartNode("a");
+    StartFleet(/*snapshot_requests=*/8);
+    client_ = Connect(*server_);
+    v1::PoolSpec spec = SmallSpec();
+    spec.set_env_count(kEnvCount);
+    spec.mutable_observation_format()->set_frame_stack(4);
+    name_ = client_->CreatePool(spec).value().name();
+    Attach();
+  }
+  void Attach() { stream_ = *client_->Attach(name_); }
+
+  absl::Status Step(int32_t first) {
+    v1::StepPoolRequest request;
+    request.mutable_step()->mutable_slice()->set_first_environment(first);
+    request.mutable_step()->mutable_slice()->set_environment_count(kEnvCount - first);
+    for (int32_t i = first; i < kEnvCount; ++i) {
+      request.mutable_step()->add_actions(4);
+    }
+    return stream_->Call(std::move(request), &batch_);
+  }
+  absl::Status Observe() {
+    v1::StepPoolRequest request;
+    request.mutable_observe();
+    return stream_->Call(std::move(request), &batch_);
+  }
+
+  std::unique_ptr<procgen_client::Client> client_;
+  std::string name_;
+  std::unique_ptr<procgen_client::StepStream> stream_;
+  procgen_client::Batch batch_;
+};
+
+TEST_F(FleetLogTest, EnvironmentsThatAreNeverSteppedLetTheLogBeShortened) {
+  for (int i = 0; i < 800; ++i) {
+    ASSERT_THAT(i < 400 ? Observe() : Step(/*first=*/1), IsOk()) << i;
+  }
+}
+
+TEST_F(FleetLogTest, BeyondItsLimitOnlyStepsOfAllEnvironmentsAreTaken) {
+  ASSERT_THAT(Step(/*first=*/0), IsOk());
+  absl::Status status;
+  for (int i = 0; i < 2000 && status.ok(); ++i) {
+    status = Step(/*first=*/1);
+  }
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted,
+                               testing::HasSubstr("bytes, limit log_bytes_max: 32768")));
+  Attach();
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_THAT(Step(/*first=*/0), IsOk()) << i;
+  }
+  EXPECT_THAT(Step(/*first=*/1), IsOk());
 }
 
 TEST_F(FleetTest, NodesThatSpeakTlsAreNotSpokenToInPlainText) {
