@@ -1,20 +1,54 @@
 #include "server/rpc/answer_replay.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <utility>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "grpc/support/time.h"
+#include "grpcpp/alarm.h"
 #include "server/rpc/convert_step.h"
 #include "server/rpc/running_request.h"
 #include "server/session/event_log.h"
 #include "server/session/limits.h"
+#include "server/session/pool_tap.h"
 
 namespace procgen {
 namespace {
 
-// Shared, because it lasts until its last callback.
-class AnswerReplay final : public std::enable_shared_from_this<AnswerReplay> {
+// Between attempts: doubled each time, until a request succeeds.
+constexpr absl::Duration kBackoffMin = absl::Milliseconds(100);
+constexpr absl::Duration kBackoffMax = absl::Seconds(5);
+
+// Whether another attempt would get the same error.
+bool IsPermanent(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kOutOfRange:
+    case absl::StatusCode::kUnimplemented:
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kDataLoss:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// By the steady clock.
+gpr_timespec After(absl::Duration duration) {
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                      gpr_time_from_millis(absl::ToInt64Milliseconds(duration), GPR_TIMESPAN));
+}
+
+// Shared, because it lasts until its last callback. As a tap it learns that the pool is closed or
+// that the server drains.
+class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<AnswerReplay> {
  public:
   AnswerReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
                int64_t response_bytes_max)
@@ -30,18 +64,61 @@ class AnswerReplay final : public std::enable_shared_from_this<AnswerReplay> {
 
   void Start() {
     pool_->TakeTurn([self = shared_from_this()](const absl::Status& turn) {
-      if (turn.ok()) {
-        self->RunNext();
+      if (turn.ok() && self->pool_->AddTap(self).ok()) {
+        self->Advance();
+      } else if (turn.ok()) {
+        self->pool_->EndTurn();
       }
     });
   }
 
+  void OnPart(Part /*part*/, absl::Span<const uint8_t> /*observations*/) override {}
+  void OnRequestEnd(int64_t /*sequence_number*/, int64_t /*change_number*/) override {}
+  void OnUnseen() override {}
+  void OnEnd(const absl::Status& /*reason*/) override {
+    std::shared_ptr<grpc::Alarm> alarm;
+    {
+      absl::MutexLock lock(&mutex_);
+      ended_ = true;
+      alarm = alarm_;
+    }
+    if (alarm != nullptr) {
+      alarm->Cancel();
+    }
+  }
+
  private:
-  void RunNext() {
-    if (next_ == requests_.size()) {
-      pool_->EndTurn();
+  // Begins the next part. A part may be done before the call that began it returns: then the loop
+  // in that call goes on with the next, so that the stack does not grow with the parts.
+  void Advance() {
+    const std::shared_ptr<AnswerReplay> self = shared_from_this();
+    if (advances_due_++ > 0) {
       return;
     }
+    do {
+      if (running_ != nullptr || BeginNext()) {
+        RunPart();
+      }
+    } while (--advances_due_ > 0);
+  }
+
+  // False: there is none left.
+  bool BeginNext() {
+    while (next_ < requests_.size()) {
+      const absl::Status status = Read();
+      if (status.ok()) {
+        running_ = std::make_unique<RunningRequest>();
+        running_->Begin(&request_);
+        return true;
+      }
+      LogEvent(LogLevel::kWarning, "answer_not_kept", EventOf(status));
+      ++next_;
+    }
+    End();
+    return false;
+  }
+
+  absl::Status Read() {
     const bool is_look = next_ + 1 == requests_.size();
     absl::Status status = request_.message.ParseFromString(requests_[next_])
                               ? ReadStreamRequest(&request_)
@@ -49,15 +126,9 @@ class AnswerReplay final : public std::enable_shared_from_this<AnswerReplay> {
     if (status.ok()) {
       status = SetRowsMax();
     }
-    if (!status.ok()) {
-      Skip(status);
-      return;
-    }
     request_.request.again = !is_look;
     keeps_ = !is_look;
-    running_ = std::make_unique<RunningRequest>();
-    running_->Begin(&request_);
-    RunPart();
+    return status;
   }
 
   absl::Status SetRowsMax() {
@@ -83,47 +154,81 @@ class AnswerReplay final : public std::enable_shared_from_this<AnswerReplay> {
       Fail(status);
       return;
     }
-    if (!running_->IsOver()) {
-      RunPart();
+    if (running_->IsOver()) {
+      if (keeps_) {
+        pool_->Keep(running_->sequence_number(), running_->TakeAnswer());
+      }
+      running_ = nullptr;
+      backoff_ = kBackoffMin;
+      ++next_;
+    }
+    Advance();
+  }
+
+  void Fail(const absl::Status& status) {
+    running_ = nullptr;
+    if (IsPermanent(status)) {
+      LogEvent(LogLevel::kError, "pool_not_resumed", EventOf(status));
+      pool_->Fail({status.code(), absl::StrCat("pool ", pool_->name(),
+                                               " could not be resumed: ", status.message())});
+      End();
       return;
     }
-    if (keeps_) {
-      pool_->Keep(running_->sequence_number(), running_->TakeAnswer());
+    // Nodes have not come in time; they may yet. The turn stays: what others want comes after.
+    LogEvent(LogLevel::kWarning, "pool_waits", EventOf(status));
+    {
+      absl::MutexLock lock(&mutex_);
+      if (!ended_) {
+        alarm_ = std::make_shared<grpc::Alarm>();
+        alarm_->Set(After(std::exchange(backoff_, std::min(2 * backoff_, kBackoffMax))),
+                    [self = shared_from_this()](bool /*is_due*/) { self->OnAlarm(); });
+        return;
+      }
     }
-    ++next_;
-    RunNext();
+    End();
   }
 
-  // Nodes have not come in time; they may yet. The turn stays: what others want comes after.
-  void Fail(const absl::Status& status) {
-    LogEvent(LogLevel::kWarning, "pool_waits",
-             {{"pool", pool_->name()},
-              {"owner", pool_->owner()},
-              {"message", std::string(status.message())}});
-    if (pool_->closed()) {
-      pool_->EndTurn();
+  void OnAlarm() {
+    bool ended = false;
+    {
+      absl::MutexLock lock(&mutex_);
+      alarm_ = nullptr;  // which holds this
+      ended = ended_;
+    }
+    if (ended) {
+      End();
     } else {
-      RunNext();
+      Advance();
     }
   }
 
-  void Skip(const absl::Status& status) {
-    LogEvent(LogLevel::kWarning, "answer_not_kept",
-             {{"pool", pool_->name()},
-              {"owner", pool_->owner()},
-              {"message", std::string(status.message())}});
-    ++next_;
-    RunNext();
+  void End() {
+    pool_->RemoveTap(this);
+    pool_->EndTurn();
+  }
+
+  EventFields EventOf(const absl::Status& status) const {
+    return {{"pool", pool_->name()},
+            {"owner", pool_->owner()},
+            {"message", std::string(status.message())}};
   }
 
   const std::shared_ptr<PoolSession> pool_;
   std::vector<std::string> requests_;
   const int64_t response_bytes_max_;
+  std::atomic<int> advances_due_ = 0;
+  // Of whoever advances:
   size_t next_ = 0;
   bool keeps_ = false;
   StreamRequest request_;
   Response response_;
-  std::unique_ptr<RunningRequest> running_;
+  std::unique_ptr<RunningRequest> running_;  // null: the next one has not begun
+  absl::Duration backoff_ = kBackoffMin;
+
+  absl::Mutex mutex_;
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // the pool is closed, or the server drains
+  // Between attempts; shared with who cancels it.
+  std::shared_ptr<grpc::Alarm> alarm_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace

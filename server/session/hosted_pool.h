@@ -27,8 +27,10 @@ enum class View : uint8_t {
 // The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of
 // a fleet.
 //
-// No call blocks. Each that ends with `done` calls it once, on another thread or, with an error, on
-// the calling one; what spans refer to must stay valid until then.
+// No call blocks. Each that ends with `done` calls it once, on any thread: also on the calling one,
+// before the call returns, as a fleet does where all answers are there already. So a caller that
+// makes the next call in `done` returns from there first, or its stack grows with the calls. What
+// spans refer to must stay valid until `done`.
 // Threads: one call at a time, on any thread; the next begins after `done`. It may go in `done`.
 class HostedPool {
  public:
@@ -67,7 +69,7 @@ class HostedPool {
   virtual void RestoreStates(std::vector<StateToRestore> states, Done done) = 0;
   virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
   // What environments show, to be drawn later at a size, in `view`. An environment may be named
-  // several times. `done` may also be called on the calling thread without an error.
+  // several times.
   virtual void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
                     LookDone done) = 0;
 };

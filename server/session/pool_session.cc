@@ -243,6 +243,18 @@ void PoolSession::Close(const absl::Status& reason) {
     absl::MutexLock lock(&mutex_);
     closed_ = reason;
   }
+  pool_->Discard();
+  TellClosed(reason);
+}
+
+void PoolSession::Fail(const absl::Status& reason) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (!closed_.ok()) {
+      return;
+    }
+    closed_ = reason;
+  }
   TellClosed(reason);
 }
 
@@ -256,12 +268,12 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
     }
     closed_ = reason;
   }
+  pool_->Discard();
   TellClosed(reason);
   return true;
 }
 
 void PoolSession::TellClosed(const absl::Status& reason) {
-  pool_->Discard();
   std::deque<Done> waiting;
   std::optional<Successor> successor;
   {

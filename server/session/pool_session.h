@@ -148,6 +148,9 @@ class PoolSession {
   void End(StreamEnd why, const absl::Status& reason);
   // Ends the stream, and lets none attach and no turn begin any more: those that ask are told.
   void Close(const absl::Status& reason);
+  // As Close, because the pool cannot go on here: what is kept of it beyond this process stays. Of
+  // a pool that is closed already nothing changes.
+  void Fail(const absl::Status& reason);
   // Closes, if the lease has run out by `now`; false: it has not. One that attaches or renews at
   // the same time is either in time or told so.
   bool CloseIfExpired(absl::Time now);
@@ -177,10 +180,9 @@ class PoolSession {
   // Keeps the answer to an accepted request of a resumable stream.
   void Keep(int64_t sequence_number, Answer answer);
   // Carries out a part of an accepted request (kSample: all of it). Returns soon; `done` is
-  // called once, on another thread or, with an error or a single environment, on this one before
-  // this returns; with an error the whole request has changed nothing, and its number is the next
-  // again. `request` and the memory of `batch` must stay valid until then. `near_end`: as that of
-  // Pool::StepAsync.
+  // called once, on any thread, also on this one before this returns (HostedPool); with an error
+  // the whole request has changed nothing, and its number is the next again. `request` and the
+  // memory of `batch` must stay valid until then. `near_end`: as that of Pool::StepAsync.
   void RunPart(const Request& request, Part part, const Batch& batch, Done done,
                NearEnd near_end = nullptr);
   // Notes that a request was carried out, and how long that took since it arrived.
@@ -245,7 +247,7 @@ class PoolSession {
   void BeginStream(const AttachOptions& options, EndStream end_stream)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void BeginLease() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Tells all that a close concerns. `closed_` must be set.
+  // Reports the close to all that it concerns. `closed_` must be set.
   void TellClosed(const absl::Status& reason);
   // An answer of the pool, kept, has no more bytes.
   int64_t AnswerBytesMax() const;
