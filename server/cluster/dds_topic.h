@@ -38,6 +38,7 @@ class DdsTopic {
         dds_create_topic(parents.participant.handle(), &type, name, &qos, nullptr), what);
     status.Update(writer_.Own(
         dds_create_writer(parents.publisher.handle(), topic_.handle(), &qos, nullptr), what));
+    // Without limits of instances: a reader that is full holds up the writer of its own process.
     status.Update(reader_.Own(
         dds_create_reader(parents.subscriber.handle(), topic_.handle(), &qos, nullptr), what));
     return status;

@@ -116,7 +116,8 @@ std::string DomainConfig(const ClusterOptions& options,
                            Element("ParticipantIndex", "auto"),
                            Element("MaxAutoParticipantIndex", absl::StrCat(kNodesOfMachineMax - 1)),
                            Element("Peers", peer_list))),
-      "</Domain></CycloneDDS>");
+      // Of these topics none is nearly as large; others are dropped before they are kept.
+      Element("Internal", Element("MaxSampleSize", "64KiB")), "</Domain></CycloneDDS>");
 }
 
 }  // namespace procgen

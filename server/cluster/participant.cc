@@ -1,9 +1,14 @@
 #include "server/cluster/participant.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/dds_log.h"
@@ -16,6 +21,10 @@ namespace {
 // Cyclone DDS numbers domains within a process; which one it is on the network is told beside. So
 // several nodes can be in one process, as tests have it.
 constexpr dds_domainid_t kProcessDomainsMax = 1000;
+// Longest text of a sample, in bytes, and threads of one node: all workers of a domain can be
+// added.
+constexpr size_t kTextBytesMax = 512;
+constexpr int32_t kWorkersOfNodeMax = 4096;
 
 // For samples, whose generated type has pointers to what may be changed; it is not.
 char* Text(const std::string& text) { return const_cast<char*>(text.c_str()); }
@@ -47,6 +56,33 @@ NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
           .worker_count = sample.worker_count,
           .healthy = sample.healthy,
           .draining = sample.draining};
+}
+
+// What others write is checked before it is used: whoever reaches the ports of a domain without DDS
+// Security can be a node.
+bool IsText(const char* text, size_t bytes_max) {
+  const size_t bytes = strnlen(text, bytes_max + 1);
+  return bytes <= bytes_max && std::all_of(text, text + bytes, [](char letter) {
+           return absl::ascii_isprint(static_cast<unsigned char>(letter));
+         });
+}
+
+bool IsSound(const procgen_topics_NodeStatus& sample) {
+  return IsText(sample.node_id, kTextBytesMax) && CheckNodeId(sample.node_id).ok() &&
+         IsText(sample.address, kTextBytesMax) && IsText(sample.server_version, kTextBytesMax) &&
+         sample.environment_capacity >= 0 && sample.environment_count >= 0 &&
+         sample.pool_count >= 0 && sample.stream_count >= 0 && sample.worker_count >= 0 &&
+         sample.worker_count <= kWorkersOfNodeMax;
+}
+
+bool IsSound(const procgen_topics_NodeRates& sample) {
+  return IsText(sample.node_id, kTextBytesMax) && std::isfinite(sample.steps_per_second) &&
+         sample.steps_per_second >= 0;
+}
+
+bool IsSound(const procgen_topics_PoolPlacement& sample) {
+  return IsText(sample.fleet_id, kTextBytesMax) && IsText(sample.node_id, kTextBytesMax) &&
+         strnlen(sample.pool, kTextBytesMax + 1) <= kTextBytesMax && sample.shard >= 0;
 }
 
 procgen_topics_PoolPlacement SampleOf(const PoolPlacement& placement) {
@@ -156,10 +192,15 @@ absl::Status Participant::Withdraw(const PoolPlacement& placement) const {
 std::vector<NodeStatus> Participant::ReadNodes() {
   absl::flat_hash_map<std::string, double> rates;
   rates_.ReadAlive([&](const procgen_topics_NodeRates& sample) {
-    rates[sample.node_id] = sample.steps_per_second;
+    if (IsSound(sample)) {
+      rates[sample.node_id] = sample.steps_per_second;
+    }
   });
   std::vector<NodeStatus> nodes;
   nodes_.ReadAlive([&](const procgen_topics_NodeStatus& sample) {
+    if (!IsSound(sample)) {
+      return;
+    }
     nodes.push_back(StatusOf(sample));
     if (const auto rate = rates.find(nodes.back().node_id); rate != rates.end()) {
       nodes.back().steps_per_second = rate->second;
@@ -171,7 +212,9 @@ std::vector<NodeStatus> Participant::ReadNodes() {
 std::vector<PoolPlacement> Participant::ReadPlacements() {
   std::vector<PoolPlacement> placements;
   placements_.ReadAlive([&](const procgen_topics_PoolPlacement& sample) {
-    placements.push_back(PlacementOf(sample));
+    if (IsSound(sample)) {
+      placements.push_back(PlacementOf(sample));
+    }
   });
   return placements;
 }

@@ -15,8 +15,10 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/concurrency/steady_time.h"
 #include "tests/server/cluster/cluster_watch.h"
 #include "tests/status_matchers.h"
+#include "tests/wall_clock/wall_clock.h"
 
 namespace procgen {
 namespace {
@@ -283,6 +285,25 @@ TEST(ClusterTest, PeersFindEachOtherWithoutMulticast) {
   const auto b = Join(options);
   a->Publish(SomeStatus("127.0.0.1:1"));
   EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
+}
+
+TEST(ClusterTest, PeersAreAskedForAgainThoughTheClockIsSetBack) {
+  ClusterOptions options = Options("a");
+  options.peers = {"nodes"};
+  std::atomic<int> count = 0;
+  const HostResolver resolve = [&count](const std::string& /*host*/) {
+    ++count;
+    return std::vector<std::string>{"127.0.0.1"};
+  };
+  const auto cluster = Cluster::Join(options, resolve);
+  ASSERT_THAT(cluster.status(), IsOk());
+  SetWallClockOffset(-absl::ToInt64Nanoseconds(absl::Hours(1)));
+  const absl::Time end = SteadyNow() + absl::Seconds(30);
+  while (count < 3 && SteadyNow() < end) {
+    absl::SleepFor(absl::Milliseconds(10));
+  }
+  SetWallClockOffset(0);
+  EXPECT_GE(count, 3);
 }
 
 }  // namespace
