@@ -1,8 +1,8 @@
 """What becomes of connections where the process forks: the child has none, and can make its own.
 
-grpcio's connections cannot be made on both sides of a fork: a child that makes one adds its sockets
-to the epoll set of its parent, which crashes the parent, and with GRPC_ENABLE_FORK_SUPPORT one child
-in ten hangs. So Client has none where it can do without (_http2_channel.py).
+grpcio's connections cannot be made on both sides of a fork. A child that makes one adds its sockets
+to the epoll set of its parent, which crashes the parent. With GRPC_ENABLE_FORK_SUPPORT one child in
+six hangs. So Client has none where it can do without (_http2_channel.py).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What upstream's interface takes from Gym, the predecessor of Gymnasium, where that is installed."""
+"""What upstream's interface takes from Gym, Gymnasium's predecessor, where that is installed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Programs that are written for upstream and Gym, Gymnasium's predecessor, run with ours.
 
 Debian has no Gym. A few lines with its names take its place on the path of a second Python, as in
-gymnasium_test.py. The program is in the manner of CleanRL's ppo_procgen.py, which is written for Gym
-0.23; its wrappers are gym/wrappers/ in brief.
+gymnasium_test.py. The program is in the manner of CleanRL's ppo_procgen.py, which is written for
+Gym 0.23; its wrappers are gym/wrappers/ in brief.
 """
 
 from __future__ import annotations
