@@ -36,8 +36,10 @@ void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, 
   }
   const std::shared_ptr<JoinedWorld> world(
       new JoinedWorld(std::move(pool), worlds, std::move(on_drain)));
+  AttachOptions options;
+  options.when_attached = "send LeaveWorld there or end that stream, or create another world";
   session->Attach(
-      AttachOptions(),
+      options,
       [world](StreamEnd why, const absl::Status& reason) { world->OnStreamEnd(why, reason); },
       [world, done = std::move(done)](const absl::Status& attached) mutable {
         if (!attached.ok()) {

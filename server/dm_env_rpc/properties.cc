@@ -236,7 +236,7 @@ void Read(const Sessions& sessions, absl::string_view owner, const std::string& 
 absl::Status WriteNextLevelSeed(const Property& property, const dm::Tensor& value,
                                 WorldPlay* play) {
   const bool is_of_batch = IsOfBatch(property, play);
-  const absl::StatusOr<std::vector<int32_t>> seeds = ReadInt32s(
+  const absl::StatusOr<std::vector<int32_t>> seeds = ReadIntegersAsInt32s(
       KeyOf(property), value, is_of_batch ? play->form().shape() : TensorShape::Scalar());
   if (!seeds.ok()) {
     return seeds.status();

@@ -65,6 +65,14 @@ absl::Status CheckShape(absl::string_view field, const dm::Tensor& tensor, int64
                                                  ShapeText(shape)));
 }
 
+absl::Status CheckRange(absl::string_view field, int64_t value, int64_t min, int64_t max) {
+  if (value < min || value > max) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is ", value, ", allowed: ", min, " to ", max));
+  }
+  return absl::OkStatus();
+}
+
 template <typename Element, typename Elements>
 absl::StatusOr<std::vector<Element>> Read(absl::string_view field, const dm::Tensor& tensor,
                                           const Elements& elements, TensorShape shape) {
@@ -136,6 +144,21 @@ absl::StatusOr<std::vector<int64_t>> ReadIntegers(absl::string_view field, const
   }
 }
 
+absl::StatusOr<std::vector<int32_t>> ReadIntegersAsInt32s(absl::string_view field,
+                                                          const dm::Tensor& tensor,
+                                                          TensorShape shape) {
+  const absl::StatusOr<std::vector<int64_t>> read = ReadIntegers(field, tensor, shape);
+  if (!read.ok()) {
+    return read.status();
+  }
+  for (const int64_t value : *read) {
+    if (absl::Status status = CheckRange(field, value, INT32_MIN, INT32_MAX); !status.ok()) {
+      return status;
+    }
+  }
+  return std::vector<int32_t>(read->begin(), read->end());
+}
+
 absl::StatusOr<int64_t> ReadInteger(absl::string_view field, const dm::Tensor& tensor, int64_t min,
                                     int64_t max) {
   const absl::StatusOr<std::vector<int64_t>> read =
@@ -143,12 +166,10 @@ absl::StatusOr<int64_t> ReadInteger(absl::string_view field, const dm::Tensor& t
   if (!read.ok()) {
     return read.status();
   }
-  const int64_t value = read->front();
-  if (value < min || value > max) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(field, " is ", value, ", allowed: ", min, " to ", max));
+  if (absl::Status status = CheckRange(field, read->front(), min, max); !status.ok()) {
+    return status;
   }
-  return value;
+  return read->front();
 }
 
 absl::StatusOr<bool> ReadBool(absl::string_view field, const dm::Tensor& tensor) {

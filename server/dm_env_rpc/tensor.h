@@ -38,6 +38,10 @@ absl::StatusOr<std::vector<int32_t>> ReadInt32s(absl::string_view field, const d
 // Of any integer type. REQUIRES: no kAnyLength.
 absl::StatusOr<std::vector<int64_t>> ReadIntegers(absl::string_view field, const dm::Tensor& tensor,
                                                   TensorShape shape);
+// Of any integer type, each in the range of int32. REQUIRES: no kAnyLength.
+absl::StatusOr<std::vector<int32_t>> ReadIntegersAsInt32s(absl::string_view field,
+                                                          const dm::Tensor& tensor,
+                                                          TensorShape shape);
 // A scalar of any integer type, in [min, max].
 absl::StatusOr<int64_t> ReadInteger(absl::string_view field, const dm::Tensor& tensor, int64_t min,
                                     int64_t max);

@@ -272,22 +272,25 @@ absl::StatusOr<EpisodeSettings> ReadEpisodeSettings(const Settings& settings, Te
     }
     // A scalar stands for all: the same level, or seeds that differ.
     const bool for_all = shape.is_list && tensor.shape_size() == 0;
-    const absl::StatusOr<std::vector<int64_t>> values =
-        ReadIntegers(name, tensor, for_all ? TensorShape::Scalar() : shape);
-    if (!values.ok()) {
-      return values.status();
+    const TensorShape given = for_all ? TensorShape::Scalar() : shape;
+    if (is_level) {
+      const absl::StatusOr<std::vector<int32_t>> levels = ReadIntegersAsInt32s(name, tensor, given);
+      if (!levels.ok()) {
+        return levels.status();
+      }
+      for (size_t i = 0; i < env_count; ++i) {
+        read.level_seeds[i] = (*levels)[for_all ? 0 : i];
+      }
+      continue;
+    }
+    const absl::StatusOr<std::vector<int64_t>> seeds = ReadIntegers(name, tensor, given);
+    if (!seeds.ok()) {
+      return seeds.status();
     }
     for (size_t i = 0; i < env_count; ++i) {
-      const int64_t value = (*values)[for_all ? 0 : i];
-      if (!is_level) {
-        // Modulo 2^32 in the end, so it may wrap.
-        read.rand_seeds[i] = static_cast<int64_t>(static_cast<uint64_t>(value) + (for_all ? i : 0));
-      } else if (value < INT32_MIN || value > INT32_MAX) {
-        return absl::InvalidArgumentError(
-            absl::StrCat(kLevelSeed, " is ", value, ", allowed: ", INT32_MIN, " to ", INT32_MAX));
-      } else {
-        read.level_seeds[i] = static_cast<int32_t>(value);
-      }
+      const auto seed = static_cast<uint64_t>((*seeds)[for_all ? 0 : i]);
+      // Modulo 2^32 in the end, so it may wrap.
+      read.rand_seeds[i] = static_cast<int64_t>(seed + (for_all ? i : 0));
     }
   }
   return read;

@@ -114,9 +114,9 @@ absl::Status PoolSession::CheckAttach(const AttachOptions& options) {
     return closed_;
   }
   if (attached_ && !options.take_over) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("another stream is attached to pool ", name_,
-                     ", allowed: one at a time; end that one, or attach with take_over"));
+    return absl::FailedPreconditionError(absl::StrCat("another stream is attached to pool ", name_,
+                                                      ", allowed: one at a time; ",
+                                                      options.when_attached));
   }
   if (absl::Status status = CheckHeldBatches(options); !status.ok()) {
     return status;

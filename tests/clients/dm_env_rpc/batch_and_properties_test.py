@@ -92,13 +92,15 @@ class TestProperties:
             joined.read("next_level_seed")
         with refused(PERMISSION_DENIED, "'games' cannot be listed"):
             joined.list("games")
-        with refused(INVALID_ARGUMENT, "next_level_seed has type INT64, allowed: INT32"):
-            joined.write("next_level_seed", 1)
+        with refused(INVALID_ARGUMENT, "next_level_seed has type FLOAT, allowed: an integer type"):
+            joined.write("next_level_seed", np.float32(1))
+        with refused(INVALID_ARGUMENT, "next_level_seed is 2147483648, allowed: -2147483648 to"):
+            joined.write("next_level_seed", 2**31)
         with refused(DATA_LOSS):
             joined.write("state", np.frombuffer(b"nonsense", np.uint8))
 
     def test_the_next_level_is_played_next(self, joined: Agent) -> None:
-        joined.write("next_level_seed", np.int32(99))
+        joined.write("next_level_seed", 99)  # A Python integer is sent as INT64.
         assert joined.act(4).observations[LEVEL_SEED] == 99
         joined.write("next_level_seed", np.int32(98))
         assert joined.act(4).observations[LEVEL_SEED] == 99

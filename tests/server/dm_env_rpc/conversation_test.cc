@@ -13,7 +13,9 @@
 namespace procgen {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 MATCHER_P2(IsError, code, message, "is an error") {
   *result_listener << arg.ShortDebugString().substr(0, 500);
@@ -213,6 +215,30 @@ TEST_F(ConversationTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
   // Nor does it begin to wait any more.
   EXPECT_THAT(other->Ask(Talk::ResetWorldRequest(world)),
               IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
+}
+
+TEST_F(ConversationTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanDo) {
+  const auto talk = MakeTalk();
+  const auto other = MakeTalk();
+  const std::string world = JoinNewWorld(talk.get());
+  EXPECT_THAT(other->Join(world),
+              IsError(absl::StatusCode::kFailedPrecondition,
+                      AllOf(HasSubstr("another stream is attached"),
+                            HasSubstr("send LeaveWorld there"), Not(HasSubstr("take_over")))));
+  talk->Leave();
+  EXPECT_TRUE(other->Join(world).has_join_world());
+}
+
+TEST_F(ConversationTest, TheNextLevelIsToldInAnyIntegerType) {
+  const auto talk = MakeTalk();
+  JoinNewWorld(talk.get());
+  talk->Step(4);
+  EXPECT_TRUE(talk->Write("next_level_seed", IntegerTensor(123)).has_extension());
+  EXPECT_THAT(
+      talk->Write("next_level_seed", IntegerTensor(int64_t{INT32_MAX} + 1)),
+      IsError(absl::StatusCode::kInvalidArgument, HasSubstr("next_level_seed is 2147483648")));
+  talk->Reset();
+  EXPECT_EQ(talk->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
 }
 
 TEST_F(ConversationTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {

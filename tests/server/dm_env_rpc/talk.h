@@ -8,6 +8,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/notification.h"
 #include "server/dm_env_rpc/conversation.h"
+#include "server/dm_env_rpc/properties.h"
 
 namespace procgen {
 
@@ -96,6 +97,15 @@ class Talk {
   dm::EnvironmentResponse Destroy(const std::string& world) {
     dm::EnvironmentRequest request;
     request.mutable_destroy_world()->set_world_name(world);
+    return Ask(request);
+  }
+
+  dm::EnvironmentResponse Write(const std::string& property, const dm::Tensor& value) {
+    dm_properties::PropertyRequest written;
+    written.mutable_write_property()->set_key(property);
+    *written.mutable_write_property()->mutable_value() = value;
+    dm::EnvironmentRequest request;
+    request.mutable_extension()->PackFrom(written);
     return Ask(request);
   }
 

@@ -55,6 +55,26 @@ TEST(TensorTest, OtherShapesAreNamed) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("1, 1, ...] and 1 elements")));
 }
 
+TEST(TensorTest, IntegersOfAnyTypeAreReadWhereTheyFitInt32) {
+  dm::Tensor tensor;
+  tensor.add_shape(2);
+  tensor.mutable_int64s()->mutable_array()->Add(INT32_MAX);
+  tensor.mutable_int64s()->mutable_array()->Add(INT32_MIN);
+  EXPECT_THAT(ReadIntegersAsInt32s("x", tensor, TensorShape::List(2)),
+              IsOkAndHolds(std::vector<int32_t>{INT32_MAX, INT32_MIN}));
+  tensor.mutable_uint8s()->set_array("\x01\x02");
+  EXPECT_THAT(ReadIntegersAsInt32s("x", tensor, TensorShape::List(2)),
+              IsOkAndHolds(std::vector<int32_t>{1, 2}));
+  tensor.mutable_uint32s()->mutable_array()->Add(7);
+  tensor.mutable_uint32s()->mutable_array()->Add(uint32_t{INT32_MAX} + 1);
+  EXPECT_THAT(ReadIntegersAsInt32s("x", tensor, TensorShape::List(2)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "x is 2147483648, allowed: -2147483648 to 2147483647"));
+  tensor.mutable_floats()->add_array(1);
+  EXPECT_THAT(ReadIntegersAsInt32s("x", tensor, TensorShape::List(2)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("an integer type")));
+}
+
 TEST(TensorTest, AListOfAnyLengthIsNotMadeOfOneElement) {
   dm::Tensor tensor;
   tensor.mutable_uint8s()->set_array("abc");
