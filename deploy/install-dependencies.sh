@@ -1,14 +1,13 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that building, testing and running need, where they are missing. See --help.
+# Installs the Debian packages that building and running need, and testing, where they are missing. See --help.
 set -euo pipefail
 
-# What is needed, and what for. Debian 12 has them all.
+# What building, packing and the Python client need, and what for. Debian 12 has them all.
 packages=(
   g++                     # the compiler
   cmake                   # the build
   ninja-build             # what CMake drives
   pkg-config              # finds libraries that have no CMake package
-  git                     # lists the files that the tidy test looks at
   libgrpc++-dev           # the server's and the C++ client's transport
   libssl-dev              # reads certificates, hashes tokens
   libprotobuf-dev         # messages
@@ -27,11 +26,6 @@ packages=(
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # recordings and what pages are told are JSON
   zlib1g-dev              # and compressed
-  libgtest-dev            # tests
-  libgmock-dev            # matchers of the tests
-  libcpp-httplib-dev      # their HTTP client
-  libbenchmark-dev        # benchmarks
-  openssl                 # makes the certificates of the tests
   python3                 # the Python client, the quickstart, some tests
   python3-grpcio          # the Python client's transport
   python3-protobuf        # its messages
@@ -39,6 +33,19 @@ packages=(
   python3-zstandard       # decompresses observations
   python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
+  dpkg-dev                # what a Debian package depends on
+  file                    # what is a program in it
+  fonts-dejavu-core       # the names in that picture
+)
+
+# What the tests need besides: those of the other clients, a browser, tools that check.
+test_packages=(
+  git                     # lists the files that the tidy test looks at
+  libgtest-dev            # tests
+  libgmock-dev            # matchers of the tests
+  libcpp-httplib-dev      # their HTTP client
+  libbenchmark-dev        # benchmarks
+  openssl                 # makes the certificates of the tests
   python3-pytest          # the Python client's tests
   python3-websockets      # pages, as tests are them
   python3-pip             # a wheel of it
@@ -56,15 +63,12 @@ packages=(
   golang-github-klauspost-compress-dev  # decompresses its observations
   python3-yaml            # the tests of deploy/ read manifests
   kubernetes-client       # and render those of Kubernetes
-  dpkg-dev                # what a Debian package depends on
-  file                    # what is a program in it
   iproute2                # networks of tests' own
   nftables                # and what cuts hosts off from them
-  fonts-dejavu-core       # the names in that picture
 )
 
 # npm comes with some packages of nodejs, and Debian's would not go along with those.
-command -v npm >/dev/null || packages+=(npm)
+command -v npm >/dev/null || test_packages+=(npm)
 
 # What the presets lint and fuzz need besides.
 clang_packages=(
@@ -89,11 +93,12 @@ slow_packages=(
 
 usage() {
   cat <<TEXT
-Usage: deploy/install-dependencies.sh [--clang] [--plot] [--slow] [--list] [--help]
+Usage: deploy/install-dependencies.sh [--tests] [--clang] [--plot] [--slow] [--list] [--help]
 
-Installs with apt what is missing of the packages that Procgen Server needs: to build, to test, and
-for the clients in Python, Node.js and Go. Asks apt for nothing if nothing is missing. Needs root or sudo otherwise.
+Installs with apt what is missing of the packages that building Procgen Server and its Python client need. Asks apt for
+nothing if nothing is missing. Needs root or sudo otherwise.
 
+  --tests  and what the tests need, those of the clients in Node.js and Go as well
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
   --slow   and what the tests of the label slow need
@@ -105,6 +110,7 @@ TEXT
 list=no
 while [[ $# -gt 0 ]]; do
   case "$1" in
+    --tests) packages+=("${test_packages[@]}"); shift ;;
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
     --slow) packages+=("${slow_packages[@]}"); shift ;;

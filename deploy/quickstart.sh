@@ -81,7 +81,7 @@ done
 echo "== Building the server (some minutes the first time)"
 (
   cd "$root"
-  cmake --preset release --log-level=WARNING >/dev/null
+  cmake --preset release -DPROCGEN_BUILD_TESTS=OFF -DPROCGEN_BUILD_BENCHMARKS=OFF --log-level=WARNING >/dev/null
   cmake --build --preset release --target procgen-server procgen-python-client
 )
 

@@ -68,7 +68,7 @@ if [[ $all == no ]]; then
 fi
 
 cd "$root"
-dependencies=()
+dependencies=(--tests)
 [[ $preset != lint && $preset != fuzz ]] || dependencies+=(--clang)
 [[ $all == no && " ${labels[*]-} " != *" slow "* ]] || dependencies+=(--slow)
 "$root/deploy/install-dependencies.sh" "${dependencies[@]}"

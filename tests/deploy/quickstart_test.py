@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -71,6 +72,35 @@ def test_a_wrong_flag_is_refused_before_anything_is_done(
     assert result.returncode == 2
     assert message in result.stderr
     assert result.stdout == ""
+
+
+def listed(*flags: str) -> set[str]:
+    command = [_DEPLOY / "install-dependencies.sh", *flags, "--list"]
+    return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split())
+
+
+def test_what_building_needs_has_nothing_that_only_tests_need() -> None:
+    for_building, for_tests = listed(), listed("--tests")
+    assert for_building < for_tests
+    only_for_tests = {"chromium", "golang-go", "nodejs", "kubernetes-client", "ffmpeg", "mypy"}
+    assert only_for_tests <= for_tests - for_building
+    assert {"libgtest-dev", "python3-pytest"} <= for_tests - for_building
+    assert {"g++", "libgrpc++-dev", "python3-grpcio", "python3-numpy"} <= for_building
+
+
+@pytest.mark.parametrize(
+    ("script", "flags"), [("deploy/quickstart.sh", ""), ("tests/run.sh", "--tests")]
+)
+def test_each_script_installs_what_it_uses(script: str, flags: str, tmp_path: Path) -> None:
+    copy = tmp_path / script
+    copy.parent.mkdir(exist_ok=True)
+    shutil.copy(_DEPLOY.parent / script, copy)
+    installer = tmp_path / "deploy/install-dependencies.sh"
+    installer.parent.mkdir(exist_ok=True)
+    installer.write_text('#!/bin/sh\necho "asked for: $*"\nexit 3\n')
+    installer.chmod(0o755)
+    result = subprocess.run([copy], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (result.returncode, result.stdout) == (3, f"asked for: {flags}\n")
 
 
 def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path) -> None:
