@@ -11,9 +11,9 @@
 
 namespace procgen {
 
-// Who needs which batch of a ring: the learner holds it, from when it is written until it is
-// released; or it is kept, because the request that it answers may be asked again. Others may be
-// written.
+// Who needs which batch of a shared mapping: the learner holds it, from when it is written until
+// it is released; or it is kept, because the request that it answers may be asked again. Others
+// may be written.
 // Threads: compatible.
 class BatchLedger {
  public:

@@ -41,7 +41,7 @@ struct StreamOptions {
   // Of a pool with TRANSPORT_SHARED_MEMORY: how many Batches may be held besides those of
   // unanswered requests; 0: 2. Each takes memory for two observations of each environment.
   int32_t held_batches_max = 0;
-  // Of such a pool: messages go past gRPC by a unix socket, where it can be reached, which costs
+  // Of such a pool: messages go past gRPC by two pipes, where the server can give them, which costs
   // less than half. False: by gRPC's stream, where its interceptors see them.
   bool direct_line = true;
 };

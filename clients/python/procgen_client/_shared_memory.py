@@ -45,7 +45,7 @@ class _Array(NamedTuple):
 class _Rows(NamedTuple):
     """What an answer tells of: some rows of a batch."""
 
-    batch: int  # Its number in the ring.
+    batch: int  # Its number in the mapping.
     first_environment: int
     memory: memoryview  # Of the whole batch.
     pictures_type: np.dtype  # The arrays of these rows in there, as the fields of one element.

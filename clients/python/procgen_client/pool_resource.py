@@ -66,7 +66,7 @@ class PoolResource(abc.ABC):
             environments: Indices in the pool, in the order wanted, each at most once. None: all.
 
         Returns:
-            A snapshot of each, some kilobytes long; to be stored and given back as it is.
+            A snapshot of each, 1 to 12 kilobytes; to be stored and given back as it is.
 
         Raises:
             InvalidArgumentError: An environment is out of range or named twice.
