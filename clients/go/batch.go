@@ -1,7 +1,5 @@
 package procgenclient
 
-import "google.golang.org/grpc/codes"
-
 // Batch is how n environments stand after a request. Row i is environment FirstEnvironment + i of the pool. F is the bytes
 // of one observation, m the number of rows whose episode ended in this step.
 //
@@ -73,27 +71,14 @@ func elements(shape []int32) int {
 	return product
 }
 
-// Joins the responses to one request, which cover successive ranges of environments.
-func assemble(parts []*part, shape []int32) (*Batch, error) {
-	if len(parts) == 0 {
-		return nil, newError(codes.Internal, "a request for values was answered without any")
-	}
+// Joins the responses to one request, which were checked as they came.
+func assemble(parts []*part, shape []int32) *Batch {
 	whole := &parts[0].Batch
 	whole.ObservationShape = shape
-	for i, next := range parts {
-		if err := next.check(elements(shape)); err != nil {
-			return nil, err
-		}
-		if i == 0 {
-			continue
-		}
-		if expected := whole.FirstEnvironment + whole.EnvironmentCount(); next.FirstEnvironment != expected {
-			return nil, newError(codes.Internal, "the answer to request %d goes on with environment %d, where %d is next",
-				next.SequenceNumber, next.FirstEnvironment, expected)
-		}
+	for _, next := range parts[1:] {
 		whole.append(&next.Batch)
 	}
-	return whole, nil
+	return whole
 }
 
 func (b *Batch) append(next *Batch) {
@@ -109,23 +94,4 @@ func (b *Batch) append(next *Batch) {
 	b.Fingerprints = append(b.Fingerprints, next.Fingerprints...)
 	b.FinalObservations = append(b.FinalObservations, next.FinalObservations...)
 	b.Observations = append(b.Observations, next.Observations...)
-}
-
-func (p *part) check(observationBytes int) error {
-	for _, length := range []int{len(p.Rewards), len(p.First), len(p.Terminated), len(p.Truncated), len(p.LevelSeeds),
-		len(p.PrevLevelSeeds), len(p.PrevLevelComplete), len(p.EpisodeReturns), len(p.EpisodeLengths)} {
-		if length != p.count {
-			return newError(codes.Internal, "the answer to request %d has an array of %d values for %d environments",
-				p.SequenceNumber, length, p.count)
-		}
-	}
-	if size := len(p.Observations); size != 0 && size != p.count*observationBytes {
-		return newError(codes.Internal, "the answer to request %d has %d bytes of observations for %d environments of %d each",
-			p.SequenceNumber, size, p.count, observationBytes)
-	}
-	if size := len(p.FinalObservations); size%observationBytes != 0 {
-		return newError(codes.Internal, "the answer to request %d has %d bytes of final observations, no multiple of %d",
-			p.SequenceNumber, size, observationBytes)
-	}
-	return nil
 }

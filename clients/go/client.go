@@ -113,6 +113,13 @@ func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpe
 	if err != nil {
 		return nil, fromRPC(ctx, err)
 	}
+	name := ""
+	if poolID != "" {
+		name = "pools/" + poolID
+	}
+	if err := checkPool(message, name, spec.GetEnvCount()); err != nil {
+		return nil, err
+	}
 	return newPool(c, message, hold)
 }
 
@@ -122,6 +129,9 @@ func (c *Client) GetPool(ctx context.Context, name string, hold HoldOptions) (*P
 	if err != nil {
 		return nil, fromRPC(ctx, err)
 	}
+	if err := checkPool(message, name, 0); err != nil {
+		return nil, err
+	}
 	return newPool(c, message, hold)
 }
 
@@ -129,7 +139,7 @@ func (c *Client) GetPool(ctx context.Context, name string, hold HoldOptions) (*P
 func (c *Client) ListPools(ctx context.Context) ([]*pb.Pool, error) {
 	var pools []*pb.Pool
 	request := &pb.ListPoolsRequest{}
-	for {
+	for i := 0; i < poolPagesMax; i++ {
 		page, err := c.pools.ListPools(c.with(ctx), request)
 		if err != nil {
 			return nil, fromRPC(ctx, err)
@@ -139,6 +149,7 @@ func (c *Client) ListPools(ctx context.Context) ([]*pb.Pool, error) {
 			return pools, nil
 		}
 	}
+	return nil, wrong("a list of pools of more than %d pages, expected: an end", poolPagesMax)
 }
 
 // DeletePool ends a pool and frees its environments; a stream that is attached to it ends with ABORTED.
@@ -198,9 +209,10 @@ func dialOptions(address string, shown Credentials) ([]grpc.DialOption, error) {
 	}
 	options := []grpc.DialOption{
 		security,
-		// Attach tells the server how large responses may be; the connection need not limit them as well.
+		// Attach tells the server how large responses may be, and far less is usual. This is what one that does not care
+		// can make this process take.
 		grpc.WithDefaultCallOptions(
-			grpc.MaxCallRecvMsgSize(1<<30), grpc.MaxCallSendMsgSize(1<<30), grpc.ForceCodec(codec{})),
+			grpc.MaxCallRecvMsgSize(256<<20), grpc.MaxCallSendMsgSize(1<<30), grpc.ForceCodec(codec{})),
 		// A whole response is on its way at once, and not a window of 64 KiB after the other.
 		grpc.WithInitialWindowSize(8 << 20),
 		grpc.WithInitialConnWindowSize(8 << 20),

@@ -39,6 +39,9 @@ func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) 
 		if err != nil {
 			return nil, fromRPC(ctx, err)
 		}
+		if err := checkFrames(answer.Frames, environments[:count], sidePx); err != nil {
+			return nil, err
+		}
 		frames = append(frames, answer.Frames...)
 		environments = environments[count:]
 	}
@@ -80,7 +83,15 @@ func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.Wat
 	if err != nil {
 		return fromRPC(ctx, err)
 	}
-	return watch(ctx, call.Recv, see)
+	var invalid error
+	err = watch(ctx, call.Recv, func(moment *pb.WatchPoolResponse) bool {
+		invalid = checkFrames(moment.Frames, environments, sidePx)
+		return invalid == nil && see(moment)
+	})
+	if invalid != nil {
+		return invalid
+	}
+	return err
 }
 
 func firstEnvironments(count int) []int32 {

@@ -235,7 +235,7 @@ func (p *Pool) Receive(ctx context.Context) (*Batch, error) {
 	if err != nil {
 		return nil, err
 	}
-	return assemble(parts, p.ObservationShape())
+	return assemble(parts, p.ObservationShape()), nil
 }
 
 // Attach takes the pool for this object. Never necessary: the first request does so.
@@ -252,7 +252,7 @@ func (p *Pool) Attach(ctx context.Context, options AttachOptions) error {
 		TakeOver:            options.TakeOver || p.abandoned,
 		ResponseBytesMax:    options.ResponseBytesMax,
 		HeldBatchesMax:      p.heldMax,
-	}, p.memory)
+	}, p.message, p.memory)
 	if err != nil {
 		return err
 	}

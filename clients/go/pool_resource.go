@@ -24,10 +24,16 @@ func (p *Pool) SaveStates(ctx context.Context, environments ...int32) ([]*pb.Sta
 	}
 	var states []*pb.State
 	request := &pb.SaveStatesRequest{Pool: p.Name(), Environments: environments}
+	if len(environments) == 0 {
+		environments = firstEnvironments(p.EnvCount())
+	}
 	for {
 		page, err := p.client.states.SaveStates(p.client.with(ctx), request)
 		if err != nil {
 			return nil, fromRPC(ctx, err)
+		}
+		if err := checkStates(page, environments, len(states)); err != nil {
+			return nil, err
 		}
 		states = append(states, page.States...)
 		if request.PageToken = page.NextPageToken; request.PageToken == "" {
@@ -86,6 +92,9 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 func (p *Pool) ReadEpisode(ctx context.Context, environment int32, which pb.WhichEpisode) (*pb.Episode, error) {
 	episode, err := p.client.states.ReadEpisode(p.client.with(ctx),
 		&pb.ReadEpisodeRequest{Pool: p.Name(), Environment: environment, Which: which})
+	if err == nil && episode.Environment != environment {
+		return nil, wrong("an episode of environment %d, expected: %d", episode.Environment, environment)
+	}
 	return episode, fromRPC(ctx, err)
 }
 

@@ -1,6 +1,7 @@
 package procgenclient
 
 import (
+	"fmt"
 	"os"
 	"sync"
 	"syscall"
@@ -39,10 +40,9 @@ type sharedArray struct{ offset, rowBytes int64 }
 // The memory that a pool shares (proto: SharedMemory), and which batches of it are held. It is mapped for good once a
 // batch of it is not released when the pool lets it go: slices of it may be in use.
 type sharedMemory struct {
-	told     *pb.SharedMemory
-	arrays   map[string]sharedArray
-	envCount int64
-	bytes    []byte
+	told   *pb.SharedMemory
+	arrays map[string]sharedArray
+	bytes  []byte
 
 	mutex    sync.Mutex // Of what follows: batches are released from any goroutine.
 	held     map[int32]bool
@@ -59,7 +59,7 @@ type heldBatch struct {
 
 // Maps what the server tells of; `before` is what was mapped by earlier streams of the pool, or nil, and stays so after an
 // error.
-func mapShared(told *pb.SharedMemory, before *sharedMemory) (*sharedMemory, error) {
+func mapShared(told *pb.SharedMemory, pool *pb.Pool, before *sharedMemory) (*sharedMemory, error) {
 	if before != nil && before.told.Path != told.Path {
 		return before, newError(codes.Aborted, "the server shares %s, and what was attached to before shares %s: it is another "+
 			"pool of the same name", told.Path, before.told.Path)
@@ -71,51 +71,59 @@ func mapShared(told *pb.SharedMemory, before *sharedMemory) (*sharedMemory, erro
 	if memory == nil {
 		memory = &sharedMemory{held: map[int32]bool{}}
 	}
-	arrays, envCount, err := readArrays(told)
+	arrays, err := readArrays(told, pool)
 	if err != nil {
 		return before, err
 	}
-	var bytes []byte
-	file, err := os.Open(told.Path)
-	if err == nil {
-		defer file.Close()
-		bytes, err = syscall.Mmap(int(file.Fd()), 0, int(told.SizeBytes), syscall.PROT_READ, syscall.MAP_SHARED)
-	}
+	bytes, err := mapFile(told.Path, told.SizeBytes)
 	if err != nil {
 		return before, newError(codes.FailedPrecondition, "cannot map the pool's shared memory %s: %v; it can be mapped on the "+
 			"server's machine (and in its container), by its user; elsewhere make the pool with TRANSPORT_STREAM", told.Path, err)
 	}
-	memory.told, memory.arrays, memory.envCount, memory.bytes = told, arrays, envCount, bytes
+	memory.told, memory.arrays, memory.bytes = told, arrays, bytes
 	memory.mapped = append(memory.mapped, bytes)
 	return memory, nil
 }
 
-// Where each array is, and how many rows all have.
-func readArrays(told *pb.SharedMemory) (map[string]sharedArray, int64, error) {
-	wrong := func(what string) (map[string]sharedArray, int64, error) {
-		return nil, 0, newError(codes.Internal, "the server's shared memory %s %s", told.Path, what)
+func mapFile(path string, sizeBytes int64) ([]byte, error) {
+	// Opening a pipe must not wait for somebody to write to it.
+	file, err := os.OpenFile(path, os.O_RDONLY|syscall.O_NONBLOCK, 0)
+	if err != nil {
+		return nil, err
+	}
+	defer file.Close()
+	facts, err := file.Stat()
+	if err != nil {
+		return nil, err
+	}
+	// What lies behind the end of a file cannot be read, and ends who tries.
+	if !facts.Mode().IsRegular() || facts.Size() < sizeBytes {
+		return nil, fmt.Errorf("it has %d bytes and is no file of %d", facts.Size(), sizeBytes)
+	}
+	return syscall.Mmap(int(file.Fd()), 0, int(sizeBytes), syscall.PROT_READ, syscall.MAP_SHARED)
+}
+
+// Where each array is, which has a row for each environment of the pool.
+func readArrays(told *pb.SharedMemory, pool *pb.Pool) (map[string]sharedArray, error) {
+	wrong := func(what string) (map[string]sharedArray, error) {
+		return nil, newError(codes.Internal, "the server's shared memory %s %s", told.Path, what)
 	}
 	if told.BatchCount < 1 || told.BatchBytes < 1 || told.SizeBytes/int64(told.BatchCount) != told.BatchBytes ||
 		told.SizeBytes%told.BatchBytes != 0 {
 		return wrong("is not told as a whole")
 	}
-	arrays, envCount := map[string]sharedArray{}, int64(0)
+	arrays, envCount := map[string]sharedArray{}, int64(pool.Spec.EnvCount)
 	for _, array := range told.Arrays {
 		kind, known := sharedElements[array.Field]
 		if !known {
 			continue // Of a later server.
 		}
-		if kind != array.ElementType || len(array.Shape) == 0 || array.Shape[0] < 1 ||
-			envCount != 0 && int64(array.Shape[0]) != envCount {
-			return wrong("has no array " + array.Field + " of its type and rows")
+		row, shape := elementBytes[kind], []int32{pool.Spec.EnvCount}
+		if kind == pb.ElementType_ELEMENT_TYPE_UINT8 {
+			row, shape = int64(pool.ObservationBytes), append(shape, pool.ObservationShape...)
 		}
-		envCount = int64(array.Shape[0])
-		row := elementBytes[kind]
-		for _, side := range array.Shape[1:] {
-			if side < 1 || row > told.BatchBytes/int64(side) {
-				return wrong("has an array " + array.Field + " that does not fit")
-			}
-			row *= int64(side)
+		if kind != array.ElementType || fmt.Sprint(array.Shape) != fmt.Sprint(shape) {
+			return wrong("has no array " + array.Field + " of its type and of shape " + fmt.Sprint(shape))
 		}
 		offset := array.OffsetBytes
 		if offset < 0 || offset%64 != 0 || offset > told.BatchBytes || row > (told.BatchBytes-offset)/envCount {
@@ -126,15 +134,18 @@ func readArrays(told *pb.SharedMemory) (map[string]sharedArray, int64, error) {
 	if len(arrays) != len(sharedElements) {
 		return wrong("lacks an array")
 	}
-	return arrays, envCount, nil
+	return arrays, nil
 }
 
-// Gives a part its arrays: pictures are the memory itself, numbers are copies.
+// Gives a part its arrays: pictures are the memory itself, numbers are copies. The part was checked, but for its batch.
 func (m *sharedMemory) hold(p *part) error {
 	number, first, count := p.shared.number, int64(p.FirstEnvironment), int64(p.count)
-	if number < 0 || number >= m.told.BatchCount || first < 0 || count < 1 || count > m.envCount-first {
-		return newError(codes.Internal, "the server answers with %d environments from %d on in batch %d of shared memory, "+
-			"which there are not", count, first, number)
+	m.mutex.Lock()
+	isHeld := m.held[number]
+	m.mutex.Unlock()
+	if number < 0 || number >= m.told.BatchCount || isHeld {
+		return newError(codes.Internal, "the server answers in batch %d of shared memory, expected: one of %d that is not held",
+			number, m.told.BatchCount)
 	}
 	rows := func(field string, rowCount int64) []byte {
 		array := m.arrays[field]

@@ -23,6 +23,9 @@ const backoffMax = 2 * time.Second
 // A server that drains says so in its trailers, and that it is not to be asked again.
 const drainsKey = "procgen-drains"
 
+// So many responses of kinds that are not known are ignored before an answer.
+const noticesMax = 1000
+
 var stepPoolDescription = &grpc.StreamDesc{StreamName: "StepPool", ServerStreams: true, ClientStreams: true}
 
 const stepPoolMethod = "/procgen.v1.StepService/StepPool"
@@ -36,6 +39,7 @@ type brokenConnection struct{ error }
 type stream struct {
 	client     *Client
 	attach     *pb.Attach
+	known      *pb.Pool // The pool as it was before.
 	attached   *pb.Attached
 	decoder    *ObservationDecoder
 	memory     *sharedMemory // nil: values come in responses.
@@ -47,8 +51,8 @@ type stream struct {
 }
 
 // `memory` is what the pool's earlier streams have mapped, or nil.
-func openStream(ctx context.Context, client *Client, attach *pb.Attach, memory *sharedMemory) (*stream, error) {
-	s := &stream{client: client, attach: attach, memory: memory}
+func openStream(ctx context.Context, client *Client, attach *pb.Attach, known *pb.Pool, memory *sharedMemory) (*stream, error) {
+	s := &stream{client: client, attach: attach, known: known, memory: memory}
 	s.attach.Resumable = client.reconnectTimeout > 0
 	var err error
 	if s.attached, err = s.open(ctx, false); err != nil {
@@ -126,30 +130,36 @@ func (s *stream) drop() {
 
 func (s *stream) readAnswer(ctx context.Context) ([]*part, error) {
 	var parts []*part
-	for {
+	expected := s.expected(s.unanswered[0])
+	for notices := 0; notices <= noticesMax; {
 		got, err := s.nextResponse(ctx)
 		if err != nil {
 			return nil, err
 		}
-		var number int64
-		switch {
-		case got.part != nil:
+		number := got.message.GetSequenceNumber()
+		if got.part != nil {
 			number = got.part.SequenceNumber
-		case got.message.GetDone() != nil:
-			number = got.message.SequenceNumber
-		default:
-			continue // Of a kind that this client does not know: clients ignore those.
+		} else if got.message.Response == nil && number == 0 {
+			notices++
+			continue // Of a later server's kinds and no answer: clients ignore those.
 		}
-		if expected := s.unanswered[0].SequenceNumber; number != expected {
-			return nil, newError(codes.Internal, "%s answered request %d, where %d is next", s.attach.Pool, number, expected)
+		if next := s.unanswered[0].SequenceNumber; number != next {
+			return nil, newError(codes.Internal, "%s answered request %d, where %d is next", s.attach.Pool, number, next)
 		}
 		if got.part == nil {
+			if got.message.GetDone() == nil || !expected.done {
+				return nil, wrong("request %d: %T, expected: its values", number, got.message.Response)
+			}
 			return parts, nil
+		}
+		if err := expected.check(got.part, parts); err != nil {
+			return nil, err
 		}
 		if parts = append(parts, got.part); got.part.last {
 			return parts, nil
 		}
 	}
+	return nil, wrong("more than %d responses of unknown kinds, expected: that to a request", noticesMax)
 }
 
 // Decodes a whole answer: what was read of one whose connection broke comes again.
@@ -171,9 +181,6 @@ func (s *stream) hold(parts []*part) error {
 	for _, part := range parts {
 		if part.shared == nil {
 			continue
-		}
-		if s.memory == nil {
-			return newError(codes.Internal, "%s shares no memory and answers as if", s.attach.Pool)
 		}
 		if err := s.memory.hold(part); err != nil {
 			return err
@@ -232,8 +239,11 @@ func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, err
 	if err == nil && got.message.GetAttached() == nil {
 		err = newError(codes.Internal, "%s answered something else than that it is attached", s.attach.Pool)
 	}
+	if err == nil {
+		err = checkAttached(got.message.GetAttached(), s.attach, s.known)
+	}
 	if err == nil && got.message.GetAttached().SharedMemory != nil {
-		s.memory, err = mapShared(got.message.GetAttached().SharedMemory, s.memory)
+		s.memory, err = mapShared(got.message.GetAttached().SharedMemory, s.known, s.memory)
 	}
 	if err != nil {
 		cancel()

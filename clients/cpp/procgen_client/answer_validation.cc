@@ -35,8 +35,8 @@ absl::Status ValidatePool(const v1::Pool& pool, const std::string& name) {
   }
   int64_t bytes = 1;
   for (const int32_t size : pool.observation_shape()) {
-    bytes = size < 1 || size > kObservationBytesMax / bytes ? kObservationBytesMax + 1
-                                                            : bytes * size;
+    bytes =
+        size < 1 || size > kObservationBytesMax / bytes ? kObservationBytesMax + 1 : bytes * size;
     if (bytes > kObservationBytesMax) {
       break;
     }
@@ -86,9 +86,9 @@ absl::Status ValidateFrames(const google::protobuf::RepeatedPtrField<v1::Frame>&
     const std::string& image = frame.image();
     if (format == v1::FRAME_FORMAT_PNG ? !absl::StartsWith(image, kPngSignature)
                                        : static_cast<int64_t>(image.size()) != side * side * 3) {
-      return Wrong(absl::StrCat("a frame in ", image.size(), " bytes, expected: ",
-                                format == v1::FRAME_FORMAT_PNG ? "a PNG file"
-                                                               : absl::StrCat(side * side * 3)));
+      return Wrong(absl::StrCat(
+          "a frame in ", image.size(), " bytes, expected: ",
+          format == v1::FRAME_FORMAT_PNG ? "a PNG file" : absl::StrCat(side * side * 3)));
     }
   }
   return absl::OkStatus();
@@ -101,16 +101,14 @@ absl::Status ValidateStates(const v1::SaveStatesResponse& page,
   const bool is_last = page.next_page_token().empty();
   const bool lacks = is_last && !environments.empty() && count < count_max;
   if (page.states().empty() || count > count_max || lacks || (!is_last && count == count_max)) {
-    return Wrong(absl::StrCat(page.states_size(), " states after ", before,
-                              is_last ? "" : " and more to come", ", expected: ",
-                              environments.empty() ? "at least 1" : absl::StrCat(count_max),
-                              " in all"));
+    return Wrong(absl::StrCat(
+        page.states_size(), " states after ", before, is_last ? "" : " and more to come",
+        ", expected: ", environments.empty() ? "at least 1" : absl::StrCat(count_max), " in all"));
   }
   for (int i = 0; i < page.states_size(); ++i) {
     const v1::State& state = page.states(i);
     const size_t at = before + static_cast<size_t>(i);
-    const int32_t environment =
-        environments.empty() ? static_cast<int32_t>(at) : environments[at];
+    const int32_t environment = environments.empty() ? static_cast<int32_t>(at) : environments[at];
     if (state.environment() != environment) {
       return Wrong(absl::StrCat("a state of environment ", state.environment(),
                                 ", expected: ", environment));

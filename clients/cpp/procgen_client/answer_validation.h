@@ -13,8 +13,9 @@
 
 namespace procgen_client {
 
-// Validation of what a server answers beside the stream (ResponseValidator has the stream's), before
-// it is used. Errors of all: INTERNAL (the message says what was given and what was expected).
+// Validation of what a server answers beside the stream (ResponseValidator has the stream's),
+// before it is used. Errors of all: INTERNAL (the message says what was given and what was
+// expected).
 
 // A pool of this name, whose counts and sizes are within the contract's bounds.
 absl::Status ValidatePool(const procgen::v1::Pool& pool, const std::string& name);

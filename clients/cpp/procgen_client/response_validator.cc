@@ -94,8 +94,8 @@ void ResponseValidator::Expect(const v1::StepPoolRequest& request) {
 
 absl::Status ResponseValidator::Validate(const v1::StepPoolResponse& response) {
   if (response.sequence_number() != sequence_number_) {
-    return Wrong(absl::StrCat("number ", response.sequence_number(), ", expected: ",
-                              sequence_number_));
+    return Wrong(
+        absl::StrCat("number ", response.sequence_number(), ", expected: ", sequence_number_));
   }
   if (wants_done_ ? !response.has_done() : !response.has_batch()) {
     return Wrong(absl::StrCat("a response of kind ", static_cast<int>(response.response_case()),

@@ -9,8 +9,8 @@
 
 namespace procgen_client {
 
-// Validates what a server says of the pool that a stream attached to, so that sizes computed from it
-// fit their types. Errors: INTERNAL (the message says what was given and what was expected).
+// Validates what a server says of the pool that a stream attached to, so that sizes computed from
+// it fit their types. Errors: INTERNAL (the message says what was given and what was expected).
 absl::Status ValidateAttached(const procgen::v1::Attach& attach,
                               const procgen::v1::Attached& attached);
 

@@ -63,10 +63,10 @@ absl::Status AwaitEnd(const std::shared_ptr<StreamConnection>& connection, grpc:
   while (connection->stream->Read(&dropped)) {
   }
   *end = connection->stream->Finish();
-  return timer.is_due() ? absl::DeadlineExceededError(
-                              absl::StrCat("the server did not end the stream within ",
-                                           absl::FormatDuration(kEndTimeout)))
-                        : absl::OkStatus();
+  return timer.is_due()
+             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
+                                                        absl::FormatDuration(kEndTimeout)))
+             : absl::OkStatus();
 }
 
 }  // namespace procgen_client

@@ -28,8 +28,8 @@ struct StreamConnection {
   // False: it has ended.
   bool Write(const procgen::v1::StepPoolRequest& request) const;
   bool Read(procgen::v1::StepPoolResponse* response) const;
-  // Reads the next response that may be the answer to request `number`; false: it has ended. Errors:
-  // DATA_LOSS what came is no response, or too many that answer nothing.
+  // Reads the next response that may be the answer to request `number`; false: it has ended.
+  // Errors: DATA_LOSS what came is no response, or too many that answer nothing.
   absl::StatusOr<bool> ReadAnswer(int64_t number, procgen::v1::StepPoolResponse* response) const;
 };
 

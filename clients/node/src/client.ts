@@ -11,6 +11,7 @@ import {
   type Pool as PoolMessage, type PoolSpecSchema,
 } from "./generated/procgen/v1/pools_pb.js";
 import { Pool, type HoldOptions } from "./pool.js";
+import { checkPool, poolPagesMax } from "./validation.js";
 
 export interface ClientOptions {
   // How long to wait for the server; one that is just starting is waited for. Default: 10 000.
@@ -93,6 +94,7 @@ export class Client {
     }
     const options = { signal, timeoutMs };
     const message = await this.#connection.unary(PoolService.method.createPool, { poolId, spec }, options);
+    checkPool(message, poolId === "" ? undefined : `pools/${poolId}`, spec.envCount);
     return this.#pool(message, true, hold);
   }
 
@@ -102,17 +104,22 @@ export class Client {
     { signal, timeoutMs, ...hold }: HoldOptions & CallOptions = {},
   ): Promise<Pool> {
     const message = await this.#connection.unary(PoolService.method.getPool, { name }, { signal, timeoutMs });
+    checkPool(message, name);
     return this.#pool(message, false, hold);
   }
 
   // The pools that the caller owns, oldest first, as messages.
   async *listPools(options?: CallOptions): AsyncGenerator<PoolMessage, void, void> {
     const request = { pageToken: "" };
-    do {
+    for (let i = 0; i < poolPagesMax; i += 1) {
       const page = await this.#connection.unary(PoolService.method.listPools, request, options);
       yield* page.pools;
       request.pageToken = page.nextPageToken;
-    } while (request.pageToken !== "");
+      if (request.pageToken === "") {
+        return;
+      }
+    }
+    throw new InternalError(`the server's answer: a list of pools of more than ${poolPagesMax} pages, expected: an end`);
   }
 
   // Ends a pool and frees its environments; a stream that is attached to it ends with AbortedError.
@@ -146,8 +153,8 @@ export class Client {
         `no server answers at ${this.address} (${await this.#reason()}); waited ${timeoutMs / 1000} s`,
       );
     }
-    if (catalog.games.length === 0) {
-      throw new InternalError(`the server at ${this.address} tells of no games`);
+    if (catalog.games.length === 0 || catalog.limits === undefined) {
+      throw new InternalError(`the server at ${this.address} tells of no games, or of no limits`);
     }
     return catalog;
   }

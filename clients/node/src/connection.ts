@@ -152,8 +152,9 @@ function pathOf(method: { parent: { typeName: string }; name: string }): string 
 
 function channelOptions(address: string): ChannelOptions {
   return {
-    // Attach tells the server how large responses may be; the channel need not limit them as well.
-    "grpc.max_receive_message_length": -1,
+    // Attach tells the server how large responses may be, and far less is usual. This is what one that does not care can
+    // make this process take.
+    "grpc.max_receive_message_length": 256 * 1024 * 1024,
     "grpc.max_send_message_length": -1,
     // A whole response is on its way at once, and not a window of 64 KiB after the other.
     "grpc-node.flow_control_window": 8 * 1024 * 1024,

@@ -236,7 +236,7 @@ export class Pool extends PoolResource {
         takeOver: takeOver || this.#abandoned,
         responseBytesMax: BigInt(responseBytesMax),
       };
-      const stream = await Stream.open(this.connection, attach, this.#reconnectTimeoutMs, signal);
+      const stream = await Stream.open(this.connection, attach, this.message, this.#reconnectTimeoutMs, signal);
       this.#abandoned = false;
       this.#requestsInFlightMax = stream.attached.requestsInFlightMax;
       return stream;

@@ -2,13 +2,14 @@
 
 import type { Connection, CallOptions } from "./connection.js";
 import { encoded } from "./connection.js";
-import { InvalidArgumentError } from "./errors.js";
+import { InternalError, InvalidArgumentError } from "./errors.js";
 import type { Limits } from "./generated/procgen/v1/catalog_pb.js";
 import { PoolService, type Pool as PoolMessage, type PoolSpec } from "./generated/procgen/v1/pools_pb.js";
 import {
   FrameFormat, RenderService,
   type Frame, type WatchPoolResponse,
 } from "./generated/procgen/v1/render_pb.js";
+import { checkFrames, checkStates } from "./validation.js";
 import { StateSchema, StateService, WhichEpisode, type Episode } from "./generated/procgen/v1/states_pb.js";
 
 // What a server sends at most in one response unless told otherwise. In bytes.
@@ -51,7 +52,7 @@ export abstract class PoolResource {
 
   constructor(
     protected readonly connection: Connection,
-    message: PoolMessage,
+    protected readonly message: PoolMessage,
     private readonly limits: Limits,
   ) {
     this.name = message.name;
@@ -73,9 +74,11 @@ export abstract class PoolResource {
     if (environments?.length === 0) {
       return snapshots;
     }
+    const wanted = environments ?? firstEnvironments(this.envCount);
     const request = { pool: this.name, environments: [...(environments ?? [])], pageToken: "" };
     do {
       const page = await this.connection.unary(StateService.method.saveStates, request, options);
+      checkStates(page, wanted, snapshots.length);
       snapshots.push(...page.states.map((state) => state.snapshot));
       request.pageToken = page.nextPageToken;
     } while (request.pageToken !== "");
@@ -136,7 +139,12 @@ export abstract class PoolResource {
   // again: the comments of Episode (proto/procgen/v1/states.proto) say how. FailedPreconditionError: none has ended yet, or
   // the next has not begun.
   async readEpisode(environment: number, which = WhichEpisode.LAST, options?: CallOptions): Promise<Episode> {
-    return this.connection.unary(StateService.method.readEpisode, { pool: this.name, environment, which }, options);
+    const request = { pool: this.name, environment, which };
+    const episode = await this.connection.unary(StateService.method.readEpisode, request, options);
+    if (episode.environment !== environment) {
+      throw new InternalError(`the server's answer: an episode of environment ${episode.environment}, expected: ${environment}`);
+    }
+    return episode;
   }
 
   // Begins the pool's lease anew: its time to live while nobody steps it. `leaseSeconds`: its length from now on.
@@ -154,9 +162,9 @@ export abstract class PoolResource {
     const frames: Frame[] = [];
     for (let begin = 0; begin < wanted.length; begin += atATime) {
       const request = this.#framesRequest(wanted.slice(begin, begin + atATime), sidePx);
-      frames.push(
-        ...(await this.connection.unary(RenderService.method.renderEnvironments, request, options)).frames,
-      );
+      const rendered = await this.connection.unary(RenderService.method.renderEnvironments, request, options);
+      checkFrames(rendered.frames, request.environments, sidePx);
+      frames.push(...rendered.frames);
     }
     return frames;
   }
@@ -172,7 +180,10 @@ export abstract class PoolResource {
     checkSide(sidePx);
     const wanted = environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault));
     const request = { ...this.#framesRequest(wanted, sidePx), framesPerSecondMax };
-    yield* this.connection.serverStream(RenderService.method.watchPool, request, signal);
+    for await (const moment of this.connection.serverStream(RenderService.method.watchPool, request, signal)) {
+      checkFrames(moment.frames, wanted, sidePx);
+      yield moment;
+    }
   }
 
   protected abstract requireNothingInFlight(): void;

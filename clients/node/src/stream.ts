@@ -15,6 +15,8 @@ import {
   AttachSchema, StepPoolRequestSchema,
   type Attach, type Attached, type StepPoolRequest,
 } from "./generated/procgen/v1/step_pb.js";
+import type { Pool } from "./generated/procgen/v1/pools_pb.js";
+import { checkAttached, checkPart } from "./validation.js";
 import { isPart, type Response } from "./wire.js";
 
 // Between tries to go on after a connection broke, in milliseconds: doubled from try to try, and each a half to one and a
@@ -23,6 +25,8 @@ const backoffMinMs = 20;
 const backoffMaxMs = 2000;
 // A server that drains says so, and that it is not to be asked again.
 const drainsKey = "procgen-drains";
+// So many responses of kinds that are not known are ignored before an answer.
+const noticesMax = 1000;
 
 // What is asked for, as the field `request` of a StepPoolRequest.
 export type Asked = NonNullable<MessageInitShape<typeof StepPoolRequestSchema>["request"]>;
@@ -48,17 +52,25 @@ export class Stream {
 
   readonly #connection: Connection;
   readonly #attach: Attach;
+  readonly #pool: Pool; // As it is known.
   readonly #reconnectTimeoutMs: number;
   readonly #unanswered: Unanswered[] = [];
   #call: StepPoolCall | undefined;
   #decoder: ObservationDecoder | undefined;
   #nextSequenceNumber = 0;
   #resuming = false;
+  #notices = 0; // Since the last answer.
   #over: unknown; // Why the stream is over, if it is.
   #whenEnded: (() => void) | undefined; // Where somebody closes it.
 
-  private constructor(connection: Connection, attach: MessageInitShape<typeof AttachSchema>, reconnectTimeoutMs: number) {
+  private constructor(
+    connection: Connection,
+    attach: MessageInitShape<typeof AttachSchema>,
+    pool: Pool,
+    reconnectTimeoutMs: number,
+  ) {
     this.#connection = connection;
+    this.#pool = pool;
     this.#attach = create(AttachSchema, { ...attach, resumable: reconnectTimeoutMs > 0 });
     this.#reconnectTimeoutMs = reconnectTimeoutMs;
   }
@@ -67,11 +79,12 @@ export class Stream {
   static async open(
     connection: Connection,
     attach: MessageInitShape<typeof AttachSchema>,
+    pool: Pool,
     reconnectTimeoutMs: number,
     signal?: AbortSignal,
   ): Promise<Stream> {
     throwIfAborted(signal);
-    const stream = new Stream(connection, attach, reconnectTimeoutMs);
+    const stream = new Stream(connection, attach, pool, reconnectTimeoutMs);
     const abort = () => stream.#call?.cancel();
     signal?.addEventListener("abort", abort, { once: true });
     try {
@@ -156,6 +169,12 @@ export class Stream {
         if (isAttached) {
           this.#receive(response);
         } else if (!isPart(response) && response.response.case === "attached") {
+          try {
+            checkAttached(response.response.value, this.#attach, this.#pool);
+          } catch (error) {
+            reject(error);
+            return;
+          }
           isAttached = true;
           resolve(response.response.value);
         } else {
@@ -190,23 +209,32 @@ export class Stream {
   }
 
   #receive(response: Response): void {
-    const isDone = !isPart(response) && response.response.case === "done";
-    if (!isPart(response) && !isDone) {
-      return; // Of a kind that this client does not know: clients ignore those.
+    if (!isPart(response) && response.response.case === undefined && response.sequenceNumber === 0n) {
+      // Of a later server's kinds and no answer: clients ignore those.
+      this.#notices += 1;
+      if (this.#notices > noticesMax) {
+        this.drop(new InternalError(`the server sends more than ${noticesMax} responses of unknown kinds, expected: an answer`));
+      }
+      return;
     }
+    this.#notices = 0;
     const oldest = this.#unanswered[0];
     if (oldest === undefined || BigInt(response.sequenceNumber) !== oldest.request.sequenceNumber) {
       const expected = oldest === undefined ? "no request is unanswered" : `${oldest.request.sequenceNumber} is next`;
       this.drop(new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber}, where ${expected}`));
       return;
     }
-    if (isPart(response)) {
-      oldest.parts.push(response);
-      if (!response.last) {
-        return;
-      }
-    }
     try {
+      if (isPart(response)) {
+        checkPart(response, oldest.request, oldest.parts, this.attached);
+        oldest.parts.push(response);
+        if (!response.last) {
+          return;
+        }
+      } else if (response.response.case !== "done" || oldest.request.request.case !== "levelSampler") {
+        const kind = response.response.case ?? "a kind that is not known";
+        throw new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber} with ${kind}`);
+      }
       this.#decode(oldest.parts);
     } catch (error) {
       this.drop(error);

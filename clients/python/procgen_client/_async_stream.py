@@ -11,19 +11,22 @@ from typing import Any
 import grpc
 import grpc.aio
 
-from procgen_client._proto import step_pb2
+from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
 from procgen_client._stream import (
     BrokenConnectionError,
+    Notices,
+    attached_of,
     backoffs,
     check_answers,
     check_stands_where_left,
     is_broken_connection,
     not_made_again,
 )
+from procgen_client._validation import Expected
 from procgen_client._wire import Part
 from procgen_client.encoding import ObservationDecoder, decode_parts, decoder_for
-from procgen_client.errors import InternalError, ProcgenError, UnavailableError, from_rpc_error
+from procgen_client.errors import ProcgenError, UnavailableError, from_rpc_error
 
 
 class AsyncStream:
@@ -38,9 +41,14 @@ class AsyncStream:
     attached: step_pb2.Attached
 
     def __init__(
-        self, step_pool: Callable[..., Any], attach: step_pb2.Attach, reconnect_timeout: float
+        self,
+        step_pool: Callable[..., Any],
+        attach: step_pb2.Attach,
+        pool: pools_pb2.Pool,
+        reconnect_timeout: float,
     ) -> None:
         """For :meth:`open`."""
+        self._pool = pool
         self._step_pool = step_pool
         self._reconnect_timeout = reconnect_timeout
         self._attach = attach
@@ -53,16 +61,21 @@ class AsyncStream:
 
     @classmethod
     async def open(
-        cls, step_pool: Callable[..., Any], attach: step_pb2.Attach, reconnect_timeout: float
+        cls,
+        step_pool: Callable[..., Any],
+        attach: step_pb2.Attach,
+        pool: pools_pb2.Pool,
+        reconnect_timeout: float,
     ) -> AsyncStream:
         """Attaches; arguments and errors as Stream's.
 
         Args:
             step_pool: Begins a call of StepPool, whose responses are read by _wire.
             attach: What to attach with.
+            pool: The pool as it is known; the server must attach to one like it.
             reconnect_timeout: How long to try to go on after a broken connection, in seconds.
         """
-        stream = cls(step_pool, attach, reconnect_timeout)
+        stream = cls(step_pool, attach, pool, reconnect_timeout)
         try:
             stream.attached = await stream._open()
             stream._decoder = decoder_for(stream.attached.pool)
@@ -81,9 +94,9 @@ class AsyncStream:
         """Number of requests whose answers were not received yet."""
         return len(self._unanswered)
 
-    def send(self, body: bytes) -> None:
+    def send(self, body: bytes, expected: Expected | None) -> None:
         """Numbers a request and sends it; what goes wrong, receive tells."""
-        request = Request.numbered(self._next_sequence_number, body)
+        request = Request.numbered(self._next_sequence_number, body, expected)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
@@ -114,12 +127,12 @@ class AsyncStream:
 
     async def _read_answer(self) -> list[Part]:
         parts: list[Part] = []
+        notices = Notices()
         while not parts or not parts[-1].last:
             response = await self._read()
-            is_done = not isinstance(response, Part) and response.HasField("done")
-            if not isinstance(response, Part) and not is_done:
-                continue  # Of a kind that this client does not know: clients ignore those.
-            check_answers(response, self._unanswered[0], self._attach.pool)
+            if notices.is_one(response):
+                continue
+            check_answers(response, self._unanswered[0], parts, self.attached)
             if not isinstance(response, Part):
                 break
             parts.append(response)
@@ -147,12 +160,7 @@ class AsyncStream:
         request = step_pb2.StepPoolRequest(attach=self._attach)
         self._requests.put_nowait(request.SerializeToString())
         self._call = self._step_pool(_each(self._requests), wait_for_ready=waits_for_server)
-        response = await self._read()
-        if isinstance(response, Part) or response.WhichOneof("response") != "attached":
-            raise InternalError(
-                f"{self._attach.pool} answered something else than that it is attached"
-            )
-        return response.attached
+        return attached_of(await self._read(), self._attach, self._pool)
 
     async def _resume(self, error: ProcgenError) -> None:
         """Goes on with a new connection, or raises why that cannot be."""

@@ -44,6 +44,11 @@ _WINDOW_DEFAULT = (1 << 16) - 1
 _WINDOW_UPDATE_BYTES = 1 << 30
 _FRAME_BYTES_MAX = (1 << 24) - 1
 _SENT_FRAME_BYTES_MAX = 1 << 14
+# Largest message that is received. Attach says how large responses may be, and far less is usual;
+# this bounds what a faulty server can make this process take.
+MESSAGE_BYTES_MAX = 256 * 1024 * 1024
+# Of all but messages: headers and what else is some bytes.
+_SMALL_FRAME_BYTES_MAX = 1 << 16
 # For all but pictures, which are received where they stay.
 _BUFFER_BYTES = 1 << 14
 
@@ -283,6 +288,8 @@ class Http2Call:
             length = int.from_bytes(head[:3], "big")
             if head[3] == _DATA:
                 self._read_content(length, head[4])
+            elif length > _SMALL_FRAME_BYTES_MAX:
+                raise ValueError(f"a frame of type {head[3]} and {length} bytes")
             else:
                 stream = int.from_bytes(head[5:], "big") & _WINDOW_MAX
                 self._read_other(head[3], head[4], stream, self._take(length))
@@ -307,6 +314,10 @@ class Http2Call:
                 is_compressed, size = struct.unpack("!BI", self._message_header)
                 if is_compressed:
                     raise ValueError("a compressed message, which nobody has asked for")
+                if size > MESSAGE_BYTES_MAX:
+                    raise ValueError(
+                        f"a message of {size} bytes, expected: up to {MESSAGE_BYTES_MAX}"
+                    )
                 self._message = np.empty(size, np.uint8).data
                 self._filled = 0
             # Of the message, or of the frame.
@@ -348,6 +359,8 @@ class Http2Call:
             if head[3] != _CONTINUATION:
                 raise ValueError(f"a frame of type {head[3]} within headers")
             block += self._take(int.from_bytes(head[:3], "big"))
+            if len(block) > _SMALL_FRAME_BYTES_MAX:
+                raise ValueError(f"headers of more than {_SMALL_FRAME_BYTES_MAX} bytes")
             is_whole = head[4] & _END_HEADERS
         headers = read_headers(block)
         self._http_status = dict(headers).get(":status", self._http_status)

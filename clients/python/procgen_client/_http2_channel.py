@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import grpc
+from google.protobuf.message import DecodeError
 
 from procgen_client._http2 import CallError, Http2Call
 from procgen_client._target import Target
@@ -65,7 +66,8 @@ class Http2Channel:
             while True:
                 left = None if deadline is None else max(0.0, deadline - time.monotonic())
                 try:
-                    return response_deserializer(self._exchange(method, message, metadata, left))
+                    response = self._exchange(method, message, metadata, left)
+                    return _read(response_deserializer, response)
                 except CallError as error:
                     if not wait_for_ready or error.code() != grpc.StatusCode.UNAVAILABLE:
                         raise
@@ -136,8 +138,16 @@ class _Responses:
         message = self._call.receive()
         if message is None:
             raise StopIteration
-        return self._deserializer(bytes(message))
+        return _read(self._deserializer, bytes(message))
 
     def cancel(self) -> None:
         """Ends the call at once."""
         self._call.cancel()
+
+
+def _read(deserializer: Callable[[bytes], Any], message: bytes) -> Any:  # noqa: ANN401
+    try:
+        return deserializer(message)
+    except DecodeError as error:
+        details = f"the server answers no message: {error}"
+        raise CallError(grpc.StatusCode.INTERNAL, details) from None

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client._proto import states_pb2, step_pb2
+from procgen_client._validation import Expected
 from procgen_client._wire import bytes_field, number_tag, varint
 from procgen_client.errors import InvalidArgumentError
 
@@ -33,11 +34,13 @@ class Request(NamedTuple):
     sequence_number: int
     head: bytes  # The number as a field, which stands in a response as it does in a request.
     body: bytes  # A serialised StepPoolRequest without numbers.
+    expected: Expected | None
 
     @classmethod
-    def numbered(cls, sequence_number: int, body: bytes) -> Request:
+    def numbered(cls, sequence_number: int, body: bytes, expected: Expected | None) -> Request:
         """Gives what is asked for a number."""
-        return cls(sequence_number, _SEQUENCE_NUMBER_TAG + varint(sequence_number), body)
+        head = _SEQUENCE_NUMBER_TAG + varint(sequence_number)
+        return cls(sequence_number, head, body, expected)
 
 
 class Reset(NamedTuple):

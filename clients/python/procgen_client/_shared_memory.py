@@ -6,6 +6,7 @@ import functools
 import math
 import mmap
 import os
+import stat
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from google.protobuf.message import DecodeError
 
-from procgen_client._proto import step_pb2
+from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
 from procgen_client._wire import ARRAY_TYPES, PICTURES, bytes_field, varint
 from procgen_client.batch import Batch
@@ -47,6 +48,7 @@ class _Rows(NamedTuple):
 
     batch: int  # Its number in the mapping.
     first_environment: int
+    environment_count: int
     memory: memoryview  # Of the whole batch.
     pictures_type: np.dtype  # The arrays of these rows in there, as the fields of one element.
     has_observations: bool  # They are written.
@@ -91,7 +93,7 @@ class SharedMapping:
         batch_count: How many batches there are.
     """
 
-    def __init__(self, memory: step_pb2.SharedMemory) -> None:
+    def __init__(self, memory: step_pb2.SharedMemory, pool: pools_pb2.Pool) -> None:
         """Maps it.
 
         Raises:
@@ -99,6 +101,7 @@ class SharedMapping:
             InternalError: The server says of it what cannot be.
         """
         self.path = memory.path
+        self._pool = pool
         self._held: dict[int, weakref.ref[np.ndarray]] = {}
         self._released = b""  # Written, for the server.
         self._let_go: deque[int] = deque()  # By the garbage collector; not yet in the two above.
@@ -106,7 +109,8 @@ class SharedMapping:
 
     def map_again(self, memory: step_pb2.SharedMemory) -> None:
         """Maps it, perhaps with more batches than before; errors as of making it."""
-        self._arrays, self._env_count = _read_arrays(memory)
+        self._arrays = _read_arrays(memory, self._pool)
+        self._env_count = self._pool.spec.env_count
         self._picture_shape = self._arrays["observations"].row_shape
         self._no_pictures = np.zeros((0, *self._picture_shape), np.uint8)
         self._no_pictures.flags.writeable = False
@@ -154,6 +158,19 @@ class SharedMapping:
         rows = self._rows_of(message, request)
         if rows is None:
             return None
+        self._note_let_go()
+        answered = (
+            rows.first_environment,
+            rows.environment_count,
+            rows.has_observations,
+            rows.has_final_observations,
+        )
+        if answered != request.expected or rows.batch in self._held:
+            raise InternalError(
+                f"the server answers request {request.sequence_number} in batch {rows.batch} of "
+                f"shared memory with {answered}, expected: one that is not held, with "
+                f"{request.expected and tuple(request.expected)}"
+            )
         # All views of it, and views of those, refer to this array, and nothing else does.
         pictures: np.ndarray = np.ndarray((), rows.pictures_type, rows.memory)
         self._held[rows.batch] = weakref.ref(pictures, rows.let_go)
@@ -209,6 +226,7 @@ class SharedMapping:
         return _Rows(
             batch=number,
             first_environment=first,
+            environment_count=count,
             memory=memory,
             pictures_type=self._type_of_rows(PICTURES, 0, first, count),
             has_observations=batch.shared_observations,
@@ -243,33 +261,39 @@ def _release(batch: int) -> bytes:
 
 
 def _map(path: str, size_bytes: int) -> mmap.mmap:
-    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    # Opening a pipe must not wait for somebody to write to it.
+    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     try:
+        if not stat.S_ISREG(os.fstat(file).st_mode):
+            raise ValueError("it is no file")
         return mmap.mmap(file, size_bytes, flags=mmap.MAP_SHARED, prot=mmap.PROT_READ)
     finally:
         os.close(file)
 
 
-def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]:
-    """Gives where each array is, and how many rows all have."""
+def _read_arrays(memory: step_pb2.SharedMemory, pool: pools_pb2.Pool) -> dict[str, _Array]:
+    """Gives where each array is, which has a row for each environment of the pool."""
     told = {array.field: array for array in memory.arrays}
     types = ARRAY_TYPES | dict.fromkeys(PICTURES, np.dtype(np.uint8))
+    env_count = pool.spec.env_count
     if memory.batch_count < 1 or memory.batch_count * memory.batch_bytes != memory.size_bytes:
         raise InternalError(f"the server's shared memory {memory.path} is not told as a whole")
     arrays: dict[str, _Array] = {}
-    env_count = 0
     for name, dtype in types.items():
         array = told.get(name)
-        if array is None or array.element_type != _ELEMENT_TYPES[dtype.str] or not array.shape:
-            raise InternalError(
-                f"the server's shared memory {memory.path} has no array {name} of its type"
-            )
-        env_count = env_count or array.shape[0]
-        read = _Array(array.offset_bytes, tuple(array.shape[1:]), dtype)
+        row_shape = tuple(pool.observation_shape) if name in PICTURES else ()
         if (
-            min(array.shape) < 1
-            or array.shape[0] != env_count
-            or array.offset_bytes < 0
+            array is None
+            or array.element_type != _ELEMENT_TYPES[dtype.str]
+            or tuple(array.shape) != (env_count, *row_shape)
+        ):
+            raise InternalError(
+                f"the server's shared memory {memory.path} has no array {name} of its type and of "
+                f"shape {[env_count, *row_shape]}"
+            )
+        read = _Array(array.offset_bytes, row_shape, dtype)
+        if (
+            array.offset_bytes < 0
             or array.offset_bytes % 64
             or read.begin(env_count) > memory.batch_bytes
         ):
@@ -277,4 +301,4 @@ def _read_arrays(memory: step_pb2.SharedMemory) -> tuple[dict[str, _Array], int]
                 f"the server's shared memory {memory.path} has an array {name} that does not fit"
             )
         arrays[name] = read
-    return arrays, env_count
+    return arrays

@@ -13,9 +13,10 @@ import grpc
 from google.protobuf.message import DecodeError
 
 from procgen_client._direct_line import DirectLine
-from procgen_client._proto import step_pb2
+from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
 from procgen_client._shared_memory import SharedMapping
+from procgen_client._validation import Expected, check_attached, check_part
 from procgen_client._wire import Part, number_tag, read_response, varint
 from procgen_client.batch import Batch
 from procgen_client.encoding import decode_parts, decoder_for
@@ -33,6 +34,8 @@ _BACKOFF_MIN = 0.02
 _BACKOFF_MAX = 2.0
 # A server that drains says so, and that it is not to be asked again.
 _DRAINS_KEY = "procgen-drains"
+# So many responses of kinds that are not known are ignored before an answer.
+_NOTICES_MAX = 1000
 
 
 _FIELDS = step_pb2.StepPoolRequest.DESCRIPTOR.fields_by_name
@@ -86,6 +89,7 @@ class Stream:
         self,
         step_pool: Callable[[float | None], Call],
         attach: step_pb2.Attach,
+        pool: pools_pb2.Pool,
         reconnect_timeout: float,
         mapping: SharedMapping | None = None,
     ) -> None:
@@ -95,6 +99,7 @@ class Stream:
             step_pool: Begins a call of StepPool, with how long the server may be waited for, in
                 seconds; None: not at all.
             attach: What to attach with; resumable is set here.
+            pool: The pool as it is known; the server must attach to one like it.
             reconnect_timeout: How long to try to go on after a broken connection, in seconds. 0:
                 not at all.
             mapping: The memory that the pool shares, if it was mapped before: what is held of it
@@ -103,8 +108,10 @@ class Stream:
         Raises:
             ProcgenError: What the server says, or that it cannot be reached.
             FailedPreconditionError: Shared memory cannot be mapped.
+            InternalError: The server answers something else, or of another pool.
         """
         self.mapping = mapping
+        self._pool = pool
         self._step_pool = step_pool
         self._reconnect_timeout = reconnect_timeout
         self._attach = step_pb2.Attach()
@@ -133,13 +140,14 @@ class Stream:
         """Number of requests whose answers were not received yet."""
         return len(self._unanswered)
 
-    def send(self, body: bytes) -> int:
+    def send(self, body: bytes, expected: Expected | None) -> int:
         """Numbers a request, sends it and gives its number.
 
         Args:
             body: A serialised StepPoolRequest that has only what is asked for.
+            expected: What it is answered with; None: no values.
         """
-        request = Request.numbered(self._next_sequence_number, body)
+        request = Request.numbered(self._next_sequence_number, body, expected)
         self._next_sequence_number += 1
         self._unanswered.append(request)
         self._put(request)
@@ -153,6 +161,7 @@ class Stream:
 
         Raises:
             DataLossError: Its observations are damaged. The stream is over.
+            InternalError: It does not fit the request. The stream is over.
             ProcgenError: The stream is over.
         """
         while True:
@@ -204,18 +213,18 @@ class Stream:
 
     def _read_answer(self, request: Request) -> Batch | list[Part]:
         parts: list[Part] = []
+        notices = Notices()
         while not parts or not parts[-1].last:
             message = self._next_message()
-            if self.mapping is not None:
-                batch = self.mapping.read(bytes(message), request)
-                if batch is not None:
-                    return batch
-            response = self._read_response(message)
-            is_done = not isinstance(response, Part) and response.HasField("done")
-            if not isinstance(response, Part) and not is_done:
-                continue  # Of a kind that this client does not know: clients ignore those.
             try:
-                check_answers(response, request, self._attach.pool)
+                if self.mapping is not None:
+                    batch = self.mapping.read(bytes(message), request)
+                    if batch is not None:
+                        return batch
+                response = self._read_response(message)
+                if notices.is_one(response):
+                    continue
+                check_answers(response, request, parts, self.attached)
             except InternalError:
                 self.drop()
                 raise
@@ -260,7 +269,6 @@ class Stream:
         try:
             return read_response(message)
         except DecodeError as error:
-            self.drop()
             raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
 
     def _open(self, timeout: float | None = None) -> step_pb2.Attached:
@@ -270,24 +278,23 @@ class Stream:
         attach = step_pb2.StepPoolRequest(attach=self._attach)
         self._call = self._step_pool(timeout)
         self._call.send(attach.SerializeToString())
-        response = self._read_response(self._next_message())
-        if isinstance(response, Part) or response.WhichOneof("response") != "attached":
+        message = self._next_message()
+        try:
+            attached = attached_of(self._read_response(message), self._attach, self._pool)
+            if attached.HasField("shared_memory"):
+                self._map(attached.shared_memory)
+        except ProcgenError:
             self.drop()
-            raise InternalError(
-                f"{self._attach.pool} answered something else than that it is attached"
+            raise
+        if attached.HasField("shared_memory"):
+            self._line = DirectLine.open(
+                attached.shared_memory.direct_line, attached.response_bytes_max
             )
-        if response.attached.HasField("shared_memory"):
-            try:
-                self._map(response.attached.shared_memory)
-            except ProcgenError:
-                self.drop()
-                raise
-            self._line = DirectLine.open(response.attached.shared_memory.direct_line)
-        return response.attached
+        return attached
 
     def _map(self, memory: step_pb2.SharedMemory) -> None:
         if self.mapping is None:
-            self.mapping = SharedMapping(memory)
+            self.mapping = SharedMapping(memory, self._pool)
         elif self.mapping.path != memory.path:
             raise AbortedError(
                 f"{self._attach.pool} shares {memory.path}, and what was attached to before shares "
@@ -348,15 +355,61 @@ def not_made_again(timeout: float, error: ProcgenError) -> UnavailableError:
     )
 
 
+def attached_of(
+    response: Part | step_pb2.StepPoolResponse, attach: step_pb2.Attach, pool: pools_pb2.Pool
+) -> step_pb2.Attached:
+    """Gives the answer to attach; InternalError if it is none to this one, of this pool."""
+    if isinstance(response, Part) or response.WhichOneof("response") != "attached":
+        raise InternalError(f"{attach.pool} answered something else than that it is attached")
+    check_attached(response.attached, attach, pool)
+    return response.attached
+
+
+class Notices:
+    """Responses of later servers' kinds that answer nothing: clients ignore those, to a degree."""
+
+    def __init__(self) -> None:
+        """None so far."""
+        self._count = 0
+
+    def is_one(self, response: Part | step_pb2.StepPoolResponse) -> bool:
+        """Whether it is one; InternalError after many of them."""
+        if (
+            isinstance(response, Part)
+            or response.WhichOneof("response") is not None
+            or response.sequence_number
+        ):
+            return False
+        self._count += 1
+        if self._count > _NOTICES_MAX:
+            raise InternalError(
+                f"the server sends more than {_NOTICES_MAX} responses of unknown kinds, expected: "
+                "an answer"
+            )
+        return True
+
+
 def check_answers(
-    response: Part | step_pb2.StepPoolResponse, request: Request, pool: str
+    response: Part | step_pb2.StepPoolResponse,
+    request: Request,
+    before: Sequence[Part],
+    attached: step_pb2.Attached,
 ) -> None:
-    """Checks that it answers this request; otherwise InternalError."""
+    """Checks that it answers this request, after the parts before; otherwise InternalError."""
+    pool = attached.pool.name
     if response.sequence_number != request.sequence_number:
         raise InternalError(
             f"{pool} answered request {response.sequence_number}, where "
             f"{request.sequence_number} is next"
         )
+    kind = "batch" if isinstance(response, Part) else response.WhichOneof("response")
+    if kind != ("done" if request.expected is None else "batch"):
+        raise InternalError(
+            f"{pool} answered request {request.sequence_number} with {kind}, expected: "
+            f"{'done' if request.expected is None else 'batch'}"
+        )
+    if isinstance(response, Part) and request.expected is not None:
+        check_part(response, request.expected, before, attached)
 
 
 def check_stands_where_left(

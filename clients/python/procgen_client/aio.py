@@ -40,6 +40,7 @@ from procgen_client._requests import (
     reset_messages,
     step_request,
 )
+from procgen_client._validation import POOL_PAGES_MAX, Expected, check_pool, check_states
 from procgen_client._wire import read_response
 from procgen_client.batch import Batch, assemble
 from procgen_client.client import STEP_POOL_METHOD, channel_arguments
@@ -48,6 +49,7 @@ from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     DeadlineExceededError,
     FailedPreconditionError,
+    InternalError,
     InvalidArgumentError,
     NotFoundError,
     UnavailableError,
@@ -163,6 +165,7 @@ class AsyncClient:
         pool = await self._unary(
             self._pool_stub.CreatePool, pools_pb2.CreatePoolRequest(spec=spec)
         )
+        check_pool(pool, None, spec.env_count)
         return AsyncPool(
             self, pool, deletes_on_close=True, requests_in_flight_max=requests_in_flight_max
         )
@@ -170,6 +173,7 @@ class AsyncClient:
     async def get_pool(self, name: str, *, requests_in_flight_max: int = 2) -> AsyncPool:
         """Gives a pool that is there already; closing it leaves it there."""
         pool = await self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name))
+        check_pool(pool, name)
         return AsyncPool(
             self, pool, deletes_on_close=False, requests_in_flight_max=requests_in_flight_max
         )
@@ -178,12 +182,13 @@ class AsyncClient:
         """Tells what pools there are, oldest first."""
         pools: list[pools_pb2.Pool] = []
         request = pools_pb2.ListPoolsRequest()
-        while True:
+        for _ in range(POOL_PAGES_MAX):
             response = await self._unary(self._pool_stub.ListPools, request)
             pools += response.pools
             request.page_token = response.next_page_token
             if not request.page_token:
                 return pools
+        raise InternalError(f"a list of pools has more than {POOL_PAGES_MAX} pages")
 
     async def _read_catalog(self, timeout: float) -> None:
         try:
@@ -234,6 +239,7 @@ class AsyncPool:
         requests_in_flight_max: int,
     ) -> None:
         """For :class:`AsyncClient`; use its create_pool or get_pool."""
+        self._message = message
         self.name = message.name
         self.spec = message.spec
         self.env_count = message.spec.env_count
@@ -267,7 +273,10 @@ class AsyncPool:
         """Tells how the pool stands and changes nothing."""
         self._require_nothing_in_flight()
         request = step_pb2.Observe(observation=observation(observe))
-        await self._send(step_pb2.StepPoolRequest(observe=request).SerializeToString())
+        await self._send(
+            step_pb2.StepPoolRequest(observe=request).SerializeToString(),
+            Expected(0, self.env_count, observe),
+        )
         return await self.receive()
 
     async def reset(self, resets: Iterable[int | Reset] | None = None) -> Batch:
@@ -275,7 +284,10 @@ class AsyncPool:
         self._require_nothing_in_flight()
         which = range(self.env_count) if resets is None else resets
         request = step_pb2.ResetSlice(resets=reset_messages(which))
-        await self._send(step_pb2.StepPoolRequest(reset=request).SerializeToString())
+        await self._send(
+            step_pb2.StepPoolRequest(reset=request).SerializeToString(),
+            Expected(0, self.env_count, observe=True),
+        )
         return await self.receive()
 
     async def send_step(
@@ -306,7 +318,8 @@ class AsyncPool:
             next_levels=next_levels,
             resets=resets,
         )
-        await self._send(request)
+        expected = Expected(first_environment, len(on_wire), observe, final_observations)
+        await self._send(request, expected)
 
     async def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request; errors as Pool.receive."""
@@ -333,7 +346,7 @@ class AsyncPool:
             response_bytes_max=response_bytes_max,
         )
         self._stream = await AsyncStream.open(
-            self._client._step_pool, attach, self._client.reconnect_timeout
+            self._client._step_pool, attach, self._message, self._client.reconnect_timeout
         )
         self._was_given_up = False
         self.requests_in_flight_max = self._stream.attached.requests_in_flight_max
@@ -346,9 +359,11 @@ class AsyncPool:
         request = message_of(
             states_pb2.SaveStatesRequest, pool=self.name, environments=environments
         )
+        wanted = range(self.env_count) if environments is None else environments
         snapshots: list[bytes] = []
         while True:
             page = await self._client._unary(self._client._state_stub.SaveStates, request)
+            check_states(page, wanted, len(snapshots))
             snapshots += [state.snapshot for state in page.states]
             request.page_token = page.next_page_token
             if not request.page_token:
@@ -381,7 +396,7 @@ class AsyncPool:
         except (FailedPreconditionError, NotFoundError, UnavailableError):
             pass  # It is gone, or the server is.
 
-    async def _send(self, body: bytes) -> None:
+    async def _send(self, body: bytes, expected: Expected | None) -> None:
         await self.attach()
         assert self._stream is not None
         if self.in_flight >= self.requests_in_flight_max:
@@ -389,7 +404,7 @@ class AsyncPool:
                 f"{self.in_flight} requests to {self.name} are unanswered, of at most "
                 f"{self.requests_in_flight_max}: receive first"
             )
-        self._stream.send(body)
+        self._stream.send(body, expected)
 
     def _drop(self) -> None:
         stream, self._stream = self._stream, None

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from procgen_client._wire import Part
-from procgen_client.errors import InternalError
 
 
 @dataclass(slots=True)
@@ -60,34 +57,8 @@ class Batch:
         return self.terminated | self.truncated
 
 
-_ROW_ARRAYS = (
-    "rewards",
-    "first",
-    "terminated",
-    "truncated",
-    "level_seeds",
-    "prev_level_seeds",
-    "prev_level_complete",
-    "episode_returns",
-    "episode_lengths",
-)
-
-
 def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
-    """Joins the responses to one request, which cover successive ranges of environments.
-
-    Raises:
-        InternalError: They do not, or an array is not as long as the number of environments says.
-    """
-    for part in parts:
-        _check(part, observation_shape)
-    for part, successor in pairwise(parts):
-        expected = part.first_environment + part.environment_count
-        if successor.first_environment != expected:
-            raise InternalError(
-                f"the answer to request {part.sequence_number} goes on with environment "
-                f"{successor.first_environment}, where {expected} is next"
-            )
+    """Joins the responses to one request, which have been checked as they came."""
     first_part = parts[0]
     if len(parts) == 1:
         arrays = first_part.arrays
@@ -104,26 +75,3 @@ def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
         final_observations=final_observations,
         **arrays,
     )
-
-
-def _check(part: Part, observation_shape: tuple[int, ...]) -> None:
-    count = part.environment_count
-    for name in _ROW_ARRAYS:
-        if len(part.arrays[name]) != count:
-            raise InternalError(
-                f"the answer to request {part.sequence_number} has {len(part.arrays[name])} "
-                f"{name} for {count} environments"
-            )
-    observation_bytes = math.prod(observation_shape)
-    if len(part.arrays["observations"]) not in (0, count * observation_bytes):
-        raise InternalError(
-            f"the answer to request {part.sequence_number} has "
-            f"{len(part.arrays['observations'])} bytes of observations for {count} environments "
-            f"of {observation_bytes} each"
-        )
-    if len(part.arrays["final_observations"]) % observation_bytes:
-        raise InternalError(
-            f"the answer to request {part.sequence_number} has "
-            f"{len(part.arrays['final_observations'])} bytes of final observations, which is no "
-            f"multiple of {observation_bytes}"
-        )

@@ -12,7 +12,7 @@ from google.protobuf import message as protobuf_message
 from procgen_client import _fork
 from procgen_client import options as _options
 from procgen_client._channel_call import ChannelCall
-from procgen_client._http2 import Http2Call
+from procgen_client._http2 import MESSAGE_BYTES_MAX, Http2Call
 from procgen_client._http2_channel import Http2Channel
 from procgen_client._newest import newest_of
 from procgen_client._proto import (
@@ -29,6 +29,7 @@ from procgen_client._proto import (
 )
 from procgen_client._requests import in_range
 from procgen_client._target import Target
+from procgen_client._validation import POOL_PAGES_MAX, check_pool
 from procgen_client.credentials import Credentials, is_this_machine
 from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
@@ -293,9 +294,11 @@ class Client:
         check_decodable(spec.encoding)
         _check_pipeline(pipeline)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
+        message = self._unary(self._pool_stub.CreatePool, request)
+        check_pool(message, f"pools/{pool_id}" if pool_id else None, spec.env_count)
         return Pool(
             self,
-            self._unary(self._pool_stub.CreatePool, request),
+            message,
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
             pipeline=pipeline,
@@ -322,9 +325,11 @@ class Client:
             NotFoundError: There is no such pool.
         """
         _check_pipeline(pipeline)
+        message = self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name))
+        check_pool(message, name)
         return Pool(
             self,
-            self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name)),
+            message,
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
             pipeline=pipeline,
@@ -335,12 +340,13 @@ class Client:
         """Tells what pools there are, oldest first, as messages (proto/procgen/v1/pools.proto)."""
         pools: list[pools_pb2.Pool] = []
         request = pools_pb2.ListPoolsRequest()
-        while True:
+        for _ in range(POOL_PAGES_MAX):
             response = self._unary(self._pool_stub.ListPools, request)
             pools += response.pools
             request.page_token = response.next_page_token
             if not request.page_token:
                 return pools
+        raise InternalError(f"a list of pools has more than {POOL_PAGES_MAX} pages")
 
     def delete_pool(self, name: str) -> None:
         """Ends a pool and frees its environments.
@@ -459,9 +465,12 @@ def connect(
 def channel_arguments(address: str) -> list[tuple[str, Any]]:
     """Gives the arguments of a channel to a server."""
     arguments: list[tuple[str, Any]] = [
-        # Attach tells the server how large responses may be; the channel need not limit them as
-        # well.
-        ("grpc.max_receive_message_length", -1),
+        # Attach says how large responses may be, and far less is usual. This bounds what a faulty
+        # server can make this process take.
+        ("grpc.max_receive_message_length", MESSAGE_BYTES_MAX),
+        # Servers compress nothing, and some kilobytes could become gigabytes.
+        ("grpc.compression_enabled_algorithms_bitset", 1),
+        ("grpc.per_message_decompression", 0),
         ("grpc.max_send_message_length", -1),
         # A connection of its own for each client, so that several in one process do not share one.
         ("grpc.use_local_subchannel_pool", 1),

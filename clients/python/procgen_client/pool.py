@@ -19,6 +19,7 @@ from procgen_client._requests import (
 )
 from procgen_client._shared_memory import SharedMapping
 from procgen_client._stream import Stream
+from procgen_client._validation import Expected
 from procgen_client._wire import Part
 from procgen_client.batch import Batch, assemble
 from procgen_client.errors import (
@@ -222,7 +223,7 @@ class Pool(PoolResource):
         """
         self._require_nothing_in_flight()
         sampler = level_sampler_message(level_sampler)
-        self._send(step_pb2.StepPoolRequest(level_sampler=sampler).SerializeToString())
+        self._send(step_pb2.StepPoolRequest(level_sampler=sampler).SerializeToString(), None)
         self._receive()
 
     # Stepping with requests sent ahead.
@@ -260,7 +261,8 @@ class Pool(PoolResource):
             next_levels=next_levels,
             resets=resets,
         )
-        return self._send(request)
+        expected = Expected(first_environment, len(on_wire), observe, final_observations)
+        return self._send(request, expected)
 
     def send_observe(
         self,
@@ -270,11 +272,12 @@ class Pool(PoolResource):
         observe: bool = True,
     ) -> int:
         """Sends the request of :meth:`observe`; errors as :meth:`send_step`."""
-        request = step_pb2.Observe(
-            slice=self._slice(first_environment, environment_count),
-            observation=observation(observe),
+        which = self._slice(first_environment, environment_count)
+        request = step_pb2.Observe(slice=which, observation=observation(observe))
+        return self._send(
+            step_pb2.StepPoolRequest(observe=request).SerializeToString(),
+            Expected(first_environment, which.environment_count, observe),
         )
-        return self._send(step_pb2.StepPoolRequest(observe=request).SerializeToString())
 
     def send_reset(
         self,
@@ -291,7 +294,10 @@ class Pool(PoolResource):
         request = step_pb2.ResetSlice(
             slice=which, resets=reset_messages(resets), observation=observation(observe)
         )
-        return self._send(step_pb2.StepPoolRequest(reset=request).SerializeToString())
+        return self._send(
+            step_pb2.StepPoolRequest(reset=request).SerializeToString(),
+            Expected(first_environment, which.environment_count, observe),
+        )
 
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request.
@@ -335,6 +341,7 @@ class Pool(PoolResource):
         self._stream = Stream(
             self._client._step_pool,
             attach,
+            self._message,
             self._client.reconnect_timeout,
             self._mapping,
         )
@@ -383,7 +390,7 @@ class Pool(PoolResource):
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
 
-    def _send(self, request: bytes) -> int:
+    def _send(self, request: bytes, expected: Expected | None) -> int:
         self._client.check_open()
         in_flight = self.in_flight
         if in_flight >= self.requests_in_flight_max:
@@ -395,7 +402,7 @@ class Pool(PoolResource):
         assert self._stream is not None
         if self._mapping is not None:
             self._require_room(self._mapping, in_flight)
-        return self._stream.send(request)
+        return self._stream.send(request, expected)
 
     def _require_room(self, mapping: SharedMapping, in_flight: int) -> None:
         """Checks that there is a batch of shared memory for the answer."""

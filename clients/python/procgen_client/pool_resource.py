@@ -10,7 +10,8 @@ import numpy as np
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
-from procgen_client.errors import InvalidArgumentError
+from procgen_client._validation import check_frames, check_states
+from procgen_client.errors import InternalError, InvalidArgumentError
 from procgen_client.options import duration
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ class PoolResource(abc.ABC):
 
     def __init__(self, client: Client, message: pools_pb2.Pool) -> None:
         """For :class:`Pool`."""
+        self._message = message
         self.name = message.name
         self.spec = message.spec
         self.env_count = message.spec.env_count
@@ -79,9 +81,11 @@ class PoolResource(abc.ABC):
         request = message_of(
             states_pb2.SaveStatesRequest, pool=self.name, environments=environments
         )
+        wanted = range(self.env_count) if environments is None else environments
         snapshots: list[bytes] = []
         while True:
             page = self._client._save_states(request)
+            check_states(page, wanted, len(snapshots))
             snapshots += [state.snapshot for state in page.states]
             request.page_token = page.next_page_token
             if not request.page_token:
@@ -179,7 +183,13 @@ class PoolResource(abc.ABC):
             environment=environment,
             which=_WHICH_EPISODE[which],
         )
-        return self._client._read_episode(request)
+        episode = self._client._read_episode(request)
+        if episode.environment != environment:
+            raise InternalError(
+                f"the server answers with an episode of environment {episode.environment}, "
+                f"expected: {environment}"
+            )
+        return episode
 
     # The lease.
 
@@ -227,8 +237,9 @@ class PoolResource(abc.ABC):
             request = self._frames_request(
                 render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], side_px
             )
-            for frame in self._client._render_environments(request).frames:
-                frames.append(_pixels_of(frame))
+            rendered = self._client._render_environments(request).frames
+            check_frames(rendered, request)
+            frames += [_pixels_of(frame) for frame in rendered]
         return frames
 
     def watch(
@@ -268,6 +279,7 @@ class PoolResource(abc.ABC):
             frames_per_second_max=frames_per_second_max,
         )
         for moment in self._client._watch_pool(request):
+            check_frames(moment.frames, request)
             yield [_pixels_of(frame) for frame in moment.frames]
 
     def _frames_request(

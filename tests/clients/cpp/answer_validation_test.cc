@@ -51,7 +51,7 @@ v1::Episode Episode() {
 }
 
 absl::Status StatusFor(const v1::RenderEnvironmentsResponse& response,
-                      v1::FrameFormat format = v1::FRAME_FORMAT_RGB) {
+                       v1::FrameFormat format = v1::FRAME_FORMAT_RGB) {
   return ValidateFrames(response.frames(), {4, 2}, 16, format);
 }
 

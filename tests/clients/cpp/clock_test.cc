@@ -1,5 +1,7 @@
-// The C++ client's deadlines on a machine whose clock is set. A program of its own: it stands in for
-// the clock of the whole process.
+// The C++ client's deadlines on a machine whose clock is set. A program of its own: it stands in
+// for the clock of the whole process.
+
+#include "absl/time/clock.h"
 
 #include <sys/syscall.h>
 #include <time.h>  // NOLINT(modernize-deprecated-headers): clock_gettime is not in <ctime>
@@ -11,7 +13,6 @@
 #include <string>
 #include <thread>
 
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -27,7 +28,8 @@ std::atomic<int64_t> set_by_seconds = 0;
 }  // namespace
 
 // Whoever asks for the time of day in this process asks here.
-extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t clock, timespec* time) noexcept {
+extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t clock,
+                                                                    timespec* time) noexcept {
   const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
   if (clock == CLOCK_REALTIME) {
     time->tv_sec += set_by_seconds;
@@ -59,9 +61,9 @@ TEST_F(ClockTest, ReconnectingEndsInTimeWhenTheClockIsSetBack) {
   const absl::Time set_from = absl::Now();
   const auto begin = std::chrono::steady_clock::now();
   procgen_client::Batch batch;
-  EXPECT_THAT((*stream)->Step({4}, &batch),
-              StatusIs(absl::StatusCode::kUnavailable,
-                       HasSubstr("could not be made again within 500ms")));
+  EXPECT_THAT(
+      (*stream)->Step({4}, &batch),
+      StatusIs(absl::StatusCode::kUnavailable, HasSubstr("could not be made again within 500ms")));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
   setter.join();
   EXPECT_LT(absl::Now(), set_from);

@@ -1,5 +1,5 @@
-// The C++ client's stream and a server between it and the real one that damages an answer: the error
-// is clear, and nothing of the answer is there to be read.
+// The C++ client's stream and a server between it and the real one that damages an answer: the
+// error is clear, and nothing of the answer is there to be read.
 
 #include <functional>
 #include <memory>
@@ -250,8 +250,8 @@ TEST_F(DamagedSharedAnswersTest, MemoryThatIsNotAsSaidIsNotMapped) {
        absl::StatusCode::kInternal, "at 1073741824, expected: a multiple of 64 up to "},
       {[&](auto* r) { memory(r)->mutable_arrays(3)->set_offset_bytes(-64); },
        absl::StatusCode::kInternal, "at -64, expected"},
-      {[&](auto* r) { memory(r)->mutable_arrays(3)->set_shape(0, 1); },
-       absl::StatusCode::kInternal, "of another type or shape, expected: 2 rows of"},
+      {[&](auto* r) { memory(r)->mutable_arrays(3)->set_shape(0, 1); }, absl::StatusCode::kInternal,
+       "of another type or shape, expected: 2 rows of"},
       {[&](auto* r) { memory(r)->mutable_arrays(3)->add_shape(2); }, absl::StatusCode::kInternal,
        "of another type or shape"},
       {[&](auto* r) { memory(r)->clear_arrays(); }, absl::StatusCode::kInternal, "has no array"},

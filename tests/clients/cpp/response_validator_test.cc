@@ -76,7 +76,7 @@ v1::StepPoolResponse Response(int32_t first, int32_t count, bool last) {
 using Change = std::function<void(v1::StepPoolResponse*)>;
 
 absl::Status StatusFor(const v1::Attached& attached, const v1::StepPoolRequest& request,
-                      const v1::StepPoolResponse& response, int32_t shared_batch_count = 0) {
+                       const v1::StepPoolResponse& response, int32_t shared_batch_count = 0) {
   procgen_client::ResponseValidator validator(attached, shared_batch_count);
   validator.Expect(request);
   return validator.Validate(response);
@@ -177,9 +177,9 @@ TEST(ResponseValidatorTest, EncodedObservationsDoNotBecomeMoreThanAResponseHolds
   response.mutable_batch()->set_observations("frame");
   EXPECT_THAT(StatusFor(attached, Request(0, 6), response), IsOk());
   attached.set_response_bytes_max(65536);
-  EXPECT_THAT(
-      StatusFor(attached, Request(0, 6), response),
-      StatusIs(absl::StatusCode::kDataLoss, HasSubstr("73728 bytes when decoded, expected: up to")));
+  EXPECT_THAT(StatusFor(attached, Request(0, 6), response),
+              StatusIs(absl::StatusCode::kDataLoss,
+                       HasSubstr("73728 bytes when decoded, expected: up to")));
 }
 
 TEST(ResponseValidatorTest, BatchesOfSharedMemoryAreThoseThatThereAre) {

@@ -5,6 +5,7 @@ package procgenclient
 import (
 	"bytes"
 	"os"
+	"path/filepath"
 	"reflect"
 	"strings"
 	"testing"
@@ -135,15 +136,29 @@ func TestWhoAttachesWithMoreBatchesMapsThemAll(t *testing.T) {
 }
 
 func TestMemoryThatIsToldWronglyIsRefused(t *testing.T) {
+	pool := &pb.Pool{Spec: &pb.PoolSpec{EnvCount: 1}, ObservationShape: []int32{2}, ObservationBytes: 2}
 	told := &pb.SharedMemory{Path: "/nowhere", SizeBytes: 4096, BatchCount: 1, BatchBytes: 4096}
 	for field, kind := range sharedElements {
 		offset := int64(64 * len(told.Arrays))
+		shape := []int32{1}
+		if kind == pb.ElementType_ELEMENT_TYPE_UINT8 {
+			shape = []int32{1, 2}
+		}
 		told.Arrays = append(told.Arrays, &pb.SharedArray{
-			Field: field, OffsetBytes: offset, ElementType: kind, Shape: []int32{1},
+			Field: field, OffsetBytes: offset, ElementType: kind, Shape: shape,
 		})
 	}
-	_, err := mapShared(told, nil)
+	_, err := mapShared(told, pool, nil)
 	expectError(t, err, codes.FailedPrecondition, "/nowhere", "TRANSPORT_STREAM")
+	// Reading beyond the end of a file would end the process.
+	short := proto.Clone(told).(*pb.SharedMemory)
+	short.Path = filepath.Join(t.TempDir(), "short")
+	must(t, os.WriteFile(short.Path, make([]byte, 4095), 0600))
+	_, err = mapShared(short, pool, nil)
+	expectError(t, err, codes.FailedPrecondition, "it has 4095 bytes and is no file of 4096")
+	short.Path = "/dev/zero"
+	_, err = mapShared(short, pool, nil)
+	expectError(t, err, codes.FailedPrecondition, "is no file of 4096")
 	for what, change := range map[string]func(*pb.SharedMemory){
 		"too many batches":  func(m *pb.SharedMemory) { m.BatchCount = 2 },
 		"no batch":          func(m *pb.SharedMemory) { m.BatchCount = 0 },
@@ -161,7 +176,7 @@ func TestMemoryThatIsToldWronglyIsRefused(t *testing.T) {
 		t.Run(what, func(t *testing.T) {
 			wrong := proto.Clone(told).(*pb.SharedMemory)
 			change(wrong)
-			_, err := mapShared(wrong, nil)
+			_, err := mapShared(wrong, pool, nil)
 			expectError(t, err, codes.Internal)
 		})
 	}

@@ -68,7 +68,8 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Http2Call, Played]]:
     monkeypatch.setattr(_http2, "_KEEPER_SECONDS", 3600)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
-        call = Http2Call(Target(None, "127.0.0.1", port), "/a/B", [("authorization", "Bearer x")])
+        metadata = [("authorization", "Bearer x")]
+        call = Http2Call(Target(None, "127.0.0.1", port), "/a/B", metadata)
         connection, _ = listener.accept()
         with connection:
             yield call, Played(connection)
@@ -182,6 +183,9 @@ def test_trailers_may_come_in_pieces(ends: tuple[Http2Call, Played]) -> None:
         ((_HEADERS, 5, 1, b"\xff\xff\xff\xff\xff\xff\xff"), "INTERNAL"),
         ((_HEADERS, 12, 1, b""), "INTERNAL"),
         ((_SETTINGS, 0, 0, b"\0"), "INTERNAL"),
+        ((_DATA, 0, 1, b"\0\x10\0\0\1"), "INTERNAL"),  # More than is received.
+        ((_HEADERS, 0, 1, bytes((1 << 16) + 1)), "INTERNAL"),
+        ((_SETTINGS, 0, 0, bytes((1 << 16) + 1)), "INTERNAL"),
     ],
 )
 def test_resets_and_nonsense_end_the_call(

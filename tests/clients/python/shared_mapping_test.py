@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from procgen_client import Batch, errors
-from procgen_client._proto import step_pb2
+from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
 from procgen_client._shared_memory import SharedMapping
+from procgen_client._validation import Expected
 from procgen_client._wire import ARRAY_TYPES, PICTURES
 
 _ENV_COUNT = 48
@@ -49,6 +50,11 @@ def _told(path: str = "/nowhere", **changes: object) -> step_pb2.SharedMemory:
     return step_pb2.SharedMemory(**(told | changes))
 
 
+def _pool() -> pools_pb2.Pool:
+    spec = pools_pb2.PoolSpec(env_count=_ENV_COUNT)
+    return pools_pb2.Pool(spec=spec, observation_shape=[2], observation_bytes=2)
+
+
 @pytest.fixture
 def content() -> list[dict[str, np.ndarray]]:
     """What stands in the arrays of each batch: a third of the episodes has ended in each way."""
@@ -78,11 +84,16 @@ def mapping(tmp_path: Path, content: list[dict[str, np.ndarray]]) -> SharedMappi
             values = batch[array.field].tobytes()
             memory[begin : begin + len(values)] = values
     file.write_bytes(memory)
-    return SharedMapping(told)
+    return SharedMapping(told, _pool())
 
 
-def _request(number: int = 300) -> Request:
-    return Request.numbered(number, b"")
+def _request(number: int = 300, **fields: object) -> Request:
+    """What the answer with these fields is right for."""
+    first = fields.get("first_environment", 0)
+    count = fields.get("environment_count", _ENV_COUNT)
+    pictures = fields.get("shared_observations", False)
+    finals = fields.get("shared_final_observations", False)
+    return Request.numbered(number, b"", Expected(first, count, pictures, finals))
 
 
 def _answer(number: int = 300, **fields: object) -> step_pb2.StepPoolResponse:
@@ -93,7 +104,7 @@ def _answer(number: int = 300, **fields: object) -> step_pb2.StepPoolResponse:
 
 
 def _read(mapping: SharedMapping, **fields: object) -> Batch:
-    batch = mapping.read(_answer(**fields).SerializeToString(), _request())
+    batch = mapping.read(_answer(**fields).SerializeToString(), _request(**fields))
     assert batch is not None
     return batch
 
@@ -186,6 +197,30 @@ def test_what_is_not_there_is_refused(mapping: SharedMapping, fields: dict[str, 
         _read(mapping, **fields)
 
 
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"first_environment": 1, "environment_count": 2},
+        {"environment_count": 1},
+        {"shared_observations": True},
+        {"shared_final_observations": True},
+    ],
+)
+def test_what_was_not_asked_for_is_refused(
+    mapping: SharedMapping, fields: dict[str, int]
+) -> None:
+    with pytest.raises(errors.InternalError, match="expected: one that is not held, with"):
+        mapping.read(_answer(**fields).SerializeToString(), _request())
+
+
+def test_a_batch_that_is_held_is_not_answered_again(mapping: SharedMapping) -> None:
+    held = _read(mapping, shared_observations=True)
+    with pytest.raises(errors.InternalError, match="expected: one that is not held"):
+        _read(mapping, shared_observations=True)
+    del held
+    _read(mapping, shared_observations=True)
+
+
 def test_a_batch_is_held_by_its_pictures_only(mapping: SharedMapping) -> None:
     numbers = _read(mapping)
     assert numbers.observations is None
@@ -213,7 +248,7 @@ def test_batches_that_are_released_together_are_told_together(mapping: SharedMap
 
 def test_memory_that_is_told_wrongly_is_refused() -> None:
     with pytest.raises(errors.FailedPreconditionError, match="/nowhere"):
-        SharedMapping(_told())
+        SharedMapping(_told(), _pool())
     for changes in (
         {"batch_count": 3},
         {"batch_count": 0},
@@ -221,13 +256,13 @@ def test_memory_that_is_told_wrongly_is_refused() -> None:
         {"size_bytes": 64 * _BATCH_COUNT, "batch_bytes": 64},
     ):
         with pytest.raises(errors.InternalError):
-            SharedMapping(_told(**changes))
+            SharedMapping(_told(**changes), _pool())
     for field, value in (("offset_bytes", -64), ("offset_bytes", 8192), ("element_type", 1)):
         memory = _told()
         setattr(memory.arrays[0], field, value)
         with pytest.raises(errors.InternalError, match="rewards"):
-            SharedMapping(memory)
+            SharedMapping(memory, _pool())
     memory = _told()
-    memory.arrays[0].shape[:] = [5000]
+    memory.arrays[0].shape[:] = [_ENV_COUNT - 1]
     with pytest.raises(errors.InternalError):
-        SharedMapping(memory)
+        SharedMapping(memory, _pool())

@@ -259,8 +259,9 @@ def test_a_direct_line_bears_the_messages_and_the_call_their_errors(client: Clie
 def test_without_a_direct_line_the_stream_does(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def nowhere(offer: step_pb2.DirectLine) -> DirectLine | None:
-        return open_line(step_pb2.DirectLine(socket_name="nobody-listens", key=offer.key))
+    def nowhere(offer: step_pb2.DirectLine, response_bytes_max: int) -> DirectLine | None:
+        nobody = step_pb2.DirectLine(socket_name="nobody-listens", key=offer.key)
+        return open_line(nobody, response_bytes_max)
 
     open_line = DirectLine.open
     monkeypatch.setattr(DirectLine, "open", nowhere)

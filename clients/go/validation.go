@@ -1,0 +1,211 @@
+package procgenclient
+
+import (
+	"google.golang.org/grpc/codes"
+
+	pb "procgenclient/procgenv1"
+)
+
+// Validation of what a server answers, before it is used. A server may be faulty, of another version, or somebody else's:
+// whatever it sends, numbers and sizes fit the request, or the call ends with INTERNAL, which says what was given and what was
+// expected.
+
+// The contract's bounds: PoolSpec.total_environments, ObservationFormat's largest stack of the largest pictures in colour, and
+// State.snapshot.
+const envCountMax = 16777216
+const observationBytesMax = 16 * 512 * 512 * 3
+const snapshotBytesMax = 1 << 20
+
+// A server gives 1000 pools a page; a list beyond this many pages has no end.
+const poolPagesMax = 1000
+
+func wrong(format string, arguments ...interface{}) error {
+	return newError(codes.Internal, "the server's answer: "+format, arguments...)
+}
+
+// A pool of this name (empty: any), of so many environments (0: any), whose sizes fit together.
+func checkPool(pool *pb.Pool, name string, envCount int32) error {
+	count := pool.GetSpec().GetEnvCount()
+	if pool.GetName() == "" || name != "" && pool.Name != name {
+		return wrong("pool %q, expected: %q", pool.GetName(), name)
+	}
+	if count < 1 || count > envCountMax || envCount != 0 && count != envCount {
+		return wrong("a pool of %d environments, expected: %d, or 1 to %d", count, envCount, envCountMax)
+	}
+	bytes := int64(1)
+	for _, side := range pool.ObservationShape {
+		if side < 1 || int64(side) > observationBytesMax/bytes {
+			return wrong("observations of shape %v, which is none", pool.ObservationShape)
+		}
+		bytes *= int64(side)
+	}
+	if len(pool.ObservationShape) == 0 || bytes != int64(pool.ObservationBytes) {
+		return wrong("observations of %d bytes, expected: the product of %v", pool.ObservationBytes, pool.ObservationShape)
+	}
+	return nil
+}
+
+// An answer to attach, of the pool that is known.
+func checkAttached(attached *pb.Attached, attach *pb.Attach, known *pb.Pool) error {
+	if err := checkPool(attached.GetPool(), known.Name, known.Spec.EnvCount); err != nil {
+		return err
+	}
+	spec := attached.Pool.Spec
+	same := len(attached.Pool.ObservationShape) == len(known.ObservationShape) &&
+		spec.Encoding == known.Spec.Encoding && spec.Transport == known.Spec.Transport
+	for i := 0; same && i < len(known.ObservationShape); i++ {
+		same = attached.Pool.ObservationShape[i] == known.ObservationShape[i]
+	}
+	if !same {
+		return wrong("%s has another shape, encoding or transport than before", known.Name)
+	}
+	bytesMax := attach.ResponseBytesMax
+	if bytesMax == 0 {
+		bytesMax = responseBytesDefault
+	}
+	if attached.RequestsInFlightMax < 1 || attached.ResponseBytesMax < 1 || attached.ResponseBytesMax > bytesMax {
+		return wrong("%d requests in flight and responses of %d bytes, expected: at least 1, and 1 to %d",
+			attached.RequestsInFlightMax, attached.ResponseBytesMax, bytesMax)
+	}
+	shares := spec.Transport == pb.Transport_TRANSPORT_SHARED_MEMORY
+	if attached.NextSequenceNumber < 1 || shares != (attached.SharedMemory != nil) {
+		return wrong("request %d is next and memory is shared: %v, expected: 1 or more, and %v", attached.NextSequenceNumber,
+			attached.SharedMemory != nil, shares)
+	}
+	return nil
+}
+
+// What a request is answered with.
+type expected struct {
+	first, count      int
+	pictures, finals  bool
+	done              bool // Nothing but that it was carried out.
+	observationBytes  int
+	isEncoded, shares bool
+	responseBytesMax  int64
+}
+
+func (s *stream) expected(request *pb.StepPoolRequest) expected {
+	known := s.known
+	of := expected{
+		count:            int(known.Spec.EnvCount),
+		observationBytes: int(known.ObservationBytes),
+		isEncoded:        s.decoder != nil,
+		shares:           s.memory != nil,
+		responseBytesMax: s.attached.ResponseBytesMax,
+	}
+	slice, pictures := request.GetObserve().GetSlice(), request.GetObserve().GetObservation()
+	if step := request.GetStep(); step != nil {
+		slice, pictures, of.finals = step.Slice, step.Observation, step.WithFinalObservations
+	} else if reset := request.GetReset_(); reset != nil {
+		slice, pictures = reset.Slice, reset.Observation
+	}
+	of.done = request.GetLevelSampler() != nil
+	of.pictures = pictures != pb.Observation_OBSERVATION_NONE
+	if slice != nil {
+		of.first, of.count = int(slice.FirstEnvironment), int(slice.EnvironmentCount)
+	}
+	return of
+}
+
+// Checks the next response to a request, after those before.
+func (of expected) check(got *part, before []*part) error {
+	next := of.first
+	for _, part := range before {
+		next += part.count
+	}
+	number, left := got.SequenceNumber, of.first+of.count-next
+	if of.done {
+		return wrong("request %d with values, expected: that it was carried out", number)
+	}
+	if got.FirstEnvironment != next || got.count < 1 || got.count > left {
+		return wrong("request %d: %d environments from %d, expected: 1 to %d from %d", number, got.count, got.FirstEnvironment,
+			left, next)
+	}
+	if got.last != (got.count == left) {
+		return wrong("request %d: environment %d is the last: %v, expected: %d", number, next+got.count-1, got.last,
+			next+left-1)
+	}
+	if of.shares != (got.shared != nil) {
+		return wrong("request %d: values in shared memory: %v, expected: %v", number, got.shared != nil, of.shares)
+	}
+	if of.shares {
+		if !got.last || got.shared.observations != of.pictures || got.shared.finals != of.finals {
+			return wrong("request %d: not all in one batch of shared memory, or not with the pictures asked for", number)
+		}
+		return nil
+	}
+	return of.checkArrays(got)
+}
+
+func (of expected) checkArrays(got *part) error {
+	number := got.SequenceNumber
+	for _, length := range []int{len(got.Rewards), len(got.First), len(got.Terminated), len(got.Truncated),
+		len(got.LevelSeeds), len(got.PrevLevelSeeds), len(got.PrevLevelComplete), len(got.EpisodeReturns),
+		len(got.EpisodeLengths)} {
+		if length != got.count {
+			return wrong("request %d: an array of %d values, expected: %d", number, length, got.count)
+		}
+	}
+	ended := 0
+	for i := range got.Terminated {
+		if got.Terminated[i] || got.Truncated[i] {
+			ended++
+		}
+	}
+	if size := len(got.Fingerprints); size != 0 && size != ended { // None: of a server without them.
+		return wrong("request %d: %d fingerprints, expected: %d", number, size, ended)
+	}
+	if size := len(got.FinalObservations); size != 0 && (!of.finals || size != ended*of.observationBytes) {
+		return wrong("request %d: %d bytes of final observations, expected: those asked for, of %d episodes", number, size,
+			ended)
+	}
+	size, decoded := len(got.Observations), got.count*of.observationBytes
+	if of.isEncoded && of.pictures {
+		// There is room for them as if nothing could be compressed; so few bytes become no more.
+		if size == 0 || int64(decoded) > of.responseBytesMax {
+			return wrong("request %d: %d bytes of %d encoded observations, expected: some, of up to %d bytes when decoded",
+				number, size, got.count, of.responseBytesMax)
+		}
+		return nil
+	}
+	if !of.pictures {
+		decoded = 0
+	}
+	if size != decoded {
+		return wrong("request %d: %d bytes of observations, expected: %d", number, size, decoded)
+	}
+	return nil
+}
+
+// A page of snapshots of these environments, after those of so many of them.
+func checkStates(page *pb.SaveStatesResponse, environments []int32, before int) error {
+	count := before + len(page.States)
+	isLast := page.NextPageToken == ""
+	if len(page.States) == 0 || count > len(environments) || isLast != (count == len(environments)) {
+		return wrong("%d states after %d, the last: %v, expected: %d in all", len(page.States), before, isLast,
+			len(environments))
+	}
+	for i, state := range page.States {
+		if size := len(state.Snapshot); state.Environment != environments[before+i] || size < 1 || size > snapshotBytesMax {
+			return wrong("a snapshot of %d bytes of environment %d, expected: 1 to %d of %d", size, state.Environment,
+				snapshotBytesMax, environments[before+i])
+		}
+	}
+	return nil
+}
+
+// Frames of these environments in this order, raw.
+func checkFrames(frames []*pb.Frame, environments []int32, side int32) error {
+	if len(frames) != len(environments) {
+		return wrong("%d frames, expected: %d", len(frames), len(environments))
+	}
+	for i, frame := range frames {
+		if frame.Environment != environments[i] || frame.WidthPx != side || frame.HeightPx != side ||
+			len(frame.Image) != 3*int(side)*int(side) {
+			return wrong("a frame of environment %d of %d x %d pixels in %d bytes, expected: %d and a square of %d",
+				frame.Environment, frame.WidthPx, frame.HeightPx, len(frame.Image), environments[i], side)
+		}
+	}
+	return nil
+}

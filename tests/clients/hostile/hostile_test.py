@@ -1,0 +1,149 @@
+"""The clients against servers that answer as they should not.
+
+A learner of each client plays the same against each mode: one address a mode. It prints
+"begin MODE" and then, as JSON, what came of it: a digest of all that it has received, or an error
+of the client's own type. Answers are those of a real server, but for what hostile_answers.py and
+hostile_frames.py change in them.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import threading
+from collections.abc import Iterator
+
+import hostile_answers
+import pytest
+from hostile_frames import FRAMES, HostileConnection
+from hostile_server import HostileServer
+
+from procgen_client import ServerProcess
+
+# What a session may take: that of a client which is refused takes a second or less, one that tries
+# to go on some more, and one that waits for the end of a stream ten more.
+_SESSION_SECONDS = 40
+# Of all sessions of a learner together.
+_MEMORY_KIB_MAX = 700 * 1024
+
+_LEARNER = os.environ["PROCGEN_HOSTILE_LEARNER"].split("|")
+# What a client may not look at: then what it has received is right all the same.
+_OVERLOOKED = {"shared_batch", "frame_cut"}
+# Modes of hostile_server.py after which a learner may go on, as after those of hostile_frames.py.
+_TOLERATED = ["catalog_empty", "compressed"]
+# Node's HTTP/2 reports these errors of a connection to nobody, not even to @grpc/grpc-js: the
+# answer is waited for without end (clients/node/README.md).
+_OF_CONNECTIONS = {
+    "frame_of_16_mib",
+    "headers_that_are_none",
+    "noise",
+    "settings_that_are_none",
+    "settings_with_large_window",
+}
+_UNSEEN = _OF_CONNECTIONS if "learner.js" in _LEARNER else set()
+
+
+class _Run:
+    """A learner's sessions against some addresses."""
+
+    def __init__(self, addresses: dict[str, str], encoding: str = "raw") -> None:
+        arguments = [f"{mode}={encoding}={address}" for mode, address in addresses.items()]
+        self._process = subprocess.Popen(
+            [*_LEARNER, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        self._lines: queue.Queue[str] = queue.Queue()
+        self._errors = ""
+        self._readers = [threading.Thread(target=self._read), threading.Thread(target=self._hear)]
+        for reader in self._readers:
+            reader.start()
+
+    def results(self) -> dict[str, dict[str, object]]:
+        """Waits for them all; fails where a session takes too long or the learner crashes."""
+        results: dict[str, dict[str, object]] = {}
+        mode = "none"
+        while True:
+            try:
+                line = self._lines.get(timeout=_SESSION_SECONDS)
+            except queue.Empty:
+                self._process.kill()
+                pytest.fail(f"{mode}: the learner takes longer than {_SESSION_SECONDS} s")
+            if not line:
+                break
+            if line.startswith("begin "):
+                mode = line.split()[1]
+            else:
+                results[mode] = json.loads(line)
+        for reader in self._readers:
+            reader.join()
+        _, status, usage = os.wait4(self._process.pid, 0)
+        self._process.returncode = os.waitstatus_to_exitcode(status)
+        assert self._process.returncode == 0, f"{mode}: {self._errors[-4000:]}"
+        assert usage.ru_maxrss < _MEMORY_KIB_MAX
+        return results
+
+    def _read(self) -> None:
+        for line in self._process.stdout:
+            self._lines.put(line)
+        self._lines.put("")
+
+    def _hear(self) -> None:
+        self._errors = self._process.stderr.read()
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ServerProcess]:
+    """A real server."""
+    with ServerProcess(flags=["--workers=2"]) as process:
+        yield process
+
+
+def _against(server: ServerProcess, modes: list[str], encoding: str = "raw") -> dict:
+    between = {mode: HostileServer(mode, server.address) for mode in modes}
+    addresses = {mode: each.address for mode, each in between.items()}
+    try:
+        return _Run({"undisturbed": server.address} | addresses, encoding).results()
+    finally:
+        for each in between.values():
+            each.stop()
+
+
+@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+def test_wrong_answers_of_a_stream_are_errors(server: ServerProcess, encoding: str) -> None:
+    modes = (
+        hostile_answers.STREAM_ERRORS if encoding == "raw" else hostile_answers.ENCODED_ERRORS
+    )
+    results = _against(server, modes, encoding)
+    right = results.pop("undisturbed")["digest"]
+    for mode in modes:
+        is_right = mode in _OVERLOOKED and results[mode].get("digest") == right
+        assert results[mode].get("message") or is_right, (mode, results[mode])
+
+
+def test_wrong_answers_beside_the_stream_are_errors(server: ServerProcess) -> None:
+    results = _against(server, hostile_answers.UNARY_ERRORS)
+    assert "digest" in results.pop("undisturbed")
+    for mode in hostile_answers.UNARY_ERRORS:
+        assert results[mode].get("message"), (mode, results[mode])
+
+
+def test_what_later_servers_may_say_is_ignored(server: ServerProcess) -> None:
+    results = _against(server, hostile_answers.STREAM_HARMLESS)
+    digests = {result.get("digest") for result in results.values()}
+    assert digests == {results["undisturbed"]["digest"]}, results
+
+
+def test_connections_that_do_as_they_should_not_are_errors_or_made_again(
+    server: ServerProcess,
+) -> None:
+    modes = [mode for mode in FRAMES if mode not in _UNSEEN]
+    addresses = {mode: HostileConnection(mode, server.address).address for mode in modes}
+    others = {mode: HostileServer(mode, server.address) for mode in _TOLERATED}
+    addresses |= {mode: each.address for mode, each in others.items()}
+    results = _Run({"undisturbed": server.address} | addresses).results()
+    right = results.pop("undisturbed")["digest"]
+    for mode, result in results.items():
+        assert result.get("message") or result.get("digest") == right, (mode, result)
+    for each in others.values():
+        each.stop()
