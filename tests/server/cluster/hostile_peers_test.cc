@@ -69,9 +69,8 @@ std::unique_ptr<Cluster> Join(const std::string& node_id) {
 std::vector<NodeStatus> StatusesThatMakeNoSense() {
   constexpr int32_t kMax = std::numeric_limits<int32_t>::max();
   std::vector<NodeStatus> statuses;
-  for (const std::string& node_id :
-       {std::string(), std::string("two words"), std::string("a\nb"), std::string("\xff\xfe"),
-        std::string(60'000, 'a')}) {
+  for (const std::string& node_id : {std::string(), std::string("two words"), std::string("a\nb"),
+                                     std::string("\xff\xfe"), std::string(60'000, 'a')}) {
     statuses.push_back(Node(node_id));
   }
   statuses.push_back(Node("long-address"));

@@ -113,8 +113,8 @@ class AnswerReplayTest : public testing::Test {
     options.env_count = env_count;
     auto made = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(made, IsOk());
-    auto pool = std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)),
-                                             std::move(fails), gone);
+    auto pool =
+        std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails), gone);
     pool_ = pool.get();
     auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
                                                  absl::InfiniteDuration(), surroundings_.Get());
@@ -149,8 +149,9 @@ class AnswerReplayTest : public testing::Test {
 
   static absl::Status Attach(PoolSession* session) {
     std::optional<absl::Status> attached;
-    session->Attach({}, [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
-                    [&](absl::Status status) { attached = std::move(status); });
+    session->Attach(
+        {}, [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
+        [&](absl::Status status) { attached = std::move(status); });
     return attached.value_or(absl::UnknownError("it has not been answered"));
   }
 
@@ -181,13 +182,11 @@ TEST_P(PermanentErrorTest, EndsTheReplayAndAnswersAttach) {
   EXPECT_EQ(pool_->part_count(), 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Codes, PermanentErrorTest,
-                         testing::Values(absl::StatusCode::kInvalidArgument,
-                                         absl::StatusCode::kDataLoss,
-                                         absl::StatusCode::kFailedPrecondition,
-                                         absl::StatusCode::kUnimplemented,
-                                         absl::StatusCode::kInternal,
-                                         absl::StatusCode::kOutOfRange));
+INSTANTIATE_TEST_SUITE_P(
+    Codes, PermanentErrorTest,
+    testing::Values(absl::StatusCode::kInvalidArgument, absl::StatusCode::kDataLoss,
+                    absl::StatusCode::kFailedPrecondition, absl::StatusCode::kUnimplemented,
+                    absl::StatusCode::kInternal, absl::StatusCode::kOutOfRange));
 
 TEST_F(AnswerReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
   std::atomic<int> failures_left = 3;
