@@ -89,6 +89,7 @@ slow_packages=(
   podman                  # runs them
   runc                    # by this, which also knows older control groups
   prometheus              # promtool
+  nginx                   # the front of deploy/front
 )
 
 usage() {

@@ -56,10 +56,13 @@ absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
 
 }  // namespace
 
-Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners,
+Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell,
+                 absl::Duration request_timeout, Connections* connections, Owners* owners,
                  Metrics* metrics)
     : tokens_(std::move(tokens)),
       certificates_tell_(certificates_tell),
+      request_timeout_(request_timeout),
+      connections_(connections),
       owners_(owners),
       metrics_(metrics) {}
 
@@ -69,13 +72,30 @@ absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) co
     // Not louder, for anybody can make as many of these lines as they like.
     LogEvent(LogLevel::kDebug, "caller_refused",
              {{"peer", context.peer()}, {"message", std::string(owner.status().message())}});
+    Refuse(context);
     return owner.status();
   }
+  connections_->Identify(context.peer());
   absl::StatusOr<Owners::Share> share = owners_->Take(*owner, {.call_count = 1});
   if (!share.ok()) {
     return share.status();
   }
   return Caller{*std::move(owner), *std::move(share), counted_};
+}
+
+absl::StatusOr<AnonymousCall> Callers::AdmitAnonymous(
+    const grpc::ServerContextBase& context) const {
+  std::string peer = context.peer();
+  if (!connections_->BeginCall(peer)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the connection has ", Connections::kOpenCallCountMax,
+                     " calls under way that bear no token, which is the limit"));
+  }
+  return AnonymousCall(connections_, std::move(peer));
+}
+
+void Callers::Refuse(const grpc::ServerContextBase& context) const {
+  connections_->CountRefused(context.peer());
 }
 
 grpc::Status Callers::Dismiss(absl::string_view method, const absl::Status& status) const {

@@ -8,9 +8,12 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "grpcpp/server_context.h"
 #include "grpcpp/support/status.h"
 #include "server/metrics/metrics.h"
+#include "server/rpc/anonymous_call.h"
+#include "server/rpc/connections.h"
 #include "server/rpc/token_file.h"
 #include "server/session/owners.h"
 
@@ -24,9 +27,9 @@ struct Caller {
 };
 
 // The door: says who calls, lets in who may, and counts who leaves with an error. Every call of
-// every service of ours comes by here before its request is looked at. Health and reflection do
-// not: they tell what anybody may know (whether the server serves, and the contract), and those who
-// watch servers have no tokens.
+// every service comes by here before its request is looked at. Health and reflection need no token:
+// they tell what anybody may know (whether the server serves, and the contract), and those who
+// watch servers have none.
 //
 // Who calls is told by its token, where there are tokens; else by its certificate, where clients
 // must show one: the first URI of its alternative names, or if it has none its common name. Else
@@ -34,14 +37,24 @@ struct Caller {
 // Threads: any method from any thread.
 class Callers {
  public:
-  // `tokens`: null, there are none. `owners` and `metrics` must outlive this.
-  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, Owners* owners,
-          Metrics* metrics);
+  // `tokens`: null, there are none. What is pointed to must outlive this.
+  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, absl::Duration request_timeout,
+          Connections* connections, Owners* owners, Metrics* metrics);
+
+  // How long the first request of a call may take to arrive.
+  absl::Duration request_timeout() const { return request_timeout_; }
 
   // Lets a call in. Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate
   // has no name (the message says what is expected and repeats nothing that was given);
   // RESOURCE_EXHAUSTED the owner has too many calls under way.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
+
+  // Lets a call in that nobody has to show a token for. Errors: RESOURCE_EXHAUSTED its connection
+  // has kOpenCallCountMax of them.
+  absl::StatusOr<AnonymousCall> AdmitAnonymous(const grpc::ServerContextBase& context) const;
+
+  // Counts a call that asks for what there is not.
+  void Refuse(const grpc::ServerContextBase& context) const;
 
   // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
   // call and stream ends by here, let in or not; errors are counted.
@@ -56,6 +69,8 @@ class Callers {
 
   const std::shared_ptr<TokenFile> tokens_;
   const bool certificates_tell_;
+  const absl::Duration request_timeout_;
+  Connections* const connections_;
   Owners* const owners_;
   Metrics* const metrics_;
   const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller

@@ -11,23 +11,22 @@ CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions, const Callers* 
       catalog_(CatalogMessageOf({.version = PROCGEN_SERVER_VERSION,
                                  .has_own_art = sessions->art() != nullptr,
                                  .shares_memory = sessions->shares_memory()},
-                                sessions->limits())) {}
+                                sessions->limits())) {
+  AddByteMethod<v1::GetCatalogRequest>([this](auto* context) { return GetCatalog(context); });
+  AddByteMethod<v1::GetLoadRequest>([this](auto* context) { return GetLoad(context); });
+}
 
-grpc::ServerUnaryReactor* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context,
-                                                         const grpc::ByteBuffer* request,
-                                                         grpc::ByteBuffer* response) {
+ByteStream* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetCatalogRequest, v1::Catalog>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     *call->response() = catalog_;
     call->Finish(absl::OkStatus());
   });
 }
 
-grpc::ServerUnaryReactor* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context,
-                                                      const grpc::ByteBuffer* request,
-                                                      grpc::ByteBuffer* response) {
+ByteStream* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     *call->response() = LoadMessageOf(sessions_->load(), sessions_->metrics().stream_totals());
     call->Finish(absl::OkStatus());
   });

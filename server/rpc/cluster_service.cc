@@ -14,6 +14,12 @@ absl::Status StopsError() { return absl::UnavailableError("the server stops; ask
 
 }  // namespace
 
+ClusterServiceImpl::ClusterServiceImpl(Cluster* cluster, const Callers* callers)
+    : cluster_(cluster), callers_(callers) {
+  AddByteMethod<v1::ListNodesRequest>([this](auto* context) { return ListNodes(context); });
+  AddByteMethod<v1::WatchNodesRequest>([this](auto* context) { return WatchNodes(context); });
+}
+
 void ClusterServiceImpl::EndWatches() {
   std::vector<std::weak_ptr<WatchNodesReactor>> watches;
   {
@@ -29,31 +35,20 @@ void ClusterServiceImpl::EndWatches() {
   }
 }
 
-grpc::ServerUnaryReactor* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request,
-                                                        grpc::ByteBuffer* response) {
+ByteStream* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::ListNodesRequest, v1::ListNodesResponse>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     *call->response() = NodesMessageOf<v1::ListNodesResponse>(*cluster_);
     call->Finish(absl::OkStatus());
   });
 }
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* ClusterServiceImpl::WatchNodes(
-    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  v1::WatchNodesRequest message;
+ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context) {
   absl::StatusOr<Caller> caller = callers_->Admit(*context);
-  absl::Status status = caller.status();
-  if (status.ok()) {
-    status = ParseMessage(*request, &message);
-  }
   absl::MutexLock lock(&mutex_);
-  if (status.ok() && ends_watches_) {
-    status = StopsError();
-  }
+  absl::Status status = ends_watches_ ? StopsError() : caller.status();
   if (!status.ok()) {
-    return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
-        callers_->Dismiss(MethodNameOf<v1::WatchNodesRequest>(), status));
+    return new RefusedStream(callers_->Dismiss(MethodNameOf<v1::WatchNodesRequest>(), status));
   }
   // What else the caller counts in is left: a drain does not wait for those who watch.
   const std::shared_ptr<WatchNodesReactor> watch =

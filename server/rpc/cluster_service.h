@@ -6,32 +6,26 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "procgen/v1/cluster.grpc.pb.h"
 #include "server/cluster/cluster.h"
+#include "server/rpc/byte_service.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/watch_nodes_reactor.h"
 
 namespace procgen {
 
 // ClusterService: tells which servers there are.
-class ClusterServiceImpl final
-    : public v1::ClusterService::WithRawCallbackMethod_ListNodes<
-          v1::ClusterService::WithRawCallbackMethod_WatchNodes<v1::ClusterService::Service>> {
+class ClusterServiceImpl final : public ByteService {
  public:
   // `cluster` and `callers` must outlive this.
-  ClusterServiceImpl(Cluster* cluster, const Callers* callers)
-      : cluster_(cluster), callers_(callers) {}
+  ClusterServiceImpl(Cluster* cluster, const Callers* callers);
 
   // Ends all streams of WatchNodes, and those to come. Threads: any.
   void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  grpc::ServerUnaryReactor* ListNodes(grpc::CallbackServerContext* context,
-                                      const grpc::ByteBuffer* request,
-                                      grpc::ByteBuffer* response) override;
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchNodes(grpc::CallbackServerContext* context,
-                                                         const grpc::ByteBuffer* request) override;
-
  private:
+  ByteStream* ListNodes(grpc::CallbackServerContext* context);
+  ByteStream* WatchNodes(grpc::CallbackServerContext* context);
+
   Cluster* const cluster_;
   const Callers* const callers_;
   absl::Mutex mutex_;

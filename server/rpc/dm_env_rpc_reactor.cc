@@ -4,7 +4,7 @@
 
 #include "server/rpc/drain_trailer.h"
 #include "server/rpc/method_name.h"
-#include "server/rpc/unary_call.h"
+#include "server/rpc/parse_message.h"
 
 namespace procgen {
 

@@ -9,12 +9,15 @@
 
 namespace procgen {
 
-grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* DmEnvRpcServiceImpl::Process(
-    grpc::CallbackServerContext* context) {
+DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers), worlds_(&sessions->metrics()) {
+  AddByteMethod<dm::EnvironmentRequest>([this](auto* context) { return Process(context); });
+}
+
+ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
   absl::StatusOr<Caller> caller = callers_->Admit(*context);
   if (!caller.ok()) {
-    using Stream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
-    return new RefusedStream<Stream>(
+    return new RefusedStream(
         callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
   }
   const std::shared_ptr<DmEnvRpcReactor> stream =

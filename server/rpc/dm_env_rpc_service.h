@@ -7,8 +7,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "dm_env_rpc/v1/dm_env_rpc.grpc.pb.h"
 #include "server/dm_env_rpc/joined_world.h"
+#include "server/rpc/byte_service.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/dm_env_rpc_reactor.h"
 #include "server/session/sessions.h"
@@ -16,15 +16,10 @@
 namespace procgen {
 
 // The service of dm_env_rpc: each stream is a DmEnvRpcReactor.
-class DmEnvRpcServiceImpl final
-    : public dm::Environment::WithRawCallbackMethod_Process<dm::Environment::Service> {
+class DmEnvRpcServiceImpl final : public ByteService {
  public:
   // `sessions` and `callers` must outlive this.
-  DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
-      : sessions_(sessions), callers_(callers), worlds_(&sessions->metrics()) {}
-
-  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Process(
-      grpc::CallbackServerContext* context) override;
+  DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers);
 
   // Ends all streams with UNAVAILABLE, those that come later, too: also those that have joined no
   // world, of which nobody else knows.
@@ -33,6 +28,7 @@ class DmEnvRpcServiceImpl final
  private:
   static constexpr size_t kStreamsKeptMin = 64;
 
+  ByteStream* Process(grpc::CallbackServerContext* context);
   void ForgetEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Sessions* const sessions_;

@@ -7,6 +7,11 @@ namespace procgen {
 LatestStream::LatestStream(const Callers* callers, absl::string_view method)
     : callers_(callers), method_(method) {}
 
+void LatestStream::Begin(std::shared_ptr<LatestStream> self) {
+  self_ = std::move(self);
+  ReadRequest(callers_->request_timeout());
+}
+
 void LatestStream::Send(Response response) {
   {
     absl::MutexLock lock(&mutex_);

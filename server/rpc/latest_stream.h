@@ -12,15 +12,15 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/support/byte_buffer.h"
-#include "grpcpp/support/server_callback.h"
 #include "server/rpc/caller.h"
+#include "server/rpc/one_request_stream.h"
 
 namespace procgen {
 
 // A stream of how something stands, one response at a time: while one is on its way the latest
 // waits, and those before it are left out. So a client that does not read costs two responses.
 // Threads: any method from any thread.
-class LatestStream : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
+class LatestStream : public OneRequestStream {
  public:
   // Ends the stream, once what is being sent is on its way, unless it has ended.
   void Close(const absl::Status& status) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -33,8 +33,9 @@ class LatestStream : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   LatestStream(const Callers* callers, absl::string_view method);
   ~LatestStream() override = default;
 
-  // Holds the stream until gRPC has done with it. It may live longer if somebody else holds it.
-  void Keep(std::shared_ptr<LatestStream> self) { self_ = std::move(self); }
+  // Begins: reads the request, and holds the stream until gRPC has done with it. It may live longer
+  // if somebody else holds it.
+  void Begin(std::shared_ptr<LatestStream> self);
 
   // Sends it, or has it wait in the place of what waits.
   void Send(Response response) ABSL_LOCKS_EXCLUDED(mutex_);

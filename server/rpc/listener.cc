@@ -5,6 +5,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -21,7 +23,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
-#include "server/session/event_log.h"
+#include "absl/time/time.h"
 
 namespace procgen {
 namespace {
@@ -38,7 +40,7 @@ absl::Status SystemError(absl::string_view what) {
 
 // Lets the process have as many files open as so many connections need, and some for other things,
 // if it may.
-void RaiseDescriptorLimit(int32_t connection_count_max) {
+void RaiseDescriptorLimit(size_t connection_count_max) {
   constexpr rlim_t kOtherFiles = 1024;
   rlimit files = {};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
@@ -49,12 +51,6 @@ void RaiseDescriptorLimit(int32_t connection_count_max) {
     files.rlim_cur = std::min(wanted, files.rlim_max);
     setrlimit(RLIMIT_NOFILE, &files);
   }
-}
-
-// The inode of an open file; 0: it is not open.
-ino_t InodeOf(int file) {
-  struct stat facts = {};
-  return fstat(file, &facts) == 0 ? facts.st_ino : 0;
 }
 
 // Which file a path names; zeros: none.
@@ -115,10 +111,10 @@ bool SomebodyListensAt(const sockaddr_un& address) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& address,
-                                                           int32_t connection_count_max) {
-  RaiseDescriptorLimit(connection_count_max);
-  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(
+    const Address& address, std::shared_ptr<Connections> connections) {
+  RaiseDescriptorLimit(connections->count_max());
+  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
   absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
                                                   : listener->ListenOnPath(address.unix_path);
   status.Update(listener->MakeStop());
@@ -128,8 +124,9 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(const Address& addres
   return listener;
 }
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(int32_t connection_count_max) {
-  std::unique_ptr<Listener> listener(new Listener(connection_count_max));
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(
+    std::shared_ptr<Connections> connections) {
+  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
   absl::Status status = listener->ListenOnNewName();
   status.Update(listener->MakeStop());
   if (!status.ok()) {
@@ -139,7 +136,8 @@ absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(int32_t connect
 }
 
 absl::Status Listener::MakeStop() {
-  return pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
+  accepted_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  return accepted_ >= 0 && pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
 }
 
 absl::Status Listener::ListenOnHost(const Address& address) {
@@ -215,7 +213,7 @@ absl::Status Listener::ListenOnNewName() {
 
 Listener::~Listener() {
   StopAccepting();
-  for (const int open : {stop_[0], stop_[1]}) {
+  for (const int open : {stop_[0], stop_[1], accepted_}) {
     if (open >= 0) {
       close(open);
     }
@@ -237,20 +235,20 @@ void Listener::StopAccepting() {
   while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
   }
   thread_.join();
+  if (inspecting_.joinable()) {  // it could not be started otherwise
+    inspecting_.join();
+  }
 }
 
 void Listener::HangUp() {
   StopAccepting();
-  for (const auto& [connection, inode] : connections_) {
-    if (InodeOf(connection) == inode) {
-      shutdown(connection, SHUT_RDWR);
-    }
-  }
+  connections_->ShutDownAll();
 }
 
 void Listener::Start(Take take) {
   take_ = std::move(take);
   thread_ = std::thread([this] { AcceptUntilStopped(); });
+  inspecting_ = std::thread([this] { InspectUntilStopped(); });
 }
 
 void Listener::AcceptUntilStopped() {
@@ -275,17 +273,36 @@ void Listener::AcceptUntilStopped() {
   }
 }
 
+void Listener::InspectUntilStopped() {
+  const int interval_ms =
+      static_cast<int>(absl::ToInt64Milliseconds(Connections::kInspectionInterval));
+  std::array<pollfd, 2> waits = {{{stop_[0], POLLIN, 0}, {accepted_, POLLIN, 0}}};
+  bool has_some = false;
+  while (poll(waits.data(), waits.size(), has_some ? interval_ms : -1) >= 0 || errno == EINTR) {
+    if (waits[0].revents != 0) {
+      return;
+    }
+    if (eventfd_t count = 0; waits[1].revents != 0) {
+      eventfd_read(accepted_, &count);
+    }
+    has_some = connections_->Inspect();
+  }
+}
+
 bool Listener::AcceptFrom(int listening) {
   for (int i = 0; i < kAcceptedAtOnce; ++i) {
-    const int connection = accept4(listening, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    sockaddr_storage peer = {};
+    socklen_t size = sizeof(peer);
+    auto* const address = reinterpret_cast<sockaddr*>(&peer);
+    const int connection = accept4(listening, address, &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (connection < 0) {
       return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
     }
-    if (!IsWelcome(connection) || !HasRoom()) {
+    if (!IsWelcome(connection) || !connections_->Add(connection, address)) {
       close(connection);
       continue;
     }
-    connections_[connection] = InodeOf(connection);
+    eventfd_write(accepted_, 1);
     take_(listening, connection);
   }
   return true;
@@ -298,23 +315,6 @@ bool Listener::IsWelcome(int connection) const {
   ucred peer = {};
   socklen_t size = sizeof(peer);
   return getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == getpid();
-}
-
-bool Listener::HasRoom() {
-  if (connections_.size() < connection_count_max_) {
-    return true;
-  }
-  for (auto it = connections_.begin(); it != connections_.end();) {
-    it = InodeOf(it->first) == it->second ? std::next(it) : connections_.erase(it);
-  }
-  const bool has_room = connections_.size() < connection_count_max_;
-  if (!has_room && !is_full_) {
-    LogEvent(LogLevel::kWarning, "connections_refused",
-             {{"message",
-               absl::StrCat("there are ", connections_.size(), ", limit connection_count_max")}});
-  }
-  is_full_ = !has_room;
-  return has_room;
 }
 
 }  // namespace procgen

@@ -1,27 +1,24 @@
 #ifndef SERVER_RPC_LISTENER_H_
 #define SERVER_RPC_LISTENER_H_
 
-#include <sys/types.h>
-
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <thread>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/rpc/address.h"
+#include "server/rpc/connections.h"
 
 namespace procgen {
 
-// The sockets that a server listens on, and the thread that accepts connections there. gRPC's own
-// listens no more, for good, once the process has run out of file descriptors; so whoever opens
-// enough connections would silence it. This one goes on as soon as there are descriptors, and lets
-// no more connections in than it is told to.
+// The sockets that a server listens on, the thread that accepts connections there, and one that has
+// them inspected. gRPC's own listener stops for good once the process has run out of file
+// descriptors, so any caller that opens enough connections would silence it. This one continues as
+// soon as there are descriptors, and admits and inspects connections as Connections says.
 // Threads: one at a time.
 class Listener {
  public:
@@ -30,10 +27,12 @@ class Listener {
 
   // Listens, and accepts nothing yet. Port 0: any that is free. A file that is in the way of a
   // socket is removed if it is a socket that nobody listens on. Errors: UNAVAILABLE.
+  // `connections`: takes in each, and says how many there may be.
   static absl::StatusOr<std::unique_ptr<Listener>> Listen(const Address& address,
-                                                          int32_t connection_count_max);
+                                                          std::shared_ptr<Connections> connections);
   // Listens where only this process can connect to; others are turned away. Errors: UNAVAILABLE.
-  static absl::StatusOr<std::unique_ptr<Listener>> ListenWithin(int32_t connection_count_max);
+  static absl::StatusOr<std::unique_ptr<Listener>> ListenWithin(
+      std::shared_ptr<Connections> connections);
   // Listens no more. Connections that were taken stay.
   ~Listener();
   Listener(const Listener&) = delete;
@@ -52,22 +51,23 @@ class Listener {
   void HangUp();
 
  private:
-  explicit Listener(int32_t connection_count_max)
-      : connection_count_max_(static_cast<size_t>(connection_count_max)) {}
+  explicit Listener(std::shared_ptr<Connections> connections)
+      : connections_(std::move(connections)) {}
   absl::Status ListenOnHost(const Address& address);
   absl::Status ListenOnPath(const std::string& path);
   absl::Status ListenOnNewName();
   absl::Status MakeStop();
   void AcceptUntilStopped();
+  // Apart from accepting: the thread that hands a connection to gRPC may have to parse what has
+  // arrived on it.
+  void InspectUntilStopped();
   void StopAccepting();
   // Accepts what waits at a socket, or some of it. False: there are no file descriptors.
   bool AcceptFrom(int listening);
-  // Whether one more connection may be had.
-  bool HasRoom();
   // Whether who connected may.
   bool IsWelcome(int connection) const;
 
-  const size_t connection_count_max_;
+  const std::shared_ptr<Connections> connections_;
   std::vector<int> sockets_;
   uint16_t port_ = 0;
   std::string path_;                        // of the socket's file, if it has one
@@ -76,10 +76,8 @@ class Listener {
   int stop_[2] = {-1, -1};  // the ends of a pipe; what can be read there stops the thread
   Take take_;
   std::thread thread_;
-  // Connections that were handed over, with their inodes. Those that were closed since are found
-  // when there is no room: the descriptor is gone, or another file's.
-  std::unordered_map<int, ino_t> connections_;
-  bool is_full_ = false;  // and the log has told it
+  int accepted_ = -1;  // an eventfd: readable after a connection was accepted
+  std::thread inspecting_;
 };
 
 }  // namespace procgen

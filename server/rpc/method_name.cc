@@ -17,4 +17,8 @@ std::string MethodNameOf(const google::protobuf::Descriptor& request) {
   return "";
 }
 
+std::string FullMethodNameOf(const google::protobuf::Descriptor& request) {
+  return absl::StrCat(request.file()->package(), ".", MethodNameOf(request));
+}
+
 }  // namespace procgen

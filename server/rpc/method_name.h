@@ -11,6 +11,9 @@ namespace procgen {
 // does.
 std::string MethodNameOf(const google::protobuf::Descriptor& request);
 
+// As above with the package, "package.SERVICE/METHOD".
+std::string FullMethodNameOf(const google::protobuf::Descriptor& request);
+
 // As above; made once.
 template <typename Request>
 const std::string& MethodNameOf() {

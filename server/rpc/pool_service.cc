@@ -102,11 +102,18 @@ absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const Observatio
 
 }  // namespace
 
-grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context,
-                                                      const grpc::ByteBuffer* request,
-                                                      grpc::ByteBuffer* response) {
+PoolServiceImpl::PoolServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers) {
+  AddByteMethod<v1::CreatePoolRequest>([this](auto* context) { return CreatePool(context); });
+  AddByteMethod<v1::GetPoolRequest>([this](auto* context) { return GetPool(context); });
+  AddByteMethod<v1::ListPoolsRequest>([this](auto* context) { return ListPools(context); });
+  AddByteMethod<v1::DeletePoolRequest>([this](auto* context) { return DeletePool(context); });
+  AddByteMethod<v1::RenewPoolRequest>([this](auto* context) { return RenewPool(context); });
+}
+
+ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
     const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     const absl::StatusOr<PoolTerms> terms =
@@ -128,11 +135,9 @@ grpc::ServerUnaryReactor* PoolServiceImpl::CreatePool(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context,
-                                                   const grpc::ByteBuffer* request,
-                                                   grpc::ByteBuffer* response) {
+ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
         sessions_->Find(call->owner(), call->request().name());
     if (pool.ok()) {
@@ -142,29 +147,23 @@ grpc::ServerUnaryReactor* PoolServiceImpl::GetPool(grpc::CallbackServerContext* 
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context,
-                                                     const grpc::ByteBuffer* request,
-                                                     grpc::ByteBuffer* response) {
+ByteStream* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     call->Finish(ListPage(*sessions_, call->owner(), call->request(), call->response()));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context,
-                                                      const grpc::ByteBuffer* request,
-                                                      grpc::ByteBuffer* response) {
+ByteStream* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     call->Finish(sessions_->Delete(call->owner(), call->request().name()));
   });
 }
 
-grpc::ServerUnaryReactor* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context,
-                                                     const grpc::ByteBuffer* request,
-                                                     grpc::ByteBuffer* response) {
+ByteStream* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, request, response, [this](Call* call) {
+  return Call::Start(*callers_, *context, [this](Call* call) {
     call->Finish(Renew(*sessions_, call->owner(), call->request(), call->response()));
   });
 }

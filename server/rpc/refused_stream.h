@@ -2,14 +2,14 @@
 #define SERVER_RPC_REFUSED_STREAM_H_
 
 #include "grpcpp/support/status.h"
+#include "server/rpc/byte_service.h"
 
 namespace procgen {
 
-// A stream that ends with an error at once. Reactor: the kind that the method answers with.
-template <typename Reactor>
-class RefusedStream final : public Reactor {
+// A call that ends with an error at once.
+class RefusedStream final : public ByteStream {
  public:
-  explicit RefusedStream(const grpc::Status& status) { this->Finish(status); }
+  explicit RefusedStream(const grpc::Status& status) { Finish(status); }
 
  private:
   void OnDone() override { delete this; }

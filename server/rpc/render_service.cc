@@ -53,10 +53,15 @@ void Render(const std::shared_ptr<PoolSession>& pool, SideCrew* side_crew, Rende
 
 }  // namespace
 
-grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
-    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
-    grpc::ByteBuffer* response) {
-  return RenderCall::Start(*callers_, *context, request, response, [this](RenderCall* call) {
+RenderServiceImpl::RenderServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers) {
+  AddByteMethod<v1::RenderEnvironmentsRequest>(
+      [this](auto* context) { return RenderEnvironments(context); });
+  AddByteMethod<v1::WatchPoolRequest>([this](auto* context) { return WatchPool(context); });
+}
+
+ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* context) {
+  return RenderCall::Start(*callers_, *context, [this](RenderCall* call) {
     absl::StatusOr<std::shared_ptr<PoolSession>> pool =
         sessions_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
@@ -77,44 +82,13 @@ grpc::ServerUnaryReactor* RenderServiceImpl::RenderEnvironments(
   });
 }
 
-grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderServiceImpl::WatchPool(
-    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  absl::StatusOr<WatchPoolReactor*> stream = StartWatch(*context, *request);
-  if (!stream.ok()) {
-    return new RefusedStream<grpc::ServerWriteReactor<grpc::ByteBuffer>>(
-        callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), stream.status()));
-  }
-  return *stream;
-}
-
-absl::StatusOr<WatchPoolReactor*> RenderServiceImpl::StartWatch(
-    const grpc::CallbackServerContext& context, const grpc::ByteBuffer& request) {
-  // What the caller counts in ends with this: a drain does not wait for those who watch.
-  const absl::StatusOr<Caller> caller = callers_->Admit(context);
+ByteStream* RenderServiceImpl::WatchPool(grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
   if (!caller.ok()) {
-    return caller.status();
+    return new RefusedStream(
+        callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), caller.status()));
   }
-  v1::WatchPoolRequest message;
-  if (absl::Status status = ParseMessage(request, &message); !status.ok()) {
-    return status;
-  }
-  const auto pool = sessions_->FindForStream(caller->owner, message.pool());
-  if (!pool.ok()) {
-    return pool.status();
-  }
-  const absl::StatusOr<WatchOrder> order = WatchOrderOf(message, **pool, sessions_->limits());
-  if (!order.ok()) {
-    return order.status();
-  }
-  absl::StatusOr<Owners::Share> share = sessions_->owners().Take(caller->owner, {.watch_count = 1});
-  if (!share.ok()) {
-    return share.status();
-  }
-  const auto encode = [format = message.format()](Moment moment) {
-    return EncodeWatched(format, std::move(moment));
-  };
-  return WatchPoolReactor::Start(&sessions_->views(), callers_, *pool, *order, encode,
-                                 *std::move(share));
+  return WatchPoolReactor::Start(sessions_, callers_, *std::move(caller));
 }
 
 }  // namespace procgen

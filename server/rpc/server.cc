@@ -8,11 +8,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "grpc/support/log.h"
-#include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/grpcpp.h"
-#include "grpcpp/health_check_service_interface.h"
 #include "server/rpc/address.h"
 #include "server/rpc/answer_replay.h"
+#include "server/rpc/connections.h"
 #include "server/rpc/convert_pool.h"
 #include "server/rpc/grpc_deadline.h"
 #include "server/rpc/listener.h"
@@ -36,6 +35,8 @@ constexpr int kConnectionCallsMax = 1024;
 // How long a connection may take until it speaks gRPC (TLS included), and stay without a call.
 constexpr absl::Duration kHandshakeTimeout = absl::Seconds(10);
 constexpr absl::Duration kIdleTimeout = absl::Minutes(10);
+// Bytes that gRPC reads from a connection, and parses, before it notices that this was shut down.
+constexpr int kReadBytesMax = 64 << 10;
 // How often a client may ask whether the server is there.
 constexpr absl::Duration kPingIntervalMin = absl::Milliseconds(100);
 
@@ -98,8 +99,10 @@ class GrpcServer final : public Server {
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
                   options.shared_folder,
                   options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
-        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(), &sessions_.owners(),
-                 &metrics_),
+        connections_(std::make_shared<Connections>(options.limits.connection_count_max,
+                                                   options.limits.attach_timeout)),
+        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(),
+                 options.limits.attach_timeout, connections_.get(), &sessions_.owners(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
         direct_lines_(std::move(direct_lines)),
@@ -112,13 +115,11 @@ class GrpcServer final : public Server {
 
   absl::Status Listen(const ServerOptions& options) {
     gpr_set_log_function(LogGrpcLine);
-    grpc::EnableDefaultHealthCheckService(true);
-    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     const absl::StatusOr<Address> address = ParseAddress(options.address);
     if (!address.ok()) {
       return address.status();
     }
-    auto listener = Listener::Listen(*address, options.limits.connection_count_max);
+    auto listener = Listener::Listen(*address, connections_);
     if (!listener.ok()) {
       return absl::UnavailableError(
           absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
@@ -127,7 +128,8 @@ class GrpcServer final : public Server {
     Acceptor acceptor = AddAcceptor(
         tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials(),
         &builder);
-    auto listener_within = Listener::ListenWithin(options.limits.connection_count_max);
+    auto listener_within = Listener::ListenWithin(std::make_shared<Connections>(
+        options.limits.connection_count_max, absl::InfiniteDuration()));
     if (!listener_within.ok()) {
       return listener_within.status();
     }
@@ -147,13 +149,7 @@ class GrpcServer final : public Server {
     address_ = WithPort(options.address, listener_->port());
     advertised_address_ =
         AdvertisedAddress(options.advertised_address, address_, listener_->port());
-    for (const char* service :
-         {v1::CatalogService::service_full_name(), v1::ClusterService::service_full_name(),
-          v1::PoolService::service_full_name(), v1::StepService::service_full_name(),
-          v1::StateService::service_full_name(), v1::RenderService::service_full_name()}) {
-      server_->GetHealthCheckService()->SetServingStatus(service, true);
-    }
-    server_->GetHealthCheckService()->SetServingStatus(true);
+    services_.SetServing(true);
     listener_within_ = *std::move(listener_within);
     HandOver(std::move(acceptor), listener_.get());
     HandOver(std::move(acceptor_within), listener_within_.get());
@@ -183,7 +179,7 @@ class GrpcServer final : public Server {
   }
 
   void BeginDrain() override {
-    server_->GetHealthCheckService()->SetServingStatus(false);
+    services_.SetServing(false);
     sessions_.Drain();
     services_.Drain();
     reporter_->ReportNow();
@@ -259,6 +255,7 @@ class GrpcServer final : public Server {
                                 kConnectionCallsMax + limits.pool_count_max);
     builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
                                 Milliseconds(kHandshakeTimeout));
+    builder->AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kReadBytesMax);
     builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, Milliseconds(kIdleTimeout));
   }
 
@@ -268,6 +265,7 @@ class GrpcServer final : public Server {
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   Sessions sessions_;
+  const std::shared_ptr<Connections> connections_;  // from outside the process
   const Callers callers_;
   const std::shared_ptr<Cluster> cluster_;
   const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory

@@ -280,10 +280,17 @@ void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, SideCrew* side_cr
 
 }  // namespace
 
-grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context,
-                                                       const grpc::ByteBuffer* request,
-                                                       grpc::ByteBuffer* response) {
-  return SaveCall::Start(*callers_, *context, request, response, [this](SaveCall* call) {
+StateServiceImpl::StateServiceImpl(Sessions* sessions, const Callers* callers,
+                                   CloneSources clone_sources)
+    : sessions_(sessions), callers_(callers), clone_sources_(std::move(clone_sources)) {
+  AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
+  AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
+  AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });
+  AddByteMethod<v1::ReadEpisodeRequest>([this](auto* context) { return ReadEpisode(context); });
+}
+
+ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
+  return SaveCall::Start(*callers_, *context, [this](SaveCall* call) {
     const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     if (!pool.ok()) {
       call->Finish(pool.status());
@@ -300,10 +307,8 @@ grpc::ServerUnaryReactor* StateServiceImpl::SaveStates(grpc::CallbackServerConte
   });
 }
 
-grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context,
-                                                          const grpc::ByteBuffer* request,
-                                                          grpc::ByteBuffer* response) {
-  return RestoreCall::Start(*callers_, *context, request, response, [this](RestoreCall* call) {
+ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context) {
+  return RestoreCall::Start(*callers_, *context, [this](RestoreCall* call) {
     const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     std::vector<int32_t> environments;
     std::vector<StateToRestore> states;
@@ -327,18 +332,14 @@ grpc::ServerUnaryReactor* StateServiceImpl::RestoreStates(grpc::CallbackServerCo
   });
 }
 
-grpc::ServerUnaryReactor* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request,
-                                                        grpc::ByteBuffer* response) {
-  return CloneCall::Start(*callers_, *context, request, response, [this, context](CloneCall* call) {
+ByteStream* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context) {
+  return CloneCall::Start(*callers_, *context, [this, context](CloneCall* call) {
     Clone(*sessions_, clone_sources_, *context, call);
   });
 }
 
-grpc::ServerUnaryReactor* StateServiceImpl::ReadEpisode(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request,
-                                                        grpc::ByteBuffer* response) {
-  return EpisodeCall::Start(*callers_, *context, request, response, [this](EpisodeCall* call) {
+ByteStream* StateServiceImpl::ReadEpisode(grpc::CallbackServerContext* context) {
+  return EpisodeCall::Start(*callers_, *context, [this](EpisodeCall* call) {
     const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {

@@ -12,7 +12,7 @@
 #include "server/rpc/drain_trailer.h"
 #include "server/rpc/grpc_deadline.h"
 #include "server/rpc/method_name.h"
-#include "server/rpc/unary_call.h"
+#include "server/rpc/parse_message.h"
 #include "server/session/event_log.h"
 
 namespace procgen {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "server/rpc/parse_message.h"
 #include "server/rpc/step_pool_reactor.h"
-#include "server/rpc/unary_call.h"
 
 namespace procgen {
 namespace {

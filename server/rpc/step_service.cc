@@ -9,12 +9,16 @@
 
 namespace procgen {
 
-grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepServiceImpl::StepPool(
-    grpc::CallbackServerContext* context) {
+StepServiceImpl::StepServiceImpl(Sessions* sessions, const Callers* callers,
+                                 DirectLines* direct_lines)
+    : sessions_(sessions), callers_(callers), direct_lines_(direct_lines) {
+  AddByteMethod<v1::StepPoolRequest>([this](auto* context) { return StepPool(context); });
+}
+
+ByteStream* StepServiceImpl::StepPool(grpc::CallbackServerContext* context) {
   absl::StatusOr<Caller> caller = callers_->Admit(*context);
   if (!caller.ok()) {
-    using Stream = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
-    return new RefusedStream<Stream>(
+    return new RefusedStream(
         callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
   return StepPoolReactor::Start(sessions_, callers_, direct_lines_, context, *std::move(caller));

@@ -1,7 +1,7 @@
 #ifndef SERVER_RPC_STEP_SERVICE_H_
 #define SERVER_RPC_STEP_SERVICE_H_
 
-#include "procgen/v1/step.grpc.pb.h"
+#include "server/rpc/byte_service.h"
 #include "server/rpc/caller.h"
 #include "server/session/sessions.h"
 #include "server/shared_memory/direct_lines.h"
@@ -9,17 +9,14 @@
 namespace procgen {
 
 // StepService: each stream is a StepPoolReactor.
-class StepServiceImpl final
-    : public v1::StepService::WithRawCallbackMethod_StepPool<v1::StepService::Service> {
+class StepServiceImpl final : public ByteService {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
-  StepServiceImpl(Sessions* sessions, const Callers* callers, DirectLines* direct_lines)
-      : sessions_(sessions), callers_(callers), direct_lines_(direct_lines) {}
-
-  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StepPool(
-      grpc::CallbackServerContext* context) override;
+  StepServiceImpl(Sessions* sessions, const Callers* callers, DirectLines* direct_lines);
 
  private:
+  ByteStream* StepPool(grpc::CallbackServerContext* context);
+
   Sessions* const sessions_;
   const Callers* const callers_;
   DirectLines* const direct_lines_;

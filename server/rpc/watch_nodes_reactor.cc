@@ -6,6 +6,7 @@
 #include "procgen/v1/cluster.pb.h"
 #include "server/rpc/convert_node.h"
 #include "server/rpc/method_name.h"
+#include "server/rpc/parse_message.h"
 
 namespace procgen {
 
@@ -14,9 +15,7 @@ std::shared_ptr<WatchNodesReactor> WatchNodesReactor::Start(Cluster* cluster,
                                                             Owners::Share share) {
   std::shared_ptr<WatchNodesReactor> reactor(
       new WatchNodesReactor(cluster, callers, std::move(share)));
-  reactor->Keep(reactor);
-  reactor->subscription_ = cluster->Subscribe([it = reactor.get()] { it->SendNodes(); });
-  reactor->SendNodes();
+  reactor->Begin(reactor);
   return reactor;
 }
 
@@ -24,6 +23,20 @@ WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const Callers* callers, O
     : LatestStream(callers, MethodNameOf<v1::WatchNodesRequest>()),
       cluster_(cluster),
       share_(std::move(share)) {}
+
+void WatchNodesReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
+  v1::WatchNodesRequest message;
+  absl::Status status = request.status();
+  if (status.ok()) {
+    status = ParseMessage(*request, &message);
+  }
+  if (!status.ok()) {
+    Close(status);
+    return;
+  }
+  subscription_ = cluster_->Subscribe([this] { SendNodes(); });
+  SendNodes();
+}
 
 void WatchNodesReactor::LetGo() { subscription_ = Subscription(); }
 

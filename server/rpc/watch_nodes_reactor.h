@@ -24,6 +24,7 @@ class WatchNodesReactor final : public LatestStream {
  private:
   WatchNodesReactor(Cluster* cluster, const Callers* callers, Owners::Share share);
 
+  void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   void LetGo() override;
 
   void SendNodes();

@@ -4,23 +4,24 @@
 #include <memory>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/latest_stream.h"
 #include "server/session/owners.h"
-#include "server/session/pool_views.h"
+#include "server/session/sessions.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
 
-// One stream of WatchPool: sends moments of a pool. Threads: any method from any thread.
+// One stream of WatchPool: reads which pool is to be watched, then sends moments of it.
+// Threads: any method from any thread.
 class WatchPoolReactor final : public LatestStream, public Watcher {
  public:
-  // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it.
-  // `share`: of what the owner may watch. `views` and `callers` must outlive it.
-  static WatchPoolReactor* Start(PoolViews* views, const Callers* callers,
-                                 std::shared_ptr<PoolSession> pool, const WatchOrder& order,
-                                 const EncodeMoment& encode, Owners::Share share);
+  // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
+  // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
+  // wait for those who watch.
+  static WatchPoolReactor* Start(Sessions* sessions, const Callers* callers, Caller caller);
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
@@ -29,12 +30,16 @@ class WatchPoolReactor final : public LatestStream, public Watcher {
   void End(const absl::Status& reason) override;
 
  private:
-  WatchPoolReactor(PoolViews* views, const Callers* callers, Owners::Share share);
+  WatchPoolReactor(Sessions* sessions, const Callers* callers, Caller caller);
 
+  void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
+  absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);
   void LetGo() override;
 
-  PoolViews* const views_;
+  Sessions* const sessions_;
+  Caller caller_;  // until the request is there
   Owners::Share share_;
+  std::weak_ptr<WatchPoolReactor> weak_self_;
 };
 
 }  // namespace procgen

@@ -35,7 +35,6 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libgpr.so\n"
          "called_from_lib:libgrpc.so\n"
          "called_from_lib:libgrpc++.so\n"
-         "called_from_lib:libgrpc++_reflection.so\n"
          "called_from_lib:libprotobuf.so\n"
          "called_from_lib:libssl.so\n"
          "called_from_lib:libupb.so\n"

@@ -9,16 +9,22 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
+#include "absl/time/time.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
 
 namespace procgen {
 namespace {
+
+std::shared_ptr<Connections> FourConnections() {
+  return std::make_shared<Connections>(4, absl::Seconds(30));
+}
 
 // A connection to a name that has no file, or -1.
 int ConnectTo(absl::string_view name) {
@@ -38,7 +44,7 @@ int FirstReadOf(absl::string_view name) {
 }
 
 TEST(ListenerTest, EndsWhileSomebodyAlwaysConnects) {
-  auto listener = Listener::ListenWithin(4);
+  auto listener = Listener::ListenWithin(FourConnections());
   ASSERT_THAT(listener, IsOk());
   const std::string target = (*listener)->target_within();
   const absl::string_view name = absl::StripPrefix(target, "unix-abstract:");
@@ -58,10 +64,10 @@ TEST(ListenerTest, APathThatAnotherServerHasTakenSinceIsLeftToIt) {
   const TemporaryFolder folder;
   Address address;
   address.unix_path = folder.At("socket");
-  auto first = Listener::Listen(address, 4);
+  auto first = Listener::Listen(address, FourConnections());
   ASSERT_THAT(first, IsOk());
   std::filesystem::remove(address.unix_path);
-  auto second = Listener::Listen(address, 4);
+  auto second = Listener::Listen(address, FourConnections());
   ASSERT_THAT(second, IsOk());
   *first = nullptr;
   EXPECT_TRUE(std::filesystem::exists(address.unix_path));
@@ -70,7 +76,7 @@ TEST(ListenerTest, APathThatAnotherServerHasTakenSinceIsLeftToIt) {
 }
 
 TEST(ListenerTest, WithinAProcessOthersAreTurnedAway) {
-  const auto listener = Listener::ListenWithin(4);
+  const auto listener = Listener::ListenWithin(FourConnections());
   ASSERT_THAT(listener, IsOk());
   std::atomic<int> taken_count = 0;
   (*listener)->Start([&](int /*listening*/, int connection) {

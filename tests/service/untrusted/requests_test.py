@@ -1,0 +1,59 @@
+"""Calls that are begun and not finished: what they hold, and for how long."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from http2 import DATA, HEADERS, Http2Connection, message
+from testbed import GET_POOL, HEALTH_CHECK, METADATA, WATCH_POOL, serve
+
+_REQUEST_BYTES_MAX = 4 << 20
+_CALLS = 64
+
+
+def send_unfinished(connection: Http2Connection, streams: list[int], content: bytes) -> None:
+    """Sends as much of a content on each stream as is let in, until nothing moves any more."""
+    left = {stream: memoryview(content) for stream in streams}
+    fruitless = 0
+    while fruitless < 20 and any(left.values()) and not connection.is_closed:
+        moved = False
+        for stream in streams:
+            size = min(connection.room(stream), len(left[stream]))
+            if size > 0:
+                connection.send(stream, bytes(left[stream][:size]))
+                left[stream] = left[stream][size:]
+                moved = True
+        connection.flush()
+        for arrived in connection.frames(0.0 if moved else 0.05):
+            if arrived.kind in (DATA, HEADERS):
+                left[arrived.stream] = left[arrived.stream][:0]
+        fruitless = 0 if moved else fruitless + 1
+
+
+@pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL, HEALTH_CHECK])
+def test_unfinished_requests_without_a_token_hold_no_memory(tmp_path: Path, method: str) -> None:
+    with serve(tmp_path) as server, Http2Connection(server.address) as connection:
+        before_mb = server.memory_mb()
+        streams = [connection.begin(method) for _ in range(_CALLS)]
+        send_unfinished(connection, streams, message(bytes(_REQUEST_BYTES_MAX - 16))[:-1])
+        assert server.memory_mb() - before_mb < 40
+
+
+def test_a_call_without_a_token_ends_at_its_headers(tmp_path: Path) -> None:
+    with serve(tmp_path) as server, Http2Connection(server.address) as connection:
+        for method in (GET_POOL, WATCH_POOL):
+            assert connection.trailers(connection.begin(method))["grpc-status"] == "16"
+
+
+@pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL])
+def test_a_request_that_does_not_arrive_ends_its_call(tmp_path: Path, method: str) -> None:
+    with serve(tmp_path, "--attach_timeout=1s") as server:
+        with Http2Connection(server.address) as connection:
+            stream = connection.begin(method, METADATA)
+            connection.send(stream, message(b"half")[:-2])
+            trailers = connection.trailers(stream)
+    assert trailers["grpc-status"] == "4"
+    assert trailers["grpc-message"] == (
+        "the request has not arrived within 1s, limit attach_timeout"
+    )

@@ -1,0 +1,104 @@
+"""A server that asks for tokens, what its process holds, and a victim: a learner that steps."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from procgen_client import Client, Credentials, ServerProcess
+
+TOKEN = "alice-token-0123456789"
+METADATA = [("authorization", f"Bearer {TOKEN}")]
+_OTHER_TOKEN = "bob-token-01234567890123"
+OTHER_METADATA = [("authorization", f"Bearer {_OTHER_TOKEN}")]
+LIST_POOLS = "procgen.v1.PoolService/ListPools"
+GET_POOL = "procgen.v1.PoolService/GetPool"
+STEP_POOL = "procgen.v1.StepService/StepPool"
+WATCH_POOL = "procgen.v1.RenderService/WatchPool"
+HEALTH_CHECK = "grpc.health.v1.Health/Check"
+HEALTH_WATCH = "grpc.health.v1.Health/Watch"
+REFLECTION = "grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
+
+
+class Server:
+    """A running server, which must end well."""
+
+    def __init__(self, process: ServerProcess, log_path: Path) -> None:
+        self.process = process
+        self.address = process.address
+        self.log_path = log_path
+
+    def client(self, credentials: Credentials | None = None) -> Client:
+        return Client(self.address, credentials=credentials or Credentials(token=TOKEN))
+
+    def memory_mb(self) -> float:
+        """Resident memory."""
+        for line in Path(f"/proc/{self.process.process_id}/status").read_text().splitlines():
+            if line.startswith("VmRSS:"):
+                return int(line.split()[1]) / 1024
+        raise AssertionError("no VmRSS")
+
+    def thread_count(self) -> int:
+        return len(os.listdir(f"/proc/{self.process.process_id}/task"))
+
+    def cpu_s(self) -> float:
+        """Processor time of all its threads."""
+        fields = Path(f"/proc/{self.process.process_id}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextlib.contextmanager
+def serve(folder: Path, *flags: str, address: str = "127.0.0.1:0") -> Iterator[Server]:
+    """Runs a server with the tokens of two owners."""
+    tokens = folder / "tokens"
+    tokens.write_text(f"alice {TOKEN}\nbob {_OTHER_TOKEN}\n")
+    tokens.chmod(0o600)
+    log_path = folder / "server.log"
+    command = ["--workers=1", f"--tokens={tokens}", "--log_level=debug", *flags]
+    with ServerProcess(flags=command, address=address, log_path=log_path) as process:
+        yield Server(process, log_path)
+        assert process.stop() == 0, log_path.read_text()
+
+
+class Victim:
+    """Steps a pool of its own in a thread, and keeps how long each step took."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._pool = client.create_pool("maze", 8)
+        self._actions = np.full(8, 4, dtype=np.int32)
+        self._pool.step(self._actions)
+        self.step_s: list[float] = []
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._step_on, daemon=True)
+        self._thread.start()
+
+    def _step_on(self) -> None:
+        while not self._stopped.wait(0.002):
+            begin = time.monotonic()
+            self._pool.step(self._actions)
+            self.step_s.append(time.monotonic() - begin)
+
+    def stop(self) -> list[float]:
+        """Ends it; gives the times of its steps, the longest first."""
+        self._stopped.set()
+        self._thread.join(60)
+        assert not self._thread.is_alive(), "the victim's step does not end"
+        self._pool.close()
+        self._client.close()
+        return sorted(self.step_s, reverse=True)
+
+
+@contextlib.contextmanager
+def victim(server: Server, credentials: Credentials | None = None) -> Iterator[Victim]:
+    stepping = Victim(server.client(credentials))
+    try:
+        yield stepping
+    finally:
+        stepping.stop()
