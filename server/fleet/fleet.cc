@@ -37,6 +37,7 @@ Fleet::~Fleet() {
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;
+    wakes_.NotifyAll();
   }
   watch_.join();
 }
@@ -176,21 +177,22 @@ void Fleet::OnNodesChanged() {
     }
     seen_nodes_ = std::move(nodes);
     changed_ = true;
+    wakes_.NotifyAll();
   }
   nodes_.OnChange();
   leftovers_.OnChange();
 }
 
 void Fleet::Watch() {
-  const auto awaited = [this]()
-                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;
     for (FleetPool* pool : pools_) {
       pool->Look();
     }
-    mutex_.AwaitWithTimeout(absl::Condition(&awaited), options_.look_interval);
+    wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.look_interval,
+                      [this]()
+                          ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "server/concurrency/steady_time.h"
 #include "server/fleet/fleet_nodes.h"
 #include "server/fleet/fleet_options.h"
 #include "server/fleet/fleet_pool.h"
@@ -62,6 +63,7 @@ class Fleet final : public PoolHost {
   std::vector<NodeStatus> seen_nodes_ ABSL_GUARDED_BY(mutex_);  // when they changed last
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  SteadyCondVar wakes_;  // changed_ or stops_ is set
   std::thread watch_;
   Subscription subscription_;  // last: what it calls is above
 };

@@ -5,11 +5,13 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
+#include "server/fleet/node_answers.h"
+#include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
@@ -21,6 +23,10 @@ constexpr absl::Duration kConnectTimeout = absl::Seconds(1);
 constexpr absl::Duration kCallTimeout = absl::Seconds(20);
 // How long others are preferred to a node that did not serve.
 constexpr absl::Duration kSuspicion = absl::Seconds(2);
+// How long a node gets no shards that has answered wrongly: at first, and at most. After the latter
+// without another wrong answer all is forgotten.
+constexpr absl::Duration kExclusionMin = absl::Seconds(1);
+constexpr absl::Duration kExclusionMax = absl::Minutes(5);
 // Fewer environments are not worth a node of their own, unless there is no room otherwise.
 constexpr int32_t kShareMin = 4;
 
@@ -98,7 +104,11 @@ FleetNodes::Seat& FleetNodes::Seat::operator=(Seat&& other) noexcept {
 void FleetNodes::Seat::Leave() {
   if (FleetNodes* nodes = std::exchange(nodes_, nullptr); nodes != nullptr) {
     absl::MutexLock lock(&nodes->mutex_);
-    nodes->seats_[node_id_] -= env_count_;
+    const auto seats = nodes->seats_.find(node_id_);
+    seats->second -= env_count_;
+    if (seats->second == 0) {
+      nodes->seats_.erase(seats);
+    }
   }
 }
 
@@ -110,7 +120,7 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
   std::vector<Room> suspects;
   {
     absl::MutexLock lock(&mutex_);
-    const absl::Time now = absl::Now();
+    const absl::Time now = options_.clock();
     for (const NodeStatus& node : nodes) {
       if (!MayHaveShards(node)) {
         continue;
@@ -122,7 +132,10 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
         used -= share.node_id == node.node_id ? share.env_count : 0;
       }
       const auto suspect = suspects_.find(node.node_id);
-      const bool is_suspect = suspect != suspects_.end() && suspect->second > now;
+      if (suspect != suspects_.end() && suspect->second.excluded_until > now) {
+        continue;
+      }
+      const bool is_suspect = suspect != suspects_.end() && suspect->second.until > now;
       (is_suspect ? suspects : rooms)
           .push_back({node.node_id, node.environment_capacity - std::max<int64_t>(used, 0)});
     }
@@ -184,17 +197,19 @@ absl::StatusOr<FleetNodes::Seat> FleetNodes::Take(int32_t env_count, const std::
 }
 
 absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::string& node_id) {
-  {
-    absl::MutexLock lock(&mutex_);
-    if (const auto found = clients_.find(node_id); found != clients_.end()) {
-      return found->second;
-    }
-  }
   const std::vector<NodeStatus> nodes = options_.nodes();
   const auto node = std::find_if(nodes.begin(), nodes.end(),
                                  [&](const NodeStatus& each) { return each.node_id == node_id; });
   if (node == nodes.end()) {
     return absl::UnavailableError(absl::StrCat("node ", node_id, " is gone"));
+  }
+  {
+    absl::MutexLock lock(&mutex_);
+    // One of that name may have come back elsewhere.
+    if (const auto found = clients_.find(node_id);
+        found != clients_.end() && found->second->address == node->address) {
+      return found->second;
+    }
   }
   absl::StatusOr<procgen_client::Credentials> credentials = ReadCredentials(options_.credentials);
   if (!credentials.ok()) {
@@ -216,21 +231,52 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   if (!catalog.ok()) {
     return NodeError(*node, has_tls, catalog.status());
   }
-  auto connected =
-      std::make_shared<NodeClient>(NodeClient{node_id, *std::move(client), catalog->limits()});
+  if (absl::Status status = CheckNodeLimits(catalog->limits()); !status.ok()) {
+    return Distrust(node_id, status);
+  }
+  auto connected = std::make_shared<NodeClient>(
+      NodeClient{node_id, node->address, *std::move(client), catalog->limits()});
+  std::shared_ptr<NodeClient> last = connected;  // goes outside the lock
   absl::MutexLock lock(&mutex_);
-  clients_[node_id] = connected;
+  clients_[node_id].swap(last);
   return connected;
 }
 
 void FleetNodes::Suspect(const std::string& node_id) {
   std::shared_ptr<NodeClient> last;  // goes outside the lock
   absl::MutexLock lock(&mutex_);
-  suspects_[node_id] = absl::Now() + kSuspicion;
+  SuspicionOf(node_id)->until = options_.clock() + kSuspicion;
   if (const auto found = clients_.find(node_id); found != clients_.end()) {
     last = std::move(found->second);
     clients_.erase(found);
   }
+}
+
+FleetNodes::Suspicion* FleetNodes::SuspicionOf(const std::string& node_id) {
+  const absl::Time forgotten = options_.clock() - kExclusionMax;
+  std::erase_if(suspects_, [forgotten](const auto& suspect) {
+    return std::max(suspect.second.until, suspect.second.excluded_until) < forgotten;
+  });
+  return &suspects_[node_id];
+}
+
+absl::Status FleetNodes::Distrust(const std::string& node_id, const absl::Status& why) {
+  absl::Duration excluded = kExclusionMin;
+  {
+    absl::MutexLock lock(&mutex_);
+    Suspicion* const suspicion = SuspicionOf(node_id);
+    for (int32_t i = suspicion->wrong_answer_count; i > 0 && excluded < kExclusionMax; --i) {
+      excluded = std::min(2 * excluded, kExclusionMax);
+    }
+    ++suspicion->wrong_answer_count;
+    suspicion->excluded_until = options_.clock() + excluded;
+  }
+  LogEvent(LogLevel::kError, "node_distrusted",
+           {{"node", node_id},
+            {"excluded", absl::FormatDuration(excluded)},
+            {"message", std::string(why.message())}});
+  return absl::UnavailableError(
+      absl::StrCat("node ", node_id, " answers wrongly: ", why.message()));
 }
 
 bool FleetNodes::IsUsable(const std::string& node_id) const {
@@ -264,18 +310,45 @@ int32_t FleetNodes::worker_count() const {
   return count;
 }
 
-void FleetNodes::OnChange() {
+size_t FleetNodes::known_count() const {
   absl::MutexLock lock(&mutex_);
+  std::set<std::string> known;
+  for (const auto& [node_id, count] : seats_) {
+    known.insert(node_id);
+  }
+  for (const auto& [node_id, suspicion] : suspects_) {
+    known.insert(node_id);
+  }
+  for (const auto& [node_id, client] : clients_) {
+    known.insert(node_id);
+  }
+  return known.size();
+}
+
+void FleetNodes::OnChange() {
+  std::set<std::string> present;
+  for (const NodeStatus& node : options_.nodes()) {
+    present.insert(node.node_id);
+  }
+  std::vector<std::shared_ptr<NodeClient>> gone;  // go outside the lock
+  absl::MutexLock lock(&mutex_);
+  std::erase_if(clients_, [&](auto& each) {
+    const bool is_gone = !present.contains(each.first);
+    if (is_gone) {
+      gone.push_back(std::move(each.second));
+    }
+    return is_gone;
+  });
   ++change_number_;
+  changed_.NotifyAll();
 }
 
 void FleetNodes::AwaitChange(absl::Time until) const {
   absl::MutexLock lock(&mutex_);
   const int64_t before = change_number_;
-  const auto changed = [this, before]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+  changed_.AwaitUntil(&mutex_, until, [this, before]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return change_number_ != before;
-  };
-  mutex_.AwaitWithDeadline(absl::Condition(&changed), until);
+  });
 }
 
 }  // namespace procgen

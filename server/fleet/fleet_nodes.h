@@ -1,6 +1,7 @@
 #ifndef SERVER_FLEET_FLEET_NODES_H_
 #define SERVER_FLEET_FLEET_NODES_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -16,6 +17,7 @@
 #include "absl/time/time.h"
 #include "procgen_client/client.h"
 #include "server/cluster/node_status.h"
+#include "server/concurrency/steady_time.h"
 #include "server/fleet/fleet_options.h"
 
 namespace procgen {
@@ -23,6 +25,7 @@ namespace procgen {
 // A connection to a node, and what it takes at most.
 struct NodeClient {
   std::string node_id;
+  std::string address;
   std::unique_ptr<procgen_client::Client> client;
   v1::Limits limits;
 };
@@ -76,6 +79,9 @@ class FleetNodes {
   // It did not serve: another connection is made the next time, and others are preferred for a
   // while.
   void Suspect(const std::string& node_id);
+  // It has answered wrongly, `why`: it gets no shards for a while, twice as long each time. Logs
+  // that, and returns an error of the node: UNAVAILABLE.
+  absl::Status Distrust(const std::string& node_id, const absl::Status& why);
 
   // Whether shards may stay there: it is there, healthy and does not drain.
   bool IsUsable(const std::string& node_id) const;
@@ -83,30 +89,41 @@ class FleetNodes {
   bool IsPresent(const std::string& node_id) const;
   // Those that are there, whether or not shards may be put on them.
   std::vector<std::string> Present() const;
+  // Nodes of which it remembers something: shards there, a suspicion, a connection.
+  size_t known_count() const;
   // Threads of all nodes that step environments.
   int32_t worker_count() const;
 
-  // Wakes those that wait, as nodes may have come.
+  // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
   void OnChange();
-  // Waits until OnChange or `until`.
+  // Waits until OnChange or `until`, a time of SteadyNow.
   void AwaitChange(absl::Time until) const;
 
  private:
+  // Of a node that did not serve, or not well.
+  struct Suspicion {
+    absl::Time until;                                  // others are preferred
+    absl::Time excluded_until = absl::InfinitePast();  // it is not used at all
+    int32_t wrong_answer_count = 0;
+  };
   struct Room {
     std::string node_id;
     int64_t free = 0;
   };
 
+  // REQUIRES: it is used now. Those of long ago are forgotten.
+  Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Nodes that shards may be put on, those with most room first; suspects not, unless there are no
-  // others.
+  // others; none that is excluded.
   std::vector<Room> Rooms(const std::vector<Share>& own) const;
 
   const FleetOptions options_;
 
   mutable absl::Mutex mutex_;
+  mutable SteadyCondVar changed_;
   int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);        // environments, by node
-  std::map<std::string, absl::Time> suspects_ ABSL_GUARDED_BY(mutex_);  // until when
+  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, Suspicion> suspects_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -14,6 +14,7 @@
 #include "server/cluster/pool_placement.h"
 #include "server/cluster/subscription.h"
 #include "server/fleet/fleet_state.h"
+#include "server/session/alarm.h"
 
 namespace procgen {
 
@@ -51,6 +52,7 @@ struct FleetOptions {
   // How often pools look at their nodes though these do not seem to have changed: those that had
   // too little room may have more, and others may be less busy.
   absl::Duration look_interval = absl::Seconds(1);
+  Clock clock = SteadyNow;  // of suspicions; a test has its own
 };
 
 // Reads the files to see whether they can be used. Errors: INVALID_ARGUMENT, NOT_FOUND; the message

@@ -43,6 +43,7 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
       terms_([&] {
         auto own = std::make_shared<ShardTerms>(terms);
         own->log = &log_;
+        own->observation_bytes = options.observation_format.bytes();
         own->on_base = [this](Part range, std::shared_ptr<const ShardBase> base) {
           if (journal_ != nullptr) {
             journal_->SetBase(range, std::move(base));

@@ -74,10 +74,16 @@ absl::StatusOr<std::vector<std::unique_ptr<Shard>>> FleetPool::MakeShards(
 void FleetPool::SetShards(std::vector<std::unique_ptr<Shard>> shards) {
   absl::MutexLock lock(&shards_mutex_);
   shards_.swap(shards);  // those that were there end after the lock
+  // What was seen of others says nothing of these.
+  looks_worth_dividing_ = 0;
+  divides_ = false;
 }
 
 void FleetPool::Look() {
   absl::MutexLock lock(&shards_mutex_);
+  if (shards_.empty()) {
+    return;  // it is being divided
+  }
   std::vector<FleetNodes::Share> now;
   for (const std::unique_ptr<Shard>& shard : shards_) {
     shard->Look();

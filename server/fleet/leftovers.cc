@@ -5,7 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
@@ -22,6 +22,7 @@ Leftovers::~Leftovers() {
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;
+    wakes_.NotifyAll();
   }
   thread_.join();
 }
@@ -36,11 +37,13 @@ void Leftovers::EndUse(const std::string& pool_id, const std::string& node_id) {
   used_.erase(pool_id);
   unclean_.insert(node_id);
   changed_ = true;
+  wakes_.NotifyAll();
 }
 
 void Leftovers::OnChange() {
   absl::MutexLock lock(&mutex_);
   changed_ = true;
+  wakes_.NotifyAll();
 }
 
 void Leftovers::Run() {
@@ -49,10 +52,9 @@ void Leftovers::Run() {
     std::set<std::string> todo;
     {
       absl::MutexLock lock(&mutex_);
-      const auto wanted = [this]()
-                              ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; };
-      mutex_.AwaitWithTimeout(absl::Condition(&wanted),
-                              unclean_.empty() ? absl::InfiniteDuration() : kRetry);
+      wakes_.AwaitUntil(&mutex_, unclean_.empty() ? absl::InfiniteFuture() : SteadyNow() + kRetry,
+                        [this]()
+                            ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
       changed_ = false;
       stops = stops_;
     }

@@ -9,6 +9,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "server/concurrency/steady_time.h"
 #include "server/fleet/fleet_nodes.h"
 
 namespace procgen {
@@ -51,6 +52,7 @@ class Leftovers {
   std::set<std::string> present_ ABSL_GUARDED_BY(mutex_);  // nodes, when it last looked
   bool changed_ ABSL_GUARDED_BY(mutex_) = true;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
+  SteadyCondVar wakes_;  // changed_ or stops_ is set
   std::thread thread_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/concurrency/start_thread.h"
+#include "server/fleet/node_answers.h"
 #include "server/fleet/shard_request.h"
 #include "server/session/event_log.h"
 
@@ -92,16 +93,11 @@ void Shard::Run(int64_t number, Done done) { Start({number, nullptr, std::move(d
 void Shard::Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots,
                  Done done) {
   const auto save = [this, environments = std::move(environments), snapshots]() -> absl::Status {
-    auto states = placement_->node->client->SaveStates(
-        placement_->pool, environments, placement_->node->limits.response_bytes_max());
-    if (!states.ok()) {
-      return states.status();
+    absl::StatusOr<std::vector<std::string>> states = FetchStates(environments);
+    if (states.ok()) {
+      *snapshots = *std::move(states);
     }
-    snapshots->clear();
-    for (v1::State& state : *states) {
-      snapshots->push_back(std::move(*state.mutable_snapshot()));
-    }
-    return absl::OkStatus();
+    return states.status();
   };
   Start({std::nullopt, save, std::move(done)});
 }
@@ -117,12 +113,10 @@ void Shard::Render(std::vector<int32_t> environments, View view, int32_t side_px
       if (!rendered.ok()) {
         return rendered.status();
       }
-      const std::string& image = rendered->frames(0).image();
-      if (image.size() != frames[i].size()) {
-        return absl::InternalError(absl::StrCat("node ", placement_->node->node_id, " draws ",
-                                                image.size(),
-                                                " bytes, wanted: ", frames[i].size()));
+      if (absl::Status status = CheckNodeFrame(*rendered, frames[i].size()); !status.ok()) {
+        return Distrust(status);
       }
+      const std::string& image = rendered->frames(0).image();
       std::memcpy(frames[i].data(), image.data(), image.size());
     }
     return absl::OkStatus();
@@ -204,7 +198,11 @@ void Shard::Settle() {
     }
     Lose(absl::UnavailableError("the node drains or is gone"));
   }
+  if (gives_up_) {
+    return;
+  }
   if (const absl::Status status = Reach(asked_position_); !status.ok()) {
+    gives_up_ = !IsOfNode(status);
     Lose(status);
   }
 }
@@ -214,6 +212,7 @@ absl::Status Shard::Do(Task* task) {
   const int64_t number = task->number.value_or(asked_position_);
   PromoteBase(number);
   bool paused = false;
+  gives_up_ = false;
   int attempts = 0;
   while (true) {
     const bool was_placed = placement_.has_value();
@@ -229,18 +228,19 @@ absl::Status Shard::Do(Task* task) {
     // A pool that is being made need not wait for nodes that let nobody in.
     const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
     attempts += IsOfNode(status) && !is_refused ? 0 : 1;
-    if (Stops() || attempts == kAttemptsMax) {
+    gives_up_ = attempts == kAttemptsMax;
+    if (Stops() || gives_up_) {
       return status;
     }
-    if (absl::Now() >= deadline) {
+    if (SteadyNow() >= deadline) {
       return TimeIsUp(status);
     }
     if (!was_placed) {
-      terms_->nodes->AwaitChange(std::min(deadline, absl::Now() + kPlaceRetry));
+      terms_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kPlaceRetry));
     }
   }
   if (paused && asked_position_ > 0) {
-    const absl::Duration pause = absl::Now() - task->begin_time;
+    const absl::Duration pause = SteadyNow() - task->begin_time;
     terms_->metrics->AddFleetPause(pause);
     LogEvent(LogLevel::kInfo, "shard_goes_on",
              {{"pool", terms_->label},
@@ -292,12 +292,12 @@ absl::Status Shard::Repeat(const LoggedRequest& logged) {
   procgen_client::StepStream* const stream = placement_->stream.get();
   if (unanswered_ == stream->requests_in_flight_max()) {
     if (absl::Status status = stream->Receive(&repeated_); !status.ok()) {
-      return status;
+      return StreamError(std::move(status));
     }
     --unanswered_;
   }
   ++unanswered_;
-  return stream->Send(*std::move(request)).status();
+  return StreamError(stream->Send(*std::move(request)).status());
 }
 
 absl::Status Shard::CarryOut(const LoggedRequest& logged) {
@@ -313,7 +313,14 @@ absl::Status Shard::CarryOut(const LoggedRequest& logged) {
   if (request->has_step()) {
     request->mutable_step()->set_response_count_min(stream->pipeline());
   }
-  return stream->Call(*std::move(request), &answer_);
+  const bool has_rows = !request->has_level_sampler();
+  const AskedRows asked = AskedRowsOf(*request);
+  status = StreamError(stream->Call(*std::move(request), &answer_));
+  if (status.ok() && has_rows) {
+    status = CheckNodeBatch(answer_, asked, terms_->observation_bytes);
+    return status.ok() ? status : Distrust(status);
+  }
+  return status;
 }
 
 absl::Status Shard::PutStates(const LoggedRequest& logged) {
@@ -334,10 +341,36 @@ absl::Status Shard::PutStates(const LoggedRequest& logged) {
 absl::Status Shard::ReceiveAll() {
   for (; unanswered_ > 0; --unanswered_) {
     if (absl::Status status = placement_->stream->Receive(&repeated_); !status.ok()) {
-      return status;
+      return StreamError(std::move(status));
     }
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> Shard::FetchStates(
+    absl::Span<const int32_t> environments) const {
+  auto states = placement_->node->client->SaveStates(placement_->pool, environments,
+                                                     placement_->node->limits.response_bytes_max());
+  if (!states.ok()) {
+    return states.status();
+  }
+  auto snapshots = TakeNodeStates(*std::move(states), environments, range_.count);
+  if (!snapshots.ok()) {
+    return Distrust(snapshots.status());
+  }
+  return snapshots;
+}
+
+absl::Status Shard::StreamError(absl::Status status) const {
+  // No server has these to say of a request of a stream.
+  if (absl::IsDataLoss(status) || absl::IsInternal(status)) {
+    return Distrust(status);
+  }
+  return status;
+}
+
+absl::Status Shard::Distrust(const absl::Status& why) const {
+  return terms_->nodes->Distrust(placement_->node->node_id, why);
 }
 
 void Shard::SetWaits(bool waits, const absl::Status& why) {
@@ -410,10 +443,13 @@ void Shard::SaveBase() {
   if (!is_due || next_base_.has_value() || !placement_.has_value() || position_ < save_position_) {
     return;
   }
-  auto states = placement_->node->client->SaveStates(placement_->pool, {},
-                                                     placement_->node->limits.response_bytes_max());
+  absl::StatusOr<std::vector<std::string>> states = FetchStates({});
   if (!states.ok()) {
-    // A node that is gone is noticed with the next request. A state that cannot be saved stays.
+    if (IsOfNode(states.status())) {
+      Lose(states.status());
+      return;
+    }
+    // A state that cannot be saved stays.
     save_position_ = position_ + terms_->options->snapshot_requests / 4;
     LogEvent(LogLevel::kWarning, "checkpoint_failed",
              {{"pool", terms_->label},
@@ -422,10 +458,7 @@ void Shard::SaveBase() {
               {"message", std::string(states.status().message())}});
     return;
   }
-  ShardBase base = {position_, {}, sampler_};
-  for (v1::State& state : *states) {
-    base.states.push_back(std::move(*state.mutable_snapshot()));
-  }
+  ShardBase base = {position_, *std::move(states), sampler_};
   next_base_ = SavedBase{std::make_shared<const ShardBase>(std::move(base))};
 }
 

@@ -2,6 +2,7 @@
 #define SERVER_FLEET_SHARD_H_
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,12 +16,12 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "procgen/v1/pools.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
+#include "server/concurrency/steady_time.h"
 #include "server/fleet/fleet_nodes.h"
 #include "server/fleet/leftovers.h"
 #include "server/fleet/request_log.h"
@@ -33,10 +34,11 @@ namespace procgen {
 
 // What all shards of a pool have in common. What is pointed to must outlive them.
 struct ShardTerms {
-  std::string label;      // what log lines call the pool
-  std::string id_prefix;  // what the ids of its pools on the nodes begin with
-  std::string placed_as;  // what the cluster is told that the pool is called
-  v1::PoolSpec spec;      // of the whole pool, without a level sampler
+  std::string label;             // what log lines call the pool
+  std::string id_prefix;         // what the ids of its pools on the nodes begin with
+  std::string placed_as;         // what the cluster is told that the pool is called
+  v1::PoolSpec spec;             // of the whole pool, without a level sampler
+  size_t observation_bytes = 0;  // of one environment
   const FleetOptions* options = nullptr;
   FleetNodes* nodes = nullptr;
   Leftovers* leftovers = nullptr;
@@ -115,7 +117,7 @@ class Shard {
     std::optional<int64_t> number;            // up to where the log is carried out; none: as it is
     absl::AnyInvocable<absl::Status()> work;  // and then this, which may be repeated; null: nothing
     Done done;
-    absl::Time begin_time = absl::Now();
+    absl::Time begin_time = SteadyNow();
   };
 
   void Start(Task task);
@@ -138,8 +140,15 @@ class Shard {
   absl::Status CarryOut(const LoggedRequest& logged);
   absl::Status PutStates(const LoggedRequest& logged);
   absl::Status ReceiveAll();
+  // Snapshots of environments, in the shard's numbers; of all, if none is named.
+  absl::StatusOr<std::vector<std::string>> FetchStates(
+      absl::Span<const int32_t> environments) const;
   // Whether it has no node, and `why`; counts and logs when that changes.
   void SetWaits(bool waits, const absl::Status& why = absl::OkStatus());
+  // As FleetNodes::Distrust, of the node where it is.
+  absl::Status Distrust(const absl::Status& why) const;
+  // An error of a call of the stream, whose client finds wrong answers, too.
+  absl::Status StreamError(absl::Status status) const;
   // The node has failed to do something: lets go of it.
   void Lose(const absl::Status& why);
   void Leave();
@@ -161,7 +170,9 @@ class Shard {
   std::optional<SavedBase> next_base_;  // not yet to be begun from
   int64_t save_position_ = 0;           // before which no states are saved, since that failed
   std::optional<Placement> placement_;
-  bool waits_ = false;                               // for a node
+  bool waits_ = false;  // for a node
+  // The last error would come again on any node, so that none is tried until something is asked.
+  bool gives_up_ = false;
   int32_t unanswered_ = 0;                           // requests sent ahead
   int64_t position_ = 0;                             // of the log, of what is on the node
   int64_t asked_position_ = 0;                       // where it was asked to be

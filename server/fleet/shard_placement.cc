@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/fleet/node_answers.h"
 #include "server/fleet/shard.h"
 #include "server/session/event_log.h"
 
@@ -90,17 +91,29 @@ absl::Status Shard::Fill(Placement* placement) {
   if (!pool.ok()) {
     return pool.status();
   }
+  const std::string& node_id = placement->node->node_id;
+  if (absl::Status status = CheckNodePool(*pool, spec, placement->pool_id); !status.ok()) {
+    return terms_->nodes->Distrust(node_id, status);
+  }
   placement->pool = pool->name();
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = std::min(kRepeatedAhead, limits.requests_in_flight_max());
   options.response_bytes_max = limits.response_bytes_max();
+  options.direct_line = false;  // pools of a fleet share no memory, whatever a node says
   // Whatever breaks ends an epoch; the node need keep no answers.
   options.reconnect_timeout = absl::ZeroDuration();
   auto stream = client->Attach(placement->pool, options);
   if (!stream.ok()) {
-    return stream.status();
+    // No server has these to say of attach; the client has, of what it was answered.
+    const bool is_wrong = absl::IsInternal(stream.status()) || absl::IsDataLoss(stream.status());
+    return is_wrong ? terms_->nodes->Distrust(node_id, stream.status()) : stream.status();
   }
   placement->stream = *std::move(stream);
+  if (absl::Status status =
+          CheckNodeStream(*placement->stream, range_.count, options.requests_in_flight_max);
+      !status.ok()) {
+    return terms_->nodes->Distrust(node_id, status);
+  }
   std::vector<v1::State> states(base_->states.size());
   for (size_t i = 0; i < states.size(); ++i) {
     states[i].set_environment(static_cast<int32_t>(i));

@@ -4,143 +4,33 @@
 
 #include "server/fleet/fleet.h"
 
-#include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/rpc/server.h"
 #include "tests/service/batch_copy.h"
 #include "tests/service/certificates.h"
-#include "tests/service/scripted_learner.h"
-#include "tests/service/server_process.h"
+#include "tests/service/fleet_fixture.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
 namespace {
 
-constexpr int32_t kCapacity = 1000;
-
-// Nodes as a cluster would tell of them.
-class NodeList {
- public:
-  std::vector<NodeStatus> Nodes() const {
-    absl::MutexLock lock(&mutex_);
-    return nodes_;
-  }
-  void Set(const NodeStatus& status) {
-    absl::MutexLock lock(&mutex_);
-    for (NodeStatus& node : nodes_) {
-      if (node.node_id == status.node_id) {
-        node = status;
-        return;
-      }
-    }
-    nodes_.push_back(status);
-  }
-  void Remove(const std::string& node_id) {
-    absl::MutexLock lock(&mutex_);
-    nodes_.erase(std::remove_if(nodes_.begin(), nodes_.end(),
-                                [&](const NodeStatus& node) { return node.node_id == node_id; }),
-                 nodes_.end());
-  }
-
- private:
-  mutable absl::Mutex mutex_;
-  std::vector<NodeStatus> nodes_;
-};
-
-class FleetTest : public testing::Test {
- protected:
-  void SetUp() override { single_ = StartServer({}); }
-
-  static std::unique_ptr<Server> StartServer(
-      std::function<std::unique_ptr<PoolHost>(Metrics*)> make_host) {
-    ServerOptions options;
-    options.address = "127.0.0.1:0";
-    options.worker_count = 1;
-    options.clone_sources = *CloneSources::Parse("local");
-    options.make_host = std::move(make_host);
-    return *Server::Start(options);
-  }
-
-  void StartNode(const std::string& node_id, const std::vector<std::string>& node_flags = {}) {
-    std::vector<std::string> flags = {"--address=127.0.0.1:0", "--workers=1", "--log_level=error",
-                                      "--drain_deadline=30s"};
-    flags.insert(flags.end(), node_flags.begin(), node_flags.end());
-    auto process = std::make_unique<ServerProcess>(flags);
-    NodeStatus status;
-    status.node_id = node_id;
-    status.address = process->Address();
-    status.environment_capacity = kCapacity;
-    status.worker_count = 1;
-    status.healthy = true;
-    nodes_[node_id] = std::move(process);
-    list_.Set(status);
-  }
-
-  void StartFleet(int64_t snapshot_requests = 50) {
-    server_ = StartServer([&](Metrics* metrics) {
-      FleetOptions options;
-      options.nodes = [this] { return list_.Nodes(); };
-      options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
-      options.snapshot_requests = snapshot_requests;
-      options.log_bytes_max = log_bytes_max_;
-      options.wait_max = wait_max_;
-      options.look_interval = look_interval_;
-      options.credentials = credentials_;
-      return std::make_unique<Fleet>(options, metrics);
-    });
-  }
-
-  static std::unique_ptr<procgen_client::Client> Connect(const Server& server) {
-    return Connect(server.address());
-  }
-  static std::unique_ptr<procgen_client::Client> Connect(const std::string& address) {
-    return *procgen_client::Client::Connect(address);
-  }
-
-  // Plays the script on one server and on the fleet, and compares.
-  void ExpectSameTrace(const LearnerScript& script, const std::function<void(int)>& faults) {
-    const auto expected = PlayScript(script, Connect(*single_).get(), [](int) {});
-    ASSERT_THAT(expected, IsOk());
-    const auto actual = PlayScript(script, Connect(*server_).get(), faults);
-    ASSERT_THAT(actual, IsOk());
-    EXPECT_EQ(FirstDifference(*expected, *actual), -1);
-  }
-
-  static LearnerScript Script(int request_count = 400) {
-    LearnerScript script;
-    script.request_count = request_count;
-    script.spec.add_games("coinrun");
-    script.spec.add_games("maze");
-    script.spec.add_games("bigfish");
-    script.spec.set_env_count(24);
-    script.spec.mutable_options()->set_rand_seed(3);
-    script.spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
-    return script;
-  }
-
-  std::string MetricsText() const { return server_->metrics().Text(); }
-
-  int64_t log_bytes_max_ = FleetOptions().log_bytes_max;
-  absl::Duration wait_max_ = absl::Seconds(20);
-  absl::Duration look_interval_ = absl::Seconds(1);
-  FleetCredentials credentials_;
-  NodeList list_;
-  std::map<std::string, std::unique_ptr<ServerProcess>> nodes_;
-  std::unique_ptr<Server> single_;
-  std::unique_ptr<Server> server_;
-};
+v1::PoolSpec SmallSpec() {
+  v1::PoolSpec spec;
+  spec.add_games("coinrun");
+  spec.set_env_count(8);
+  spec.mutable_options()->set_rand_seed(3);
+  return spec;
+}
 
 class FleetFormatTest : public FleetTest,
                         public testing::WithParamInterface<std::pair<v1::EpisodeEnd, int>> {};
@@ -296,6 +186,64 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
 
+TEST_F(FleetTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
+  look_interval_ = absl::Milliseconds(5);
+  std::atomic<bool> waits = true;
+  std::atomic<int> look_count = 0;
+  std::atomic<int32_t> shard_count = 0;
+  adjust_ = [&](FleetOptions* options) {
+    options->nodes = [this, &look_count] {
+      ++look_count;
+      return list_.Nodes();
+    };
+    options->publish_placement = [&shard_count](const PoolPlacement& /*placement*/) {
+      ++shard_count;
+    };
+    // A shard that goes waits here until nodes have been looked at several times.
+    options->withdraw_placement = [&](const std::string& /*pool*/, int32_t /*shard*/) {
+      const int until = look_count + 20;
+      while (waits && look_count < until) {
+        absl::SleepFor(absl::Milliseconds(1));
+      }
+    };
+  };
+  StartNode("a");
+  StartFleet();
+  const auto client = Connect(*server_);
+  v1::PoolSpec small = SmallSpec();
+  small.set_env_count(4);
+  ASSERT_THAT(client->CreatePool(small), IsOk());  // which looks on, and is not divided
+  const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
+  StartNode("b");
+  const std::vector<int32_t> actions(24, 7);
+  procgen_client::Batch batch;
+  while (shard_count < 4) {
+    ASSERT_THAT(stream->Step(actions, &batch), IsOk());
+  }
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_THAT(stream->Step(actions, &batch), IsOk());
+  }
+  EXPECT_EQ(shard_count, 4) << "one of the small pool, one at first, and two that take its place";
+  waits = false;
+  server_ = nullptr;  // which calls what is above
+}
+
+TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
+  StartNode("a");
+  FleetOptions options;
+  options.nodes = [this] { return list_.Nodes(); };
+  FleetNodes nodes(options);
+  const auto first = nodes.Connect("a");
+  ASSERT_THAT(first, IsOk());
+  EXPECT_EQ(nodes.Connect("a")->get(), first->get());
+  StartNode("a");  // at another port
+  EXPECT_EQ((*nodes.Connect("a"))->address, list_.Nodes().front().address);
+  EXPECT_EQ(nodes.known_count(), 1);
+  list_.Remove("a");
+  nodes.OnChange();
+  EXPECT_EQ(nodes.known_count(), 0);
+}
+
 TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
   constexpr int32_t kEnvCount = 24;
   const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
@@ -346,14 +294,6 @@ TEST_F(FleetTest, WithoutNodesALearnerWaitsUntilOneComes) {
     }
   });
   helper.join();
-}
-
-v1::PoolSpec SmallSpec() {
-  v1::PoolSpec spec;
-  spec.add_games("coinrun");
-  spec.set_env_count(8);
-  spec.mutable_options()->set_rand_seed(3);
-  return spec;
 }
 
 TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {

@@ -2,11 +2,14 @@
 
 #include <map>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
+#include "tests/wall_clock/wall_clock.h"
 
 namespace procgen {
 namespace {
@@ -126,6 +129,61 @@ TEST(FleetNodesTest, SuspectsAreUsedWhereThereIsNobodyElse) {
   nodes.Suspect("b");
   EXPECT_EQ(nodes.Take(4, "a")->node_id(), "a");
 }
+
+TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
+  absl::Time now = absl::UnixEpoch();
+  FleetOptions options = OptionsOf({Node("a", 100)});
+  options.clock = [&now] { return now; };
+  FleetNodes nodes(options);
+  for (const int seconds : {1, 2, 4, 8, 16, 32, 64, 128, 256, 300, 300}) {
+    EXPECT_THAT(
+        nodes.Distrust("a", absl::DataLossError("batch.rewards is empty")),
+        StatusIs(absl::StatusCode::kUnavailable, "node a answers wrongly: batch.rewards is empty"));
+    now += absl::Seconds(seconds) - absl::Nanoseconds(1);
+    EXPECT_THAT(nodes.Take(4, "a"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+    now += absl::Nanoseconds(1);
+    EXPECT_THAT(nodes.Take(4, "a"), IsOk());
+  }
+  now += absl::Minutes(10);
+  nodes.Distrust("a", absl::DataLossError("again")).IgnoreError();
+  now += absl::Seconds(1);
+  EXPECT_THAT(nodes.Take(4, "a"), IsOk()) << "what was long ago is forgotten";
+}
+
+TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
+  absl::Time now = absl::UnixEpoch();
+  std::string node_id;
+  FleetOptions options;
+  options.nodes = [&node_id] { return std::vector<NodeStatus>{Node(node_id, 100)}; };
+  options.clock = [&now] { return now; };
+  FleetNodes nodes(options);
+  for (int i = 0; i < 1000; ++i) {
+    node_id = absl::StrCat("node-", i);
+    EXPECT_THAT(nodes.Take(8, node_id), IsOk());
+    nodes.Suspect(node_id);
+    nodes.Distrust(node_id, absl::DataLossError("some nonsense")).IgnoreError();
+    nodes.OnChange();
+    now += absl::Minutes(1);
+  }
+  EXPECT_LE(nodes.known_count(), 7);
+}
+
+class SetClockTest : public testing::TestWithParam<absl::Duration> {
+ protected:
+  ~SetClockTest() override { SetWallClockOffset(0); }
+};
+
+TEST_P(SetClockTest, WaitsForNodesEndAtTheirTime) {
+  const FleetNodes nodes(OptionsOf({}));
+  std::thread operator_thread([] { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); });
+  const absl::Time begin = SteadyNow();
+  nodes.AwaitChange(begin + absl::Milliseconds(300));
+  EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(300));
+  operator_thread.join();
+}
+
+INSTANTIATE_TEST_SUITE_P(BackAndForth, SetClockTest,
+                         testing::Values(-absl::Hours(1), absl::Hours(1)));
 
 TEST(FleetNodesTest, OnlyThoseThatServeAreUsable) {
   NodeStatus draining = Node("b", 100);
