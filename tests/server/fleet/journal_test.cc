@@ -5,8 +5,10 @@
 #include <memory>
 #include <string>
 
+#include "absl/time/time.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/session/event_log.h"
 #include "tests/server/fleet/full_disk.h"
 #include "tests/server/fleet/journaled_pool.h"
 #include "tests/status_matchers.h"
@@ -160,6 +162,7 @@ TEST_F(JournalTest, AFullDiskLosesNothing) {
   }
   EXPECT_EQ(Read().next_sequence_number(), 8) << "the last commit";
   journal->SetBase({0, 2}, SomeBase(10, "left"));
+  FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
   EXPECT_THAT(log, HasSubstr("event=journal_write_failed pool=pools/7 owner=alice message=\"cannot "
                              "use"));
