@@ -14,7 +14,7 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kSideThreadCount = 2;
+constexpr int32_t kBackgroundThreadCount = 2;
 
 std::string DrawName() { return absl::StrFormat("%08x", std::random_device()()); }
 
@@ -29,7 +29,7 @@ Fleet::Fleet(FleetOptions options, Metrics* metrics)
       process_(DrawName()),
       nodes_(options_),
       leftovers_(PrefixOf(name_), &nodes_),
-      side_crew_(kSideThreadCount),
+      executor_(kBackgroundThreadCount),
       watch_([this] { Watch(); }),
       subscription_(options_.subscribe([this] { OnNodesChanged(); })) {}
 
@@ -43,7 +43,7 @@ Fleet::~Fleet() {
 }
 
 void Fleet::Create(const PoolOrder& order, CreateDone done) {
-  side_crew_.Run([this, order = order, done = std::move(done)]() mutable {
+  executor_.Run(order.owner, [this, order = order, done = std::move(done)]() mutable {
     absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(order);
     const auto shares = made.ok() ? nodes_.Divide(order.options.env_count) : made.status();
     if (!shares.ok()) {
@@ -54,8 +54,8 @@ void Fleet::Create(const PoolOrder& order, CreateDone done) {
     pool->Begin(*shares, [this, order = std::move(order), pool = *std::move(made),
                           done = std::move(done)](absl::Status status) mutable {
       // Elsewhere, as this is a shard's thread, and the pool may go.
-      side_crew_.Run([this, order = std::move(order), pool = std::move(pool),
-                      status = std::move(status), done = std::move(done)]() mutable {
+      executor_.Run(order.owner, [this, order, pool = std::move(pool), status = std::move(status),
+                                  done = std::move(done)]() mutable {
         if (status.ok() && options_.state != nullptr) {
           status = Keep(order, options_.state->NextPath(), pool.get());
         }
@@ -80,6 +80,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
     number = ++pool_number_;
   }
   ShardTerms terms;
+  terms.owner = order.owner;
   terms.label = order.name;
   terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
   terms.placed_as = order.owner.empty() ? order.name : absl::StrCat(order.owner, "/", order.name);
@@ -89,7 +90,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
   terms.leftovers = &leftovers_;
   terms.metrics = metrics_;
   terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
-  auto pool = std::make_unique<FleetPool>(order.options, *std::move(model), terms, &side_crew_,
+  auto pool = std::make_unique<FleetPool>(order.options, *std::move(model), terms, &executor_,
                                           [this](FleetPool* gone) {
                                             absl::MutexLock lock(&mutex_);
                                             pools_.erase(gone);
@@ -160,7 +161,11 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
   }
   // A learner cannot map again what an earlier process shared with it.
   const int64_t answer_count = terms.shares_memory ? 0 : options_.requests_in_flight_max;
-  for (const v1::StepPoolRequest& request : (*pool)->Resume(left.path, left.pool, answer_count)) {
+  const auto requests = (*pool)->Resume(left.path, left.pool, answer_count);
+  if (!requests.ok()) {
+    return requests.status();
+  }
+  for (const v1::StepPoolRequest& request : *requests) {
     resumed.requests.push_back(request.SerializeAsString());
   }
   resumed.next_sequence_number = left.pool.next_sequence_number();

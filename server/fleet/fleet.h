@@ -16,8 +16,8 @@
 #include "server/fleet/fleet_pool.h"
 #include "server/fleet/leftovers.h"
 #include "server/metrics/metrics.h"
+#include "server/session/background_executor.h"
 #include "server/session/hosted_pool.h"
-#include "server/session/side_crew.h"
 
 namespace procgen {
 
@@ -55,7 +55,7 @@ class Fleet final : public PoolHost {
   const std::string process_;  // of this process in them
   FleetNodes nodes_;
   Leftovers leftovers_;
-  SideCrew side_crew_;
+  BackgroundExecutor executor_;
 
   absl::Mutex mutex_;
   std::set<FleetPool*> pools_ ABSL_GUARDED_BY(mutex_);

@@ -36,7 +36,7 @@ absl::StatusOr<std::unique_ptr<Pool>> FleetPool::Check(const PoolOptions& option
 }
 
 FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
-                     const ShardTerms& terms, SideCrew* side_crew,
+                     const ShardTerms& terms, BackgroundExecutor* executor,
                      std::function<void(FleetPool*)> goes)
     : options_(options),
       model_(std::move(model)),
@@ -51,7 +51,7 @@ FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,
         };
         return own;
       }()),
-      side_crew_(side_crew),
+      executor_(executor),
       goes_(std::move(goes)),
       log_(options.env_count, options.observation_format.frame_stack),
       awaits_reset_(static_cast<size_t>(options.env_count)) {
@@ -77,9 +77,9 @@ absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   return absl::OkStatus();
 }
 
-std::vector<v1::StepPoolRequest> FleetPool::Resume(const std::string& path,
-                                                   const JournaledPool& journaled,
-                                                   int64_t answer_count) {
+absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::string& path,
+                                                                   const JournaledPool& journaled,
+                                                                   int64_t answer_count) {
   journal_ = Journal::Resume(path, journaled, terms_->metrics);
   int64_t latest = 0;  // base; what comes after it may have replaced the sampler
   for (const auto& [first, base] : journaled.bases) {
@@ -182,7 +182,7 @@ void FleetPool::BeginRequest(const Request& request, const Batch& first_part) {
   if (!request.again && divides_.exchange(false) && !division_.has_value()) {
     BeginDivision(number);
   } else if (!request.again && CanDivide(number)) {
-    side_crew_->Run([this, number] {
+    executor_->Run(terms_->owner, [this, number] {
       Divide(*division_->base);
       division_.reset();
       RunRequest(number);

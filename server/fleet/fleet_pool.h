@@ -18,8 +18,8 @@
 #include "server/fleet/journal.h"
 #include "server/fleet/request_log.h"
 #include "server/fleet/shard.h"
+#include "server/session/background_executor.h"
 #include "server/session/hosted_pool.h"
-#include "server/session/side_crew.h"
 
 namespace procgen {
 
@@ -31,10 +31,10 @@ class FleetPool final : public HostedPool {
   // Checks all that Pool::Create would, in the same words. Errors: those of Pool::Create.
   static absl::StatusOr<std::unique_ptr<Pool>> Check(const PoolOptions& options);
 
-  // `model`: of Check, to try states on. `goes` is called when it begins to go. `side_crew` must
+  // `model`: of Check, to try states on. `goes` is called when it begins to go. `executor` must
   // outlive it. Begin or Resume comes first.
   FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model, const ShardTerms& terms,
-            SideCrew* side_crew, std::function<void(FleetPool*)> goes);
+            BackgroundExecutor* executor, std::function<void(FleetPool*)> goes);
   ~FleetPool() override;
 
   // Makes a new one and puts all of it on nodes. Errors: those of Shard::Run.
@@ -43,9 +43,10 @@ class FleetPool final : public HostedPool {
   absl::Status KeepIn(const std::string& path, const v1::Pool& pool);
   // Goes on where another process had it, and keeps it there. It stands before the first of the
   // requests that are returned, the last `answer_count` ones or fewer, which are to be carried out
-  // again.
-  std::vector<v1::StepPoolRequest> Resume(const std::string& path, const JournaledPool& journaled,
-                                          int64_t answer_count);
+  // again. Errors: those of MakeShards.
+  absl::StatusOr<std::vector<v1::StepPoolRequest>> Resume(const std::string& path,
+                                                          const JournaledPool& journaled,
+                                                          int64_t answer_count);
   // Nodes may have changed: looks whether another division would be worth it, which the next
   // request then brings about. Threads: any, at any time.
   void Look();
@@ -80,7 +81,8 @@ class FleetPool final : public HostedPool {
   void BeginDivision(int64_t number);
   // Whether what was saved for a division is enough to begin from, at `number`.
   bool CanDivide(int64_t number);
-  // Puts other shards in place of these, which begin with the states of `base`. On the side crew.
+  // Puts other shards in place of these, which begin with the states of `base`. On the background
+  // executor.
   void Divide(const ShardBase& base);
   // A shard for each of `bases`; `nodes`: where they are put if they can be, in the same order.
   // Errors: as Shard::Create.
@@ -108,14 +110,14 @@ class FleetPool final : public HostedPool {
   // Gets snapshots, in the order of `environments`.
   void Gather(const std::vector<int32_t>& environments,
               std::function<void(absl::StatusOr<std::vector<std::string>>)> done);
-  // Checks states and puts them in; on the side crew.
+  // Checks states and puts them in; on the background executor.
   void Put(std::vector<v1::State> states, const std::shared_ptr<Done>& done);
   absl::Status CheckStates(const std::vector<v1::State>& states);
 
   const PoolOptions options_;
   const std::unique_ptr<Pool> model_;  // an environment of each game, to try states on
   const std::shared_ptr<const ShardTerms> terms_;
-  SideCrew* const side_crew_;
+  BackgroundExecutor* const executor_;
   const std::function<void(FleetPool*)> goes_;
   RequestLog log_;
   std::vector<bool> awaits_reset_;                   // [N]

@@ -121,7 +121,7 @@ void FleetPool::BeginDivision(int64_t number) {
   std::iota(all.begin(), all.end(), 0);
   Gather(all, [this, number](absl::StatusOr<std::vector<std::string>> states) {
     // Not on the thread of a shard, which may have to go.
-    side_crew_->Run([this, number, states = std::move(states)]() mutable {
+    executor_->Run(terms_->owner, [this, number, states = std::move(states)]() mutable {
       if (states.ok()) {
         division_ = SavedBase{
             std::make_shared<const ShardBase>(ShardBase{number - 1, *std::move(states), sampler_})};

@@ -154,16 +154,16 @@ void FleetPool::Put(std::vector<v1::State> states, const std::shared_ptr<Done>& 
 }
 
 void FleetPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  side_crew_->Run(
-      [this, states = std::move(states), done = std::make_shared<Done>(std::move(done))] {
-        std::vector<v1::State> messages;
-        for (const StateToRestore& state : states) {
-          messages.emplace_back();
-          messages.back().set_environment(state.environment);
-          messages.back().set_snapshot(std::string(state.snapshot));
-        }
-        Put(std::move(messages), done);
-      });
+  executor_->Run(terms_->owner, [this, states = std::move(states),
+                                 done = std::make_shared<Done>(std::move(done))] {
+    std::vector<v1::State> messages;
+    for (const StateToRestore& state : states) {
+      messages.emplace_back();
+      messages.back().set_environment(state.environment);
+      messages.back().set_snapshot(std::string(state.snapshot));
+    }
+    Put(std::move(messages), done);
+  });
 }
 
 void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
@@ -188,7 +188,7 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
       states.back().set_environment(pair.target_environment);
       states.back().set_snapshot((*snapshots)[places.at(pair.source_environment)]);
     }
-    side_crew_->Run([this, states = std::move(states), done] { Put(states, done); });
+    executor_->Run(terms_->owner, [this, states = std::move(states), done] { Put(states, done); });
   });
 }
 

@@ -33,19 +33,20 @@ void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
 }
 
 // Looks at the pool in a turn, which ends before what was seen is drawn.
-void Render(const std::shared_ptr<PoolSession>& pool, SideCrew* side_crew, RenderCall* call) {
+void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* executor,
+            RenderCall* call) {
   const v1::RenderEnvironmentsRequest& request = call->request();
   const FrameLook look = LookOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->Look({request.environments().begin(), request.environments().end()}, look.view,
              look.side_px,
-             [pool, side = look.side_px, side_crew, call](absl::StatusOr<HostedPool::Draw> draw) {
+             [pool, side = look.side_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
                pool->EndTurn();
                if (!draw.ok()) {
                  call->Finish(draw.status());
                  return;
                }
-               side_crew->Run([draw = *std::move(draw), side, call]() mutable {
+               executor->Run(call->owner(), [draw = *std::move(draw), side, call]() mutable {
                  Draw(std::move(draw), side, call);
                });
              });
@@ -77,7 +78,7 @@ ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* c
         call->Finish(turn);
         return;
       }
-      Render(pool, &sessions_->side_crew(), call);
+      Render(pool, &sessions_->executor(), call);
     });
   });
 }

@@ -1,6 +1,7 @@
 #include "server/rpc/server.h"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -287,7 +288,14 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
     }
     direct_lines = *std::move(opened);
   }
-  auto server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
+  std::unique_ptr<GrpcServer> server;
+  try {
+    server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
+  } catch (const std::system_error& error) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("cannot start the server's threads: ", error.code().message(),
+                     "; a limit on processes is reached (ulimit -u, pids.max)"));
+  }
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;
   }

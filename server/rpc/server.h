@@ -50,7 +50,8 @@ struct ServerOptions {
 // Threads: any method from any thread.
 class Server {
  public:
-  // Listens and serves. Errors: UNAVAILABLE the address cannot be listened on.
+  // Listens and serves. Errors: UNAVAILABLE the address cannot be listened on; RESOURCE_EXHAUSTED
+  // its threads cannot be started.
   static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options);
   // Stops at once: what runs is cancelled.
   virtual ~Server() = default;

@@ -261,21 +261,21 @@ void FinishEpisode(const EpisodeRecording& recording, const PoolSession& pool, i
 }
 
 // Copies the recording of the episode in a turn, which ends before it is decoded.
-void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, SideCrew* side_crew,
+void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecutor* executor,
                     EpisodeCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->ReadEpisode(call->request().environment(),
-                    call->request().which() == v1::WHICH_EPISODE_CURRENT,
-                    [pool, bytes_max, side_crew, call](absl::StatusOr<EpisodeRecording> recording) {
-                      pool->EndTurn();
-                      if (!recording.ok()) {
-                        call->Finish(recording.status());
-                        return;
-                      }
-                      side_crew->Run([pool, bytes_max, call, recording = *std::move(recording)] {
-                        FinishEpisode(recording, *pool, bytes_max, call);
-                      });
-                    });
+  pool->ReadEpisode(
+      call->request().environment(), call->request().which() == v1::WHICH_EPISODE_CURRENT,
+      [pool, bytes_max, executor, call](absl::StatusOr<EpisodeRecording> recording) {
+        pool->EndTurn();
+        if (!recording.ok()) {
+          call->Finish(recording.status());
+          return;
+        }
+        executor->Run(call->owner(), [pool, bytes_max, call, recording = *std::move(recording)] {
+          FinishEpisode(recording, *pool, bytes_max, call);
+        });
+      });
 }
 
 }  // namespace
@@ -353,7 +353,7 @@ ByteStream* StateServiceImpl::ReadEpisode(grpc::CallbackServerContext* context) 
       return;
     }
     InTurn(*pool, call, [this, pool = *pool, bytes_max = *bytes_max, call] {
-      ReadTheEpisode(pool, bytes_max, &sessions_->side_crew(), call);
+      ReadTheEpisode(pool, bytes_max, &sessions_->executor(), call);
     });
   });
 }

@@ -9,8 +9,8 @@
 namespace procgen {
 
 // StateService: saves, restores and clones environments, and reads their episodes, each in a turn
-// at their pool and on the side crew. A call has one turn at a time, so calls between the same
-// pools cannot wait for one another. Serves while the server drains, too.
+// at their pool and on the background executor. A call has one turn at a time, so calls between the
+// same pools cannot wait for one another. Serves while the server drains, too.
 class StateServiceImpl final : public ByteService {
  public:
   // `sessions` and `callers` must outlive this.

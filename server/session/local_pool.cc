@@ -38,8 +38,11 @@ class LocalPool::Painters {
   std::unique_ptr<SightPainter> idle_ ABSL_GUARDED_BY(mutex_);
 };
 
-LocalPool::LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew)
-    : pool_(std::move(pool)), side_crew_(side_crew), painters_(std::make_shared<Painters>()) {}
+LocalPool::LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor)
+    : pool_(std::move(pool)),
+      owner_(std::move(owner)),
+      executor_(executor),
+      painters_(std::make_shared<Painters>()) {}
 
 LocalPool::~LocalPool() = default;
 
@@ -48,33 +51,35 @@ void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done, 
 }
 
 void LocalPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {
-  side_crew_->Run([this, sampler = std::move(level_sampler), done = std::move(done)]() mutable {
-    done(pool_->SetLevelSampler(std::move(sampler)));
-  });
+  executor_->Run(owner_,
+                 [this, sampler = std::move(level_sampler), done = std::move(done)]() mutable {
+                   done(pool_->SetLevelSampler(std::move(sampler)));
+                 });
 }
 
 void LocalPool::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  side_crew_->Run([this, environments, take = std::move(take), done = std::move(done)]() mutable {
-    absl::Status status;
-    for (const int32_t environment : environments) {
-      absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
-      status = snapshots.status();
-      if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
-        break;
-      }
-    }
-    done(std::move(status));
-  });
+  executor_->Run(
+      owner_, [this, environments, take = std::move(take), done = std::move(done)]() mutable {
+        absl::Status status;
+        for (const int32_t environment : environments) {
+          absl::StatusOr<std::vector<std::string>> snapshots = pool_->SaveStates({environment});
+          status = snapshots.status();
+          if (!status.ok() || !take(environment, std::move(snapshots->front()))) {
+            break;
+          }
+        }
+        done(std::move(status));
+      });
 }
 
 void LocalPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  side_crew_->Run([this, states = std::move(states), done = std::move(done)]() mutable {
+  executor_->Run(owner_, [this, states = std::move(states), done = std::move(done)]() mutable {
     done(pool_->RestoreStates(states));
   });
 }
 
 void LocalPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
-  side_crew_->Run([this, pairs = std::move(pairs), done = std::move(done)]() mutable {
+  executor_->Run(owner_, [this, pairs = std::move(pairs), done = std::move(done)]() mutable {
     done(pool_->CloneStates(pairs));
   });
 }
@@ -85,7 +90,7 @@ void LocalPool::Look(const std::vector<int32_t>& environments, View view, int32_
     LookHere(environments, view, side_px, std::move(done));
     return;
   }
-  side_crew_->Run([this, environments, view, side_px, done = std::move(done)]() mutable {
+  executor_->Run(owner_, [this, environments, view, side_px, done = std::move(done)]() mutable {
     LookHere(environments, view, side_px, std::move(done));
   });
 }
@@ -123,15 +128,16 @@ void LocalPool::LookHere(const std::vector<int32_t>& environments, View view, in
 }
 
 LocalPoolHost::LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
-                             SideCrew* side_crew)
-    : crew_(std::make_shared<Crew>(worker_count)), art_(std::move(art)), side_crew_(side_crew) {}
+                             BackgroundExecutor* executor)
+    : crew_(std::make_shared<Crew>(worker_count)), art_(std::move(art)), executor_(executor) {}
 
 void LocalPoolHost::Create(const PoolOrder& order, CreateDone done) {
-  side_crew_->Run([this, drawn = order.options, done = std::move(done)]() mutable {
+  executor_->Run(order.owner, [this, drawn = order.options, owner = order.owner,
+                               done = std::move(done)]() mutable {
     drawn.art = art_;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, crew_);
     if (pool.ok()) {
-      done(std::make_unique<LocalPool>(*std::move(pool), side_crew_));
+      done(std::make_unique<LocalPool>(*std::move(pool), std::move(owner), executor_));
     } else {
       done(pool.status());
     }

@@ -3,20 +3,22 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/session/background_executor.h"
 #include "server/session/hosted_pool.h"
-#include "server/session/side_crew.h"
 
 namespace procgen {
 
-// A pool of this process: stepped by its crew, and what takes long besides by the side crew.
+// A pool of this process: stepped by its crew, and what takes long besides by the background
+// executor.
 class LocalPool final : public HostedPool {
  public:
-  // `side_crew` must outlive this.
-  LocalPool(std::unique_ptr<Pool> pool, SideCrew* side_crew);
+  // `executor` must outlive this; what it does for the pool counts as work of `owner`.
+  LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor);
   ~LocalPool() override;
 
   const PoolOptions& options() const override { return pool_->options(); }
@@ -37,7 +39,8 @@ class LocalPool final : public HostedPool {
                 LookDone done);
 
   const std::unique_ptr<Pool> pool_;
-  SideCrew* const side_crew_;
+  const std::string owner_;
+  BackgroundExecutor* const executor_;
   const std::shared_ptr<Painters> painters_;
 };
 
@@ -45,8 +48,9 @@ class LocalPool final : public HostedPool {
 class LocalPoolHost final : public PoolHost {
  public:
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
-  // `side_crew` must outlive this and its pools.
-  LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art, SideCrew* side_crew);
+  // `executor` must outlive this and its pools.
+  LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                BackgroundExecutor* executor);
 
   void Create(const PoolOrder& order, CreateDone done) override;
   int32_t worker_count() const override { return crew_->thread_count(); }
@@ -54,7 +58,7 @@ class LocalPoolHost final : public PoolHost {
  private:
   const std::shared_ptr<Crew> crew_;
   const std::shared_ptr<const SharedArt> art_;
-  SideCrew* const side_crew_;
+  BackgroundExecutor* const executor_;
 };
 
 }  // namespace procgen

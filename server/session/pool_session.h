@@ -20,6 +20,7 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/alarm.h"
+#include "server/session/background_executor.h"
 #include "server/session/byte_budget.h"
 #include "server/session/episode_log.h"
 #include "server/session/hosted_pool.h"
@@ -32,7 +33,6 @@
 #include "server/session/recent_episodes.h"
 #include "server/session/request.h"
 #include "server/session/request_times.h"
-#include "server/session/side_crew.h"
 #include "server/shared_memory/batch_ledger.h"
 #include "server/shared_memory/shared_folder.h"
 #include "server/shared_memory/shared_ring.h"
@@ -45,7 +45,7 @@ inline constexpr size_t kTurnsWaitingMax = 64;
 // What all pools of a server share. All of it must outlive them.
 struct PoolSurroundings {
   Owners* owners = nullptr;
-  SideCrew* side_crew = nullptr;
+  BackgroundExecutor* executor = nullptr;
   Alarm* lease_alarm = nullptr;                // also tells the time
   ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners

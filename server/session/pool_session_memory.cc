@@ -25,11 +25,12 @@ void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
   }
   const int32_t held_max =
       options.held_batches_max == 0 ? kHeldBatchesDefault : options.held_batches_max;
-  surroundings_.side_crew->Run([this, batch_count = options.requests_in_flight_max + held_max,
-                                done = std::move(done)]() mutable {
-    absl::Status status = GrowSharedRing(batch_count);
-    done(std::move(status));
-  });
+  surroundings_.executor->Run(owner_,
+                              [this, batch_count = options.requests_in_flight_max + held_max,
+                               done = std::move(done)]() mutable {
+                                absl::Status status = GrowSharedRing(batch_count);
+                                done(std::move(status));
+                              });
 }
 
 absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {

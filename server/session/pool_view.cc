@@ -15,7 +15,7 @@ constexpr size_t kAgentViewBytes = kObservationBytes;
 }  // namespace
 
 PoolView::PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-                   SideCrew* drawing)
+                   BackgroundExecutor* drawing)
     : pool_(std::move(pool)),
       order_(std::move(order)),
       encode_(std::move(encode)),
@@ -157,21 +157,21 @@ void PoolView::OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_
     shown_ = {};
     return;
   }
-  drawing_->Run(
-      [self = shared_from_this(), moment = std::move(moment), draw = *std::move(draw)]() mutable {
-        const CoreUse use;
-        const int64_t sequence_number = moment.sequence_number;
-        const auto side = static_cast<size_t>(self->order_.side_px);
-        std::vector<absl::Span<uint8_t>> frames;
-        moment.images.resize(moment.environments.size());
-        for (std::string& image : moment.images) {
-          image.resize(side * side * 3);
-          frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
-        }
-        draw(frames);
-        self->Deliver(std::move(moment));
-        self->Rest(sequence_number, use);
-      });
+  drawing_->Run(pool_->owner(), [self = shared_from_this(), moment = std::move(moment),
+                                 draw = *std::move(draw)]() mutable {
+    const CoreUse use;
+    const int64_t sequence_number = moment.sequence_number;
+    const auto side = static_cast<size_t>(self->order_.side_px);
+    std::vector<absl::Span<uint8_t>> frames;
+    moment.images.resize(moment.environments.size());
+    for (std::string& image : moment.images) {
+      image.resize(side * side * 3);
+      frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
+    }
+    draw(frames);
+    self->Deliver(std::move(moment));
+    self->Rest(sequence_number, use);
+  });
 }
 
 void PoolView::Rest(int64_t sequence_number, const CoreUse& use) {
@@ -232,7 +232,7 @@ void PoolView::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
     moment.sequence_number = sequence_number;
     moment.images = std::exchange(copied_, {});
   }
-  drawing_->Run([self = shared_from_this(), moment = std::move(moment)]() mutable {
+  drawing_->Run(pool_->owner(), [self = shared_from_this(), moment = std::move(moment)]() mutable {
     self->Deliver(std::move(moment));
   });
 }

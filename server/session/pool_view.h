@@ -14,11 +14,11 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
+#include "server/session/background_executor.h"
 #include "server/session/core_use.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/pool_session.h"
 #include "server/session/pool_tap.h"
-#include "server/session/side_crew.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
@@ -36,7 +36,7 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
  public:
   // `drawing` must outlive this. It must be added to the pool's taps.
   PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-           SideCrew* drawing);
+           BackgroundExecutor* drawing);
 
   // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get
   // one. None: the view has ended.
@@ -80,7 +80,7 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   const std::shared_ptr<PoolSession> pool_;
   const WatchOrder order_;
   const EncodeMoment encode_;
-  SideCrew* const drawing_;
+  BackgroundExecutor* const drawing_;
   const bool can_copy_;  // observations are what the agent sees
 
   absl::Mutex mutex_;

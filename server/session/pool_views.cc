@@ -16,7 +16,7 @@ constexpr int kNicenessMax = 19;
 
 PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {
   // On Linux that is said of a thread. Where it is refused, pictures cost the learners more.
-  drawing_.Run([] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
+  drawing_.Run("", [] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
 }
 
 absl::Status PoolViews::Watch(const std::shared_ptr<PoolSession>& pool, const WatchOrder& order,

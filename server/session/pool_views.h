@@ -10,9 +10,9 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "server/session/alarm.h"
+#include "server/session/background_executor.h"
 #include "server/session/pool_session.h"
 #include "server/session/pool_view.h"
-#include "server/session/side_crew.h"
 #include "server/session/watcher.h"
 
 namespace procgen {
@@ -45,7 +45,7 @@ class PoolViews {
   std::map<const Watcher*, std::shared_ptr<PoolView>> seen_by_ ABSL_GUARDED_BY(mutex_);
 
   // Last, so that their threads end before what they use.
-  SideCrew drawing_{1};
+  BackgroundExecutor drawing_{1};
   Alarm alarm_;
 };
 

@@ -14,7 +14,7 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kSideThreadCount = 2;
+constexpr int32_t kBackgroundThreadCount = 2;
 constexpr size_t kPoolIdLengthMax = 63;
 constexpr absl::string_view kNamePrefix = "pools/";
 
@@ -102,9 +102,9 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       episode_bytes_(limits.episode_bytes_max),
       shared_folder_(std::move(shared_folder)),
-      side_crew_(kSideThreadCount),
+      executor_(kBackgroundThreadCount),
       host_(host != nullptr ? std::move(host)
-                            : std::make_unique<LocalPoolHost>(worker_count, art_, &side_crew_)),
+                            : std::make_unique<LocalPoolHost>(worker_count, art_, &executor_)),
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
@@ -216,14 +216,14 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
     ++unfreed_count_;
   }
   const PoolTerms& terms = order.terms;
-  // Shared by the registry and by who uses it at the moment; freed on a side thread, because the
-  // last to let go may be a worker, which the pool's crew cannot do without.
+  // Shared by the registry and by who uses it at the moment; freed on the background executor,
+  // because the last to let go may be a worker, which the pool's crew cannot do without.
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
-                          {&owners_, &side_crew_, &lease_alarm_, &kept_answer_bytes_,
+                          {&owners_, &executor_, &lease_alarm_, &kept_answer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {
-            side_crew_.Run([this, freed] {
+            executor_.Run(freed->owner(), [this, freed] {
               delete freed;
               absl::MutexLock lock(&mutex_);
               --unfreed_count_;

@@ -19,13 +19,13 @@
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
 #include "server/session/alarm.h"
+#include "server/session/background_executor.h"
 #include "server/session/byte_budget.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/limits.h"
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
 #include "server/session/pool_views.h"
-#include "server/session/side_crew.h"
 #include "server/shared_memory/shared_folder.h"
 
 namespace procgen {
@@ -82,7 +82,7 @@ class Sessions {
   // Who watches what.
   PoolViews& views() { return views_; }
   // For what takes long and is no step.
-  SideCrew& side_crew() { return side_crew_; }
+  BackgroundExecutor& executor() { return executor_; }
   // Where all that the server does is counted.
   Metrics& metrics() const { return *metrics_; }
 
@@ -182,7 +182,7 @@ class Sessions {
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
 
   // Last, so that their threads end before what they use.
-  SideCrew side_crew_;
+  BackgroundExecutor executor_;
   const std::unique_ptr<PoolHost> host_;
   Alarm lease_alarm_;
   PoolViews views_;

@@ -1,6 +1,10 @@
 #include "server/rpc/server.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <cstdint>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,6 +37,25 @@ TEST(ServerTest, StreamsWithinTheProcessLeaveNothing) {
     ASSERT_EQ(refused.status.code(), absl::StatusCode::kNotFound) << refused.status;
   }
   EXPECT_LT(AllocatedBytes(), before + kGrowthBytes);
+}
+
+// In a process of its own that may have no more threads.
+TEST(ServerDeathTest, AServerThatMayHaveNoThreadsIsAnError) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        const rlimit none = {};
+        setrlimit(RLIMIT_NPROC, &none);
+        if (geteuid() == 0) {
+          setuid(65534);  // root has no limit
+        }
+        ServerOptions options;
+        options.address = "127.0.0.1:0";
+        const auto server = Server::Start(options);
+        std::cerr << server.status() << std::endl;
+        _exit(7);
+      },
+      testing::ExitedWithCode(7), "RESOURCE_EXHAUSTED: cannot start the server's threads");
 }
 
 }  // namespace

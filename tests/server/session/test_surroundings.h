@@ -35,13 +35,13 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners,        &side_crew,  &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
+    return {&owners,        &executor,   &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
             &episode_bytes, &step_count, &metrics};
   }
 
   // A pool as a session has it.
   std::unique_ptr<HostedPool> Host(std::unique_ptr<Pool> pool) {
-    return std::make_unique<LocalPool>(std::move(pool), &side_crew);
+    return std::make_unique<LocalPool>(std::move(pool), "", &executor);
   }
 
   TestClock clock;
@@ -51,7 +51,7 @@ struct TestSurroundings {
   ByteBudget kept_answer_bytes{int64_t{1} << 30};
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   ByteBudget episode_bytes{int64_t{1} << 30};
-  SideCrew side_crew{1};
+  BackgroundExecutor executor{1};
   // Rings for nobody: the test asks the pool itself.
   Alarm lease_alarm{[this] { return clock.Now(); },
                     [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
