@@ -141,6 +141,7 @@ func (p *Pool) Step(ctx context.Context, actions []int32, options StepOptions) (
 }
 
 // Observe tells how a slice stands and changes nothing: how a learner gets the first observations.
+// Rewards and ends are those of the last step again, not to be added up.
 func (p *Pool) Observe(ctx context.Context, slice Slice) (*Batch, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err

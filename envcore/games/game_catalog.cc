@@ -17,6 +17,28 @@ constexpr DistributionMode kWithMemory[] = {DistributionMode::kEasy, Distributio
 constexpr DistributionMode kAllModes[] = {DistributionMode::kEasy, DistributionMode::kHard,
                                           DistributionMode::kExtreme, DistributionMode::kMemory};
 
+constexpr SpecialAction kBossFightActions[] = {
+    {9, "Fires a bullet upwards, at most once in 3 steps."}};
+constexpr SpecialAction kCaveFlyerActions[] = {{9, "Fires a shot where the ship points."}};
+constexpr SpecialAction kDodgeballActions[] = {
+    {9, "Throws a ball in the direction of the last move, at most once in 7 steps."}};
+constexpr SpecialAction kFruitBotActions[] = {
+    {9, "Throws a key upwards that opens doors, at most once in 8 steps."}};
+constexpr SpecialAction kNinjaActions[] = {{9, "Throws a star ahead, at most one star in 3 steps."},
+                                           {10, "Throws a star ahead and up."},
+                                           {11, "Throws a star up."},
+                                           {12, "Throws a star ahead and down."},
+                                           {13, "Throws a star ahead, as action 9."},
+                                           {14, "Throws a star ahead, as action 9."}};
+constexpr SpecialAction kPlunderActions[] = {
+    {9, "Fires a cannon ball upwards, at most once in 3 steps."}};
+constexpr SpecialAction kStarPilotActions[] = {{9, "Fires a bullet forwards."},
+                                               {10, "Fires a bullet backwards."},
+                                               {11, "Fires a bullet forwards, as action 9."},
+                                               {12, "Fires a bullet forwards, as action 9."},
+                                               {13, "Fires a bullet forwards, as action 9."},
+                                               {14, "Fires a bullet forwards, as action 9."}};
+
 constexpr GameFacts kGames[] = {
     {.name = "bigfish",
      .description = "A fish eats smaller fish to grow and avoids larger ones.",
@@ -25,6 +47,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {1, 40},
      .hard_returns = {0, 40},
      .exploration_level = std::nullopt,
+     .special_actions = {},
      .make = MakeBigFish},
     {.name = "bossfight",
      .description = "A ship dodges a boss's bullets and fires back when its shield is down.",
@@ -33,6 +56,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {0.5, 13},
      .hard_returns = {0.5, 13},
      .exploration_level = std::nullopt,
+     .special_actions = kBossFightActions,
      .make = MakeBossFight},
     {.name = "caveflyer",
      .description = "A ship flies through caves to its friend and shoots what is in the way.",
@@ -40,6 +64,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {3.5, 12},
      .hard_returns = {2, 13.4},
      .exploration_level = 1259048185,
+     .special_actions = kCaveFlyerActions,
      .make = MakeCaveFlyer},
     {.name = "chaser",
      .description = "The agent collects all orbs of a maze while enemies chase it.",
@@ -47,6 +72,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {0.5, 13},
      .hard_returns = {0.5, 14.2},
      .exploration_level = std::nullopt,
+     .special_actions = {},
      .make = MakeChaser},
     {.name = "climber",
      .description = "A climber jumps from platform to platform and collects crystals.",
@@ -54,6 +80,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {2, 12.6},
      .hard_returns = {1, 12.6},
      .exploration_level = 1561126160,
+     .special_actions = {},
      .make = MakeClimber},
     {.name = "coinrun",
      .description = "A runner jumps over pits, saws and walkers to the coin at the far right.",
@@ -61,6 +88,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {5, 10},
      .hard_returns = {5, 10},
      .exploration_level = 1949448038,
+     .special_actions = {},
      .make = MakeCoinRun},
     {.name = "dodgeball",
      .description = "The agent throws balls at enemies, dodges theirs and leaves by the door.",
@@ -68,6 +96,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {1.5, 19},
      .hard_returns = {1.5, 19},
      .exploration_level = std::nullopt,
+     .special_actions = kDodgeballActions,
      .make = MakeDodgeball},
     {.name = "fruitbot",
      .description = "A robot collects fruit, avoids other food and passes gates and doors.",
@@ -75,6 +104,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {-1.5, 32.4},
      .hard_returns = {-0.5, 27.2},
      .exploration_level = std::nullopt,
+     .special_actions = kFruitBotActions,
      .make = MakeFruitBot},
     {.name = "heist",
      .description = "A thief opens coloured locks with their keys to reach the gem.",
@@ -82,6 +112,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {3.5, 10},
      .hard_returns = {2, 10},
      .exploration_level = 876640971,
+     .special_actions = {},
      .make = MakeHeist},
     {.name = "jumper",
      .description = "A bunny double-jumps through caves to the carrot that a compass points to.",
@@ -90,6 +121,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {3, 10},
      .hard_returns = {1, 10},
      .exploration_level = 1434825276,
+     .special_actions = {},
      .make = MakeJumper},
     {.name = "leaper",
      .description = "A frog crosses roads of cars and rivers of logs.",
@@ -98,6 +130,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {3, 10},
      .hard_returns = {1.5, 10},
      .exploration_level = 1318677581,
+     .special_actions = {},
      .make = MakeLeaper},
     {.name = "maze",
      .description = "A mouse looks for the cheese in a maze.",
@@ -107,6 +140,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {5, 10},
      .hard_returns = {4, 10},
      .exploration_level = 158988835,
+     .special_actions = {},
      .make = MakeMaze},
     {.name = "miner",
      .description = "A robot digs for diamonds among falling boulders and leaves by the exit.",
@@ -114,6 +148,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {1.5, 13},
      .hard_returns = {1.5, 20},
      .exploration_level = std::nullopt,
+     .special_actions = {},
      .make = MakeMiner},
     {.name = "ninja",
      .description =
@@ -122,6 +157,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {3.5, 10},
      .hard_returns = {2, 10},
      .exploration_level = 1123500215,
+     .special_actions = kNinjaActions,
      .make = MakeNinja},
     {.name = "plunder",
      .description = "A ship fires at enemy ships and spares friendly ones.",
@@ -130,6 +166,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {4.5, 30},
      .hard_returns = {3, 30},
      .exploration_level = std::nullopt,
+     .special_actions = kPlunderActions,
      .make = MakePlunder},
     {.name = "starpilot",
      .description = "A ship flies sideways through waves of enemies and shoots them.",
@@ -137,6 +174,7 @@ constexpr GameFacts kGames[] = {
      .easy_returns = {2.5, 64},
      .hard_returns = {1.5, 35},
      .exploration_level = std::nullopt,
+     .special_actions = kStarPilotActions,
      .make = MakeStarPilot},
 };
 

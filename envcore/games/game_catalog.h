@@ -19,6 +19,12 @@ struct ReturnRange {
   double max = 0;
 };
 
+// What an action from 9 on does in a game.
+struct SpecialAction {
+  int32_t action = 0;             // in [9, kActionCount)
+  absl::string_view description;  // one sentence
+};
+
 // What is known of a game of the suite.
 struct GameFacts {
   absl::string_view name;
@@ -29,6 +35,8 @@ struct GameFacts {
   ReturnRange easy_returns;
   ReturnRange hard_returns;
   std::optional<int32_t> exploration_level;  // the level seed of exploration mode
+  // In order of their numbers; one that is not listed does the same as action 4, nothing.
+  absl::Span<const SpecialAction> special_actions;
   std::unique_ptr<Game> (*make)(const GameOptions&);
 
   bool HasMode(DistributionMode mode) const;

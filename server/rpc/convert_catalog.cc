@@ -35,6 +35,11 @@ void FillGame(const GameFacts& facts, v1::Game* game) {
     FillMode(facts, DistributionMode::kExploration, game);
   }
   game->set_action_count(kActionCount);
+  for (const SpecialAction& special : facts.special_actions) {
+    v1::SpecialAction* message = game->add_special_actions();
+    message->set_action(special.action);
+    message->set_description(std::string(special.description));
+  }
 }
 
 // An option of EnvironmentOptions as the catalog tells it. min and max: of integers.

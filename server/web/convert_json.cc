@@ -30,7 +30,15 @@ Json GameJson(const v1::Game& game) {
   for (const v1::GameMode& mode : game.modes()) {
     modes.push_back(ModeJson(mode));
   }
-  return {{"name", game.name()}, {"description", game.description()}, {"modes", std::move(modes)}};
+  Json special_actions = Json::array();
+  for (const v1::SpecialAction& special : game.special_actions()) {
+    special_actions.push_back(
+        {{"action", special.action()}, {"description", special.description()}});
+  }
+  return {{"name", game.name()},
+          {"description", game.description()},
+          {"modes", std::move(modes)},
+          {"special_actions", std::move(special_actions)}};
 }
 
 Json OptionJson(const v1::Option& option) {

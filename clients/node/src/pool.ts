@@ -120,6 +120,7 @@ export class Pool extends PoolResource {
   }
 
   // Tells how a slice stands and changes nothing: how a learner gets the first observations.
+  // Rewards and ends are those of the last step again, not to be added up.
   async observe(options: SliceOptions = {}): Promise<Batch> {
     const value = { slice: this.#slice(options), observation: observation(options.observe ?? true) };
     return this.#batch({ case: "observe", value }, options.signal);

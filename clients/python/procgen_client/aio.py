@@ -270,7 +270,7 @@ class AsyncPool:
         return await self.receive()
 
     async def observe(self, *, observe: bool = True) -> Batch:
-        """Tells how the pool stands and changes nothing."""
+        """Tells how the pool stands and changes nothing; rewards are the last step's again."""
         self._require_nothing_in_flight()
         request = step_pb2.Observe(observation=observation(observe))
         await self._send(

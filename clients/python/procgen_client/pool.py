@@ -177,7 +177,8 @@ class Pool(PoolResource):
     ) -> Batch:
         """Tells how a slice stands (the whole pool by default) and changes nothing.
 
-        This is how a learner gets the first observations. Errors as :meth:`step`.
+        This is how a learner gets the first observations. Rewards and ends are those of the last
+        step again, not to be added up. Errors as :meth:`step`.
         """
         self._require_nothing_in_flight()
         self.send_observe(

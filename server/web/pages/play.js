@@ -72,7 +72,7 @@ function waitForKey() {
     keys.take();
     isWaiting = true;
     byId("pause").firstChild.data = "Begin ";
-    say(`${descriptionOf(level.game)} Press an arrow key to begin.`);
+    say(`${factsOf(level.game).description} Press an arrow key to begin.`);
   }
 }
 
@@ -166,12 +166,16 @@ async function withTrace(use) {
   }
 }
 
-function descriptionOf(game) {
-  return catalog.games.find(({ name }) => name === game).description;
+function factsOf(game) {
+  return catalog.games.find(({ name }) => name === game);
 }
 
+// The keys of the chosen game that are no moves, and what they do.
 function describe() {
-  setText(byId("about"), descriptionOf(form.elements.game.value));
+  const { description, special_actions } = factsOf(form.elements.game.value);
+  const keyOf = (action) => catalog.actions[action].name;
+  setText(byId("about"), description);
+  setText(byId("special_keys"), special_actions.map((special) => `${keyOf(special.action)}: ${special.description}`).join(" "));
 }
 
 form.addEventListener("submit", (event) => {

@@ -1,6 +1,7 @@
 // One battery for every game, in each of its modes.
 
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -91,6 +92,35 @@ TEST_P(EveryGameTest, EveryActionIsLegalInEveryState) {
       EXPECT_EQ(play.game().step_number(), step_number + 1);
     }
   }
+}
+
+// The digest after `action` is taken `step_count` steps into a random play.
+uint64_t DigestAfter(const GameInMode& game, int step_count, int32_t action) {
+  RandomPlay play(game, step_count);
+  for (int i = 0; i < step_count; ++i) {
+    play.Step();
+  }
+  play.game().Play(action);
+  return DigestOf(play.game());
+}
+
+// Compared with action 4, which does nothing.
+TEST_P(EveryGameTest, SpecialActionsDoSomethingIfTheCatalogSaysSo) {
+  constexpr int32_t kNothing = 4;
+  std::set<int32_t> effective;
+  for (int step_count = 0; step_count < 60; step_count += 4) {
+    const uint64_t unchanged = DigestAfter(GetParam(), step_count, kNothing);
+    for (int32_t action = 9; action < kActionCount; ++action) {
+      if (DigestAfter(GetParam(), step_count, action) != unchanged) {
+        effective.insert(action);
+      }
+    }
+  }
+  std::set<int32_t> listed;
+  for (const SpecialAction& special : GetParam().facts->special_actions) {
+    listed.insert(special.action);
+  }
+  EXPECT_EQ(effective, listed);
 }
 
 // Games may go on after they are over: whoever plays them decides.

@@ -41,6 +41,18 @@ TEST(GameCatalogTest, HasTheSixteenGamesSortedByName) {
                                  "maze", "miner", "ninja", "plunder", "starpilot"));
 }
 
+TEST(GameCatalogTest, SpecialActionsAreInOrderAndDescribed) {
+  for (const GameFacts& game : GameCatalog()) {
+    int32_t last = 8;
+    for (const SpecialAction& special : game.special_actions) {
+      EXPECT_GT(special.action, last) << game.name;
+      EXPECT_LT(special.action, kActionCount) << game.name;
+      EXPECT_TRUE(absl::EndsWith(special.description, ".")) << game.name;
+      last = special.action;
+    }
+  }
+}
+
 TEST(GameCatalogTest, FindsGamesByTheirWholeName) {
   EXPECT_EQ(FindGame("miner")->name, "miner");
   EXPECT_EQ(FindGame("mine"), nullptr);

@@ -36,6 +36,20 @@ TEST(ConvertCatalogTest, MazeHasItsModesAndConstants) {
   }
 }
 
+TEST(ConvertCatalogTest, SpecialActionsAreThoseOfTheGame) {
+  const v1::Catalog catalog = CatalogMessageOf({}, Limits());
+  for (int i = 0; i < catalog.games_size(); ++i) {
+    const v1::Game& game = catalog.games(i);
+    const absl::Span<const SpecialAction> expected = FindGame(game.name())->special_actions;
+    ASSERT_EQ(game.special_actions_size(), static_cast<int>(expected.size())) << game.name();
+    for (int j = 0; j < game.special_actions_size(); ++j) {
+      EXPECT_EQ(game.special_actions(j).action(), expected[static_cast<size_t>(j)].action);
+      EXPECT_EQ(game.special_actions(j).description(),
+                expected[static_cast<size_t>(j)].description);
+    }
+  }
+}
+
 TEST(ConvertCatalogTest, OptionsAreTheFieldsOfTheMessage) {
   const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   const auto* fields = v1::EnvironmentOptions::descriptor();

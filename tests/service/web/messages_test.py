@@ -30,6 +30,9 @@ def test_hello_tells_what_there_is(server: WebServer) -> None:
         assert modes["easy"]["time_limit_steps"] == 1000
         assert modes["easy"]["return_range"] == {"min": 5, "max": 10}
         assert "level_seed" in modes["exploration"]
+        assert games["coinrun"]["special_actions"] == []
+        thrown = games["ninja"]["special_actions"]
+        assert [special["action"] for special in thrown] == [*range(9, 15)]
         options = {option["name"]: option for option in told["catalog"]["options"]}
         assert options["use_backgrounds"] == {
             "name": "use_backgrounds", "type": "boolean", "default": True,
