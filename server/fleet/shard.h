@@ -34,7 +34,7 @@ namespace procgen {
 
 // What all shards of a pool have in common. What is pointed to must outlive them.
 struct ShardTerms {
-  std::string owner;              // of the pool
+  std::string owner;             // of the pool
   std::string label;             // what log lines call the pool
   std::string id_prefix;         // what the ids of its pools on the nodes begin with
   std::string placed_as;         // what the cluster is told that the pool is called
