@@ -37,7 +37,9 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
 
 FuzzedServer::FuzzedServer()
     : sessions_(SmallLimits(), kWorkerCount, &metrics_),
-      callers_(nullptr, /*certificates_tell=*/false, &sessions_.owners(), &metrics_),
+      connections_(SmallLimits().connection_count_max, SmallLimits().attach_timeout),
+      callers_(nullptr, /*certificates_tell=*/false, SmallLimits().attach_timeout, &connections_,
+               &sessions_.owners(), &metrics_),
       services_(&sessions_, cluster_.get(), &callers_, /*direct_lines=*/nullptr, CloneSources()) {
   // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
   // streams that were ended while their client wrote.

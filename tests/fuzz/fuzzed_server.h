@@ -12,6 +12,7 @@
 #include "grpcpp/grpcpp.h"
 #include "server/cluster/cluster.h"
 #include "server/rpc/caller.h"
+#include "server/rpc/connections.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
 
@@ -38,6 +39,7 @@ class FuzzedServer {
  private:
   Metrics metrics_{"fuzzed"};
   Sessions sessions_;
+  Connections connections_;
   const Callers callers_;
   const std::unique_ptr<Cluster> cluster_ = Cluster::Alone("fuzzed");
   Services services_;
