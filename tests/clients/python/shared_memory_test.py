@@ -222,7 +222,7 @@ def test_what_is_held_stays_on_a_bad_network(
 ) -> None:
     # A direct line goes past the network, and ends with the connection beside it.
     if not direct_line:
-        monkeypatch.setattr(DirectLine, "open", lambda _: None)
+        monkeypatch.setattr(DirectLine, "open", lambda *_: None)
     proxy = Proxy(server.address, 7, 3000, silence_max_ms=10 if direct_line else 0)
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
         with _create(client) as pool, connected(proxy.address) as learner:
