@@ -44,10 +44,5 @@ TEST(ParseMessageTest, GarbageIsToldWithItsSize) {
               testing::HasSubstr("2 bytes are no valid procgen.v1.GetPoolRequest"));
 }
 
-TEST(ParseMessageTest, CallsThatWereGivenUpBeforeTheirMessageCameAskedForNothingWrong) {
-  v1::GetLoadRequest message;
-  EXPECT_EQ(ParseMessage(grpc::ByteBuffer(), &message).code(), absl::StatusCode::kCancelled);
-}
-
 }  // namespace
 }  // namespace procgen

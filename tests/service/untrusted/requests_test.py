@@ -57,3 +57,13 @@ def test_a_request_that_does_not_arrive_ends_its_call(tmp_path: Path, method: st
     assert trailers["grpc-message"] == (
         "the request has not arrived within 1s, limit attach_timeout"
     )
+
+
+@pytest.mark.parametrize("method", [GET_POOL, WATCH_POOL])
+def test_a_call_that_ends_before_its_request_is_cancelled(tmp_path: Path, method: str) -> None:
+    with serve(tmp_path) as server, Http2Connection(server.address) as connection:
+        stream = connection.begin(method, METADATA)
+        connection.send(stream, b"", ends=True)
+        trailers = connection.trailers(stream)
+    assert trailers["grpc-status"] == "1"
+    assert trailers["grpc-message"] == "the call ended before its request came"
