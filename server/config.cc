@@ -228,6 +228,8 @@ absl::Status CheckConfig(const Config& config) {
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
         Range{"owner_watch_count_max", limits.owner_watch_count_max, 1, 1 << 20},
+        Range{"owner_buffer_bytes_max", limits.owner_buffer_bytes_max, kMessageBytesMin,
+              int64_t{1} << 40},
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
         Range{"web_viewers_max", config.web_viewers_max, 1, 1024},

@@ -32,6 +32,8 @@ ABSL_FLAG(int32_t, owner_watch_count_max, procgen::Limits().owner_watch_count_ma
           "pools that one owner watches at a time");
 ABSL_FLAG(int32_t, owner_call_count_max, procgen::Limits().owner_call_count_max,
           "calls of one owner under way, with streams that have not attached");
+ABSL_FLAG(int64_t, owner_buffer_bytes_max, procgen::Limits().owner_buffer_bytes_max,
+          "bytes of requests, responses and level samplers that are held for one owner");
 ABSL_FLAG(int32_t, connection_count_max, procgen::Limits().connection_count_max,
           "connections of all callers together");
 ABSL_FLAG(absl::Duration, attach_timeout, procgen::Limits().attach_timeout,
@@ -56,6 +58,7 @@ void ReadSecurityFlags(Config* config) {
       or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
   limits.owner_watch_count_max = absl::GetFlag(FLAGS_owner_watch_count_max);
   limits.owner_call_count_max = absl::GetFlag(FLAGS_owner_call_count_max);
+  limits.owner_buffer_bytes_max = absl::GetFlag(FLAGS_owner_buffer_bytes_max);
   limits.connection_count_max = absl::GetFlag(FLAGS_connection_count_max);
   limits.attach_timeout = absl::GetFlag(FLAGS_attach_timeout);
 }

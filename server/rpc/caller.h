@@ -56,6 +56,12 @@ class Callers {
   // Counts a call that asks for what there is not.
   void Refuse(const grpc::ServerContextBase& context) const;
 
+  // Counts `bytes` of requests or responses among the buffers of `owner`. Errors:
+  // RESOURCE_EXHAUSTED.
+  absl::StatusOr<Owners::Share> HoldBytes(absl::string_view owner, int64_t bytes) const {
+    return owners_->Take(owner, {.buffer_bytes = bytes});
+  }
+
   // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
   // call and stream ends by here, let in or not; errors are counted.
   grpc::Status Dismiss(absl::string_view method, const absl::Status& status) const;

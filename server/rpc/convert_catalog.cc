@@ -120,6 +120,7 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_owner_stream_count_max(limits.owner_stream_count_max);
   message->set_owner_call_count_max(limits.owner_call_count_max);
   message->set_owner_watch_count_max(limits.owner_watch_count_max);
+  message->set_owner_buffer_bytes_max(limits.owner_buffer_bytes_max);
   message->set_episode_bytes_max(limits.episode_bytes_max);
   message->set_observation_side_px_min(kObservationSidePxMin);
   message->set_observation_side_px_max(kObservationSidePxMax);

@@ -252,6 +252,14 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
   return sampler;
 }
 
+absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
+    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Owners* owners) {
+  // Weights are kept one by one and summed up.
+  const size_t bytes = sampler->level_seeds().size() * sizeof(int32_t) +
+                       sampler->weights().size() * (sizeof(float) + sizeof(double));
+  return owners->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));
+}
+
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
                                                const google::protobuf::Duration& message,
                                                const Limits& limits) {

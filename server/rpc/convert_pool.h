@@ -41,6 +41,11 @@ absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
 absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_view field,
                                                                    const v1::LevelSampler& message);
 
+// The same, counted among the buffers of `owner` until the last pool lets go of it. Errors:
+// RESOURCE_EXHAUSTED.
+absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
+    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Owners* owners);
+
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);
 

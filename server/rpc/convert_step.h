@@ -1,6 +1,7 @@
 #ifndef SERVER_RPC_CONVERT_STEP_H_
 #define SERVER_RPC_CONVERT_STEP_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -13,13 +14,17 @@
 #include "server/rpc/frame_ring.h"
 #include "server/rpc/response.h"
 #include "server/session/observation_coding.h"
+#include "server/session/owners.h"
 #include "server/session/request.h"
 
 namespace procgen {
 
-// A request of a stream with the memory that it refers to. Kept and filled again.
+// A request of a stream with the memory that it refers to. Kept and filled again, unless it is
+// large.
 struct StreamRequest {
   v1::StepPoolRequest message;
+  size_t message_bytes = 0;  // on the wire
+  Owners::Share share;       // of a large one
   absl::Time arrival_time;
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
@@ -30,8 +35,9 @@ struct StreamRequest {
   int32_t rows_max = 0;                  // environments that one response has room for
 };
 
-// Fills in from `message` all but `arrival_time` and `rows_max`; what depends on the pool is not
-// checked. Errors: INVALID_ARGUMENT no request, or one that must not be here; UNIMPLEMENTED.
+// Fills in from `message` all but its size, `share`, `arrival_time` and `rows_max`; what depends on
+// the pool is not checked. Errors: INVALID_ARGUMENT no request, or one that must not be here;
+// UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose

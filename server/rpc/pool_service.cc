@@ -115,10 +115,19 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
-    const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
-    const absl::StatusOr<PoolTerms> terms =
+    absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+    absl::StatusOr<PoolTerms> terms =
         options.ok() ? PoolTermsOf(spec, options->observation_format, *sessions_)
                      : options.status();
+    if (terms.ok() && options->level_sampler != nullptr) {
+      auto held =
+          HoldSampler(call->owner(), std::move(options->level_sampler), &sessions_->owners());
+      if (held.ok()) {
+        options->level_sampler = *std::move(held);
+      } else {
+        terms = held.status();
+      }
+    }
     if (!terms.ok()) {
       call->Finish(terms.status());
       return;

@@ -182,10 +182,14 @@ void StepPoolReactor::OnReadDone(bool ok) {
     return;
   }
   request->arrival_time = SteadyNow();
+  request->message_bytes = bytes.Length();
   sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(bytes.Length()));
   absl::Status status = ParseMessage(bytes, &request->message);
   if (!std::exchange(attaching_, true)) {
     attach_alarm_.Cancel();
+    if (status.ok()) {
+      status = HoldLarge(request);
+    }
     if (status.ok()) {
       Attach(request->message);
     } else {
@@ -194,20 +198,6 @@ void StepPoolReactor::OnReadDone(bool ok) {
     return;
   }
   TakeIn(request, std::move(status));
-}
-
-void StepPoolReactor::TakeIn(StreamRequest* request, absl::Status status) {
-  if (status.ok()) {
-    status = Understand(request);
-  }
-  if (!status.ok()) {
-    EndAfterInbox(std::move(status));
-  }
-  {
-    absl::MutexLock lock(&mutex_);
-    requests_.TakeIn(request);
-  }
-  Drive();
 }
 
 void StepPoolReactor::OnAttachTimeout() {
@@ -221,21 +211,6 @@ void StepPoolReactor::OnAttachTimeout() {
         absl::FormatDuration(sessions_->limits().attach_timeout), ", limit attach_timeout")));
   }
   Drive();
-}
-
-absl::Status StepPoolReactor::Understand(StreamRequest* request) const {
-  if (absl::Status status = ReadStreamRequest(request); !status.ok()) {
-    return status;
-  }
-  if (pool_->shared_ring() != nullptr) {
-    request->rows_max = INT32_MAX;  // its response bears none
-    request->response_count_min = 1;
-    return absl::OkStatus();
-  }
-  const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
-      "attach.response_bytes_max", *request, pool_->coding(), terms_.response_bytes_max);
-  request->rows_max = rows_max.value_or(0);
-  return rows_max.status();
 }
 
 void StepPoolReactor::Attach(const v1::StepPoolRequest& request) {
@@ -440,10 +415,15 @@ void StepPoolReactor::Write() {
 }
 
 void StepPoolReactor::OnWriteDone(bool ok) {
+  StreamRequest* large = nullptr;
   {
     absl::MutexLock lock(&mutex_);
     if (StreamRequest* answered = responses_.EndWrite(); answered != nullptr) {
-      requests_.Free(answered);
+      if (answered->message_bytes > kLargeMessageBytes) {
+        large = answered;
+      } else {
+        requests_.Free(answered);
+      }
     }
     if (line_input_ == LineInput::kNone) {
       line_input_ = LineInput::kUnknown;  // who was answered may have sent the next one meanwhile
@@ -451,6 +431,11 @@ void StepPoolReactor::OnWriteDone(bool ok) {
     if (!ok) {
       CancelLocked();
     }
+  }
+  if (large != nullptr) {
+    *large = StreamRequest();  // frees its memory, outside of the lock
+    absl::MutexLock lock(&mutex_);
+    requests_.Free(large);
   }
   Drive();
 }

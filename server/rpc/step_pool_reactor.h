@@ -115,6 +115,8 @@ class StepPoolReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void OnAttachTimeout();
   void Attach(const v1::StepPoolRequest& request);
   void OnAttached(absl::StatusOr<Attachment> attachment);
+  // Counts a request, if it is large, among its owner's buffers until it is answered.
+  absl::Status HoldLarge(StreamRequest* request) const;
   // Takes in a request after the first: fills in what follows from its message.
   absl::Status Understand(StreamRequest* request) const;
   // Reads no more; what was read before is still answered.

@@ -96,6 +96,7 @@ void StepPoolReactor::TakeInFromLine(const LineMessage& message) {
     return;
   }
   request->arrival_time = SteadyNow();
+  request->message_bytes = (*message)->size();
   sessions_->metrics().AddReceivedBytes(static_cast<int64_t>((*message)->size()));
   TakeIn(request, ParseMessage(**message, &request->message));
 }

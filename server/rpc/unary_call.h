@@ -1,6 +1,8 @@
 #ifndef SERVER_RPC_UNARY_CALL_H_
 #define SERVER_RPC_UNARY_CALL_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -36,15 +38,13 @@ class UnaryCall final : public OneRequestStream {
 
   // Answers with the response, or with an error.
   void Finish(const absl::Status& status) {
-    if (!status.ok()) {
-      ByteStream::Finish(callers_.Dismiss(MethodNameOf<Request>(), status));
-      return;
-    }
-    bool own_buffer = false;
-    const grpc::Status serialized =
-        grpc::SerializationTraits<Response>::Serialize(response_, &bytes_, &own_buffer);
-    if (!serialized.ok()) {
-      ByteStream::Finish(serialized);
+    const absl::Status answered = status.ok() ? Serialize() : status;
+    // A reader may be slow: only the serialised response waits for it.
+    Request().Swap(&request_);
+    Response().Swap(&response_);
+    request_share_ = Owners::Share();
+    if (!answered.ok()) {
+      ByteStream::Finish(callers_.Dismiss(MethodNameOf<Request>(), answered));
       return;
     }
     StartWriteAndFinish(&bytes_, grpc::WriteOptions(), grpc::Status::OK);
@@ -74,6 +74,10 @@ class UnaryCall final : public OneRequestStream {
     if (status.ok()) {
       status = ParseMessage(*bytes, &request_);
     }
+    if (status.ok() && bytes->Length() > kLargeMessageBytes) {
+      status = Hold(request_.SpaceUsedLong(), &request_share_);
+      bytes->Clear();
+    }
     if (!status.ok()) {
       Finish(status);
       return;
@@ -83,9 +87,32 @@ class UnaryCall final : public OneRequestStream {
 
   void OnDone() override { delete this; }
 
+  absl::Status Hold(size_t bytes, Owners::Share* share) {
+    absl::StatusOr<Owners::Share> taken = callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
+    if (taken.ok()) {
+      *share = *std::move(taken);
+    }
+    return taken.status();
+  }
+
+  absl::Status Serialize() {
+    const size_t byte_count = response_.ByteSizeLong();
+    if (byte_count > kLargeMessageBytes) {
+      if (absl::Status held = Hold(byte_count, &response_share_); !held.ok()) {
+        return held;
+      }
+    }
+    bool own_buffer = false;
+    return grpc::SerializationTraits<Response>::Serialize(response_, &bytes_, &own_buffer).ok()
+               ? absl::OkStatus()
+               : absl::InternalError("the response cannot be serialised");
+  }
+
   const Callers& callers_;
   const Serve serve_;
   Caller caller_;
+  Owners::Share request_share_;  // of large messages
+  Owners::Share response_share_;
   Request request_;
   Response response_;
   grpc::ByteBuffer bytes_;  // of the response

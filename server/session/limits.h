@@ -25,7 +25,9 @@ struct Limits {
   int32_t owner_stream_count_max = 256;  // attached; no pool has more than one
   int32_t owner_call_count_max = 1024;   // calls under way, and streams that have not attached
   int32_t owner_watch_count_max = 64;    // streams of WatchPool
-  int32_t connection_count_max = 4096;   // of all callers together
+  // Requests, responses and level samplers that are held for one owner, in bytes.
+  int64_t owner_buffer_bytes_max = int64_t{1} << 30;
+  int32_t connection_count_max = 4096;  // of all callers together
   // From the beginning of a stream until it has attached.
   absl::Duration attach_timeout = absl::Seconds(30);
   // Answers that are kept for streams that may be resumed, of all pools together, in bytes.

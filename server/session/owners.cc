@@ -9,20 +9,30 @@ namespace {
 
 // A limit of what one owner may hold.
 struct Quota {
-  int32_t Holding::*count;
-  int32_t Limits::*max;
+  int64_t Holding::*count;
+  int64_t (*max)(const Limits& limits);
   absl::string_view counted;
   absl::string_view name;
 };
 
 constexpr Quota kQuotas[] = {
-    {&Holding::pool_count, &Limits::owner_pool_count_max, "pools", "owner_pool_count_max"},
-    {&Holding::environment_count, &Limits::owner_environment_count_max, "environments",
-     "owner_environment_count_max"},
-    {&Holding::stream_count, &Limits::owner_stream_count_max, "streams", "owner_stream_count_max"},
-    {&Holding::call_count, &Limits::owner_call_count_max, "calls under way",
+    {&Holding::pool_count,
+     [](const Limits& limits) -> int64_t { return limits.owner_pool_count_max; }, "pools",
+     "owner_pool_count_max"},
+    {&Holding::environment_count,
+     [](const Limits& limits) -> int64_t { return limits.owner_environment_count_max; },
+     "environments", "owner_environment_count_max"},
+    {&Holding::stream_count,
+     [](const Limits& limits) -> int64_t { return limits.owner_stream_count_max; }, "streams",
+     "owner_stream_count_max"},
+    {&Holding::call_count,
+     [](const Limits& limits) -> int64_t { return limits.owner_call_count_max; }, "calls under way",
      "owner_call_count_max"},
-    {&Holding::watch_count, &Limits::owner_watch_count_max, "watches", "owner_watch_count_max"},
+    {&Holding::watch_count,
+     [](const Limits& limits) -> int64_t { return limits.owner_watch_count_max; }, "watches",
+     "owner_watch_count_max"},
+    {&Holding::buffer_bytes, [](const Limits& limits) { return limits.owner_buffer_bytes_max; },
+     "bytes of requests, responses and level samplers", "owner_buffer_bytes_max"},
 };
 
 std::string NameOf(absl::string_view owner) {
@@ -63,7 +73,7 @@ absl::StatusOr<Owners::Share> Owners::Take(absl::string_view owner, const Holdin
   const Holding held = found == holdings_.end() ? Holding() : found->second;
   Holding sum;
   for (const Quota& quota : kQuotas) {
-    const int32_t max = limits_.*quota.max;
+    const int64_t max = quota.max(limits_);
     if (part.*quota.count > max - held.*quota.count) {
       return absl::ResourceExhaustedError(absl::StrCat(
           NameOf(owner), " has ", held.*quota.count, " ", quota.counted, " and asks for ",
@@ -76,15 +86,20 @@ absl::StatusOr<Owners::Share> Owners::Take(absl::string_view owner, const Holdin
 }
 
 void Owners::GiveBack(const std::string& owner, const Holding& part) {
-  absl::MutexLock lock(&mutex_);
-  const auto found = holdings_.find(owner);
-  bool is_empty = true;
-  for (const Quota& quota : kQuotas) {
-    found->second.*quota.count -= part.*quota.count;
-    is_empty = is_empty && found->second.*quota.count == 0;
+  {
+    absl::MutexLock lock(&mutex_);
+    const auto found = holdings_.find(owner);
+    bool is_empty = true;
+    for (const Quota& quota : kQuotas) {
+      found->second.*quota.count -= part.*quota.count;
+      is_empty = is_empty && found->second.*quota.count == 0;
+    }
+    if (is_empty) {
+      holdings_.erase(found);
+    }
   }
-  if (is_empty) {
-    holdings_.erase(found);
+  if (part.buffer_bytes >= kLargeBufferBytes && on_large_free_ != nullptr) {
+    on_large_free_();
   }
 }
 

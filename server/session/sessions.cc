@@ -97,7 +97,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
     : limits_(limits),
       metrics_(metrics),
       art_(std::move(art)),
-      owners_(limits),
+      owners_(limits, [this] { memory_trimmer_.Request(); }),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       episode_bytes_(limits.episode_bytes_max),
@@ -225,6 +225,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
           [this](PoolSession* freed) {
             executor_.Run(freed->owner(), [this, freed] {
               delete freed;
+              memory_trimmer_.Request();
               absl::MutexLock lock(&mutex_);
               --unfreed_count_;
             });

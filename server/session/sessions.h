@@ -23,6 +23,7 @@
 #include "server/session/byte_budget.h"
 #include "server/session/hosted_pool.h"
 #include "server/session/limits.h"
+#include "server/session/memory_trimmer.h"
 #include "server/session/owners.h"
 #include "server/session/pool_session.h"
 #include "server/session/pool_views.h"
@@ -167,6 +168,7 @@ class Sessions {
   Metrics* const metrics_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
+  MemoryTrimmer memory_trimmer_;
   Owners owners_;  // before entries_, which hold shares of it
   ByteBudget kept_answer_bytes_;
   ByteBudget shared_memory_bytes_;

@@ -1,5 +1,6 @@
 #include "server/session/owners.h"
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -71,6 +72,32 @@ TEST(OwnersTest, NumbersThatOverflowAreRefused) {
   Owners owners(SmallQuotas());
   const auto held = owners.Take("alice", {.environment_count = 5});
   EXPECT_FALSE(owners.Take("alice", {.environment_count = INT32_MAX}).ok());
+}
+
+TEST(OwnersTest, AHeldValueCountsUntilItsLastReferenceGoes) {
+  Limits limits;
+  limits.owner_buffer_bytes_max = 100;
+  Owners owners(limits);
+  auto held = owners.Hold("alice", 60, std::make_shared<const int>(7));
+  ASSERT_THAT(held, IsOk());
+  EXPECT_EQ(**held, 7);
+  std::shared_ptr<const int> other = *held;
+  held = nullptr;
+  EXPECT_THAT(owners.Take("alice", {.buffer_bytes = 41}),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "owner alice has 60 bytes of requests, responses and level samplers and "
+                       "asks for 41 more, limit owner_buffer_bytes_max is 100"));
+  other = nullptr;
+  EXPECT_THAT(owners.Take("alice", {.buffer_bytes = 100}), IsOk());
+}
+
+TEST(OwnersTest, LargeFreesAreReported) {
+  int frees = 0;
+  Owners owners(Limits(), [&frees] { ++frees; });
+  owners.Take("alice", {.buffer_bytes = kLargeBufferBytes - 1}).status().IgnoreError();
+  EXPECT_EQ(frees, 0);
+  owners.Take("alice", {.buffer_bytes = kLargeBufferBytes}).status().IgnoreError();
+  EXPECT_EQ(frees, 1);
 }
 
 }  // namespace
