@@ -10,6 +10,7 @@ from concurrent import futures
 
 import grpc
 import hostile_answers
+import mutated_answers
 
 _UNLIMITED = [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
 _WATCHES = ("WatchNodes", "WatchPool")
@@ -50,7 +51,8 @@ class HostileServer(grpc.GenericRpcHandler):
         def answer(requests: Iterator[bytes], context: grpc.ServicerContext) -> Iterator[bytes]:
             call = self._channel.stream_stream(method)(requests)
             context.add_callback(call.cancel)
-            for message in call:
+            for received in call:
+                message = mutated_answers.stream_answer(self._mode, received)
                 for changed in hostile_answers.stream_answers(self._mode, message):
                     if not context.is_active():
                         return
@@ -66,6 +68,7 @@ class HostileServer(grpc.GenericRpcHandler):
                 context.abort(error.code(), error.details())
             if self._mode == "compressed":
                 context.set_compression(grpc.Compression.Gzip)
+            message = mutated_answers.unary_answer(self._mode, name, message)
             return hostile_answers.unary_answer(self._mode, name, message)
 
         return answer

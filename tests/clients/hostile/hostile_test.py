@@ -16,6 +16,7 @@ import threading
 from collections.abc import Iterator
 
 import hostile_answers
+import mutated_answers
 import pytest
 from hostile_frames import FRAMES, HostileConnection
 from hostile_server import HostileServer
@@ -27,6 +28,9 @@ from procgen_client import ServerProcess
 _SESSION_SECONDS = 40
 # Of all sessions of a learner together.
 _MEMORY_KIB_MAX = 700 * 1024
+
+# Of one encoding.
+_MUTATION_COUNT = 40
 
 _LEARNER = os.environ["PROCGEN_HOSTILE_LEARNER"].split("|")
 # What a client may not look at: then what it has received is right all the same.
@@ -126,6 +130,15 @@ def test_wrong_answers_beside_the_stream_are_errors(server: ServerProcess) -> No
     assert "digest" in results.pop("undisturbed")
     for mode in hostile_answers.UNARY_ERRORS:
         assert results[mode].get("message"), (mode, results[mode])
+
+
+@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+def test_mutated_answers_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
+    results = _against(server, mutated_answers.modes(_MUTATION_COUNT), encoding)
+    assert "digest" in results["undisturbed"]
+    for mode, result in results.items():
+        # One with another reward, say, is as good an answer as the real one.
+        assert result.get("message") or "digest" in result, (mode, result)
 
 
 def test_what_later_servers_may_say_is_ignored(server: ServerProcess) -> None:
