@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
@@ -115,7 +116,7 @@ absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* att
   procgen::v1::StepPoolResponse response;
   {
     // Not the call's deadline, which would be that of the whole stream.
-    const CallTimer timer(connection, timeout);
+    const CallTimer timer(ContextOf(connection), timeout);
     connection->stream = stub_->StepPool(&connection->context);  // waits for the server, too
     if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
       absl::Status status = EndOf(connection, is_broken);

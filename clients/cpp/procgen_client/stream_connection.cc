@@ -1,13 +1,11 @@
 #include "procgen_client/stream_connection.h"
 
 #include "absl/strings/str_cat.h"
-#include "grpc/support/time.h"
+#include "procgen_client/call_end.h"
 
 namespace procgen_client {
 namespace {
 
-// How long a server may take to end a stream that is over.
-constexpr absl::Duration kEndTimeout = absl::Seconds(10);
 // So many responses of kinds that are not known are ignored before an answer.
 constexpr int kNoticesMax = 1000;
 
@@ -41,32 +39,14 @@ absl::StatusOr<bool> StreamConnection::ReadAnswer(int64_t number,
                                           kNoticesMax, " responses of unknown kinds before it"));
 }
 
-CallTimer::CallTimer(const std::shared_ptr<StreamConnection>& connection, absl::Duration timeout) {
-  if (timeout == absl::InfiniteDuration()) {
-    return;
-  }
-  const gpr_timespec time =
-      gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
-                   gpr_time_from_millis(absl::ToInt64Milliseconds(timeout), GPR_TIMESPAN));
-  alarm_.Set(time, [connection, is_due = is_due_](bool rings) {
-    if (rings) {
-      *is_due = true;
-      connection->context.TryCancel();
-    }
-  });
+std::shared_ptr<grpc::ClientContext> ContextOf(
+    const std::shared_ptr<StreamConnection>& connection) {
+  return {connection, &connection->context};
 }
 
 absl::Status AwaitEnd(const std::shared_ptr<StreamConnection>& connection, grpc::Status* end) {
-  const CallTimer timer(connection, kEndTimeout);
-  // gRPC tells the end to who has read all.
-  procgen::v1::StepPoolResponse dropped;
-  while (connection->stream->Read(&dropped)) {
-  }
-  *end = connection->stream->Finish();
-  return timer.is_due()
-             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
-                                                        absl::FormatDuration(kEndTimeout)))
-             : absl::OkStatus();
+  return AwaitEnd<procgen::v1::StepPoolResponse>(ContextOf(connection), connection->stream.get(),
+                                                 end);
 }
 
 }  // namespace procgen_client

@@ -1,14 +1,11 @@
 #ifndef PROCGEN_CLIENT_STREAM_CONNECTION_H_
 #define PROCGEN_CLIENT_STREAM_CONNECTION_H_
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/time/time.h"
-#include "grpcpp/alarm.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
@@ -33,19 +30,10 @@ struct StreamConnection {
   absl::StatusOr<bool> ReadAnswer(int64_t number, procgen::v1::StepPoolResponse* response) const;
 };
 
-// Cancels a call when time is up, until this ends. Machines whose clock is set change nothing.
-class CallTimer {
- public:
-  CallTimer(const std::shared_ptr<StreamConnection>& connection, absl::Duration timeout);
-  bool is_due() const { return *is_due_; }
+// The context of a connection, which it keeps alive.
+std::shared_ptr<grpc::ClientContext> ContextOf(const std::shared_ptr<StreamConnection>& connection);
 
- private:
-  const std::shared_ptr<std::atomic<bool>> is_due_ = std::make_shared<std::atomic<bool>>(false);
-  grpc::Alarm alarm_;
-};
-
-// Waits until the server has ended the call, and says how. Errors: DEADLINE_EXCEEDED it does not
-// within 10 s; it is cancelled then.
+// AwaitEnd of call_end.h for a connection.
 absl::Status AwaitEnd(const std::shared_ptr<StreamConnection>& connection, grpc::Status* end);
 
 }  // namespace procgen_client

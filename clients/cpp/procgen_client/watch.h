@@ -12,6 +12,7 @@
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/cluster.pb.h"
 #include "procgen/v1/render.pb.h"
+#include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 
@@ -32,8 +33,8 @@ class Watch {
   // `token`: empty, none. `validate`: null, any response does.
   Watch(const std::string& token, const Begin& begin, Validate validate = nullptr)
       : validate_(std::move(validate)) {
-    ShowToken(token, &context_);
-    reader_ = begin(&context_);
+    ShowToken(token, context_.get());
+    reader_ = begin(context_.get());
   }
   // Ends the stream.
   ~Watch() {
@@ -45,8 +46,9 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   // How it is: at first as it is now, then as it is after the next change, which is waited for.
-  // Errors: the server's; CANCELLED after Stop; INTERNAL a response makes no sense. All later calls
-  // return the same.
+  // Errors: the server's; CANCELLED after Stop; INTERNAL a response makes no sense;
+  // DEADLINE_EXCEEDED a response is no message, and the server does not end the stream within 10 s.
+  // All later calls return the same.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {
@@ -59,17 +61,20 @@ class Watch {
       end_ = std::move(status);
     }
     if (end_.ok()) {
-      const grpc::Status status = reader_->Finish();
-      end_ = status.ok() ? absl::UnavailableError("the server ended the stream")
-                         : ToAbslStatus(status);
+      grpc::Status status;
+      end_ = AwaitEnd<Response>(context_, reader_.get(), &status);
+      if (end_.ok()) {
+        end_ = status.ok() ? absl::UnavailableError("the server ended the stream")
+                           : ToAbslStatus(status);
+      }
     }
     return end_;
   }
   // Has Next return, now and from then on.
-  void Stop() { context_.TryCancel(); }
+  void Stop() { context_->TryCancel(); }
 
  private:
-  grpc::ClientContext context_;
+  const std::shared_ptr<grpc::ClientContext> context_ = std::make_shared<grpc::ClientContext>();
   const Validate validate_;
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   absl::Status end_;  // not OK: how the stream ended

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gmock/gmock.h"
+#include "grpcpp/generic/async_generic_service.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "tests/service/damaging_server.h"
@@ -140,6 +141,40 @@ TEST_F(DamagedAnswersTest, KindsOfLaterServersThatAnswerNothingAreIgnored) {
     EXPECT_EQ(batch.sequence_number(), number);
     EXPECT_EQ(batch.environment_count(), 2);
   }
+}
+
+// A server that answers any call with one response that is no message, and does not end it.
+class Mumbler final : public grpc::CallbackGenericService {
+ public:
+  grpc::ServerGenericBidiReactor* CreateReactor(
+      grpc::GenericCallbackServerContext* /*context*/) override {
+    class Mumble final : public grpc::ServerGenericBidiReactor {
+     public:
+      Mumble() { StartWrite(&response_); }
+      void OnCancel() override { Finish(grpc::Status::CANCELLED); }
+      void OnDone() override { delete this; }
+
+     private:
+      const grpc::Slice bytes_{"\xff"};
+      const grpc::ByteBuffer response_{&bytes_, 1};
+    };
+    return new Mumble;
+  }
+};
+
+TEST_F(DamagedAnswersTest, WatchWhoseResponsesAreNoMessagesEnds) {
+  Mumbler mumbler;
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterCallbackGenericService(&mumbler);
+  const auto server = builder.BuildAndStart();
+  const auto client = procgen_client::Client::OfChannel(
+      grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()),
+      "");
+  const auto watch = client->Watch({});
+  EXPECT_THAT(watch->Next(), StatusIs(absl::StatusCode::kDeadlineExceeded,
+                                      HasSubstr("did not end the stream within 10s")));
 }
 
 // A server between a learner and the real one, which ends the learner's first stream as a broken

@@ -1,0 +1,22 @@
+#include "procgen_client/call_end.h"
+
+#include "grpc/support/time.h"
+
+namespace procgen_client {
+
+CallTimer::CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::Duration timeout) {
+  if (timeout == absl::InfiniteDuration()) {
+    return;
+  }
+  const gpr_timespec time =
+      gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                   gpr_time_from_millis(absl::ToInt64Milliseconds(timeout), GPR_TIMESPAN));
+  alarm_.Set(time, [context, is_due = is_due_](bool rings) {
+    if (rings) {
+      *is_due = true;
+      context->TryCancel();
+    }
+  });
+}
+
+}  // namespace procgen_client
