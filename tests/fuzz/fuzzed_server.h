@@ -1,25 +1,18 @@
 #ifndef TESTS_FUZZ_FUZZED_SERVER_H_
 #define TESTS_FUZZ_FUZZED_SERVER_H_
 
-#include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/string_view.h"
 #include "grpcpp/grpcpp.h"
 #include "server/cluster/cluster.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/connections.h"
 #include "server/rpc/services.h"
 #include "server/session/sessions.h"
+#include "tests/fuzz/pieces.h"
 
 namespace procgen {
-
-// Aborts with `claim` unless it holds.
-void Require(bool holds, absl::string_view claim, const absl::Status& status = absl::OkStatus());
 
 // The services of a server with small limits, called by TCP. For fuzz targets: one for the whole
 // run.
@@ -52,16 +45,6 @@ FuzzedServer& TheFuzzedServer();
 
 // An error is one that the contract promises to whoever sends nonsense, with a message that fits.
 void RequirePromised(const absl::Status& status);
-
-// Inputs are pieces in a row: two bytes of length, little-endian, and so many bytes, or as many as
-// there are. A piece of the greatest length, 65535, has no bytes and is a mark.
-struct Piece {
-  bool is_mark = false;
-  std::string bytes;
-};
-std::vector<Piece> PiecesOf(const uint8_t* bytes, size_t size);
-// Pieces as an input. REQUIRES: each has less than 65535 bytes.
-std::string InputOf(const std::vector<Piece>& pieces);
 
 }  // namespace procgen
 

@@ -1,0 +1,34 @@
+#ifndef TESTS_FUZZ_FUZZED_LEARNER_H_
+#define TESTS_FUZZ_FUZZED_LEARNER_H_
+
+#include <cstdint>
+#include <memory>
+
+#include "grpcpp/channel.h"
+
+namespace procgen {
+
+// Path of the shared memory in the answers of the corpus: a file descriptor that answer_fuzz opens.
+inline constexpr char kSharedPath[] = "/proc/self/fd/900";
+inline constexpr int kSharedFile = 900;
+
+// What the first byte of an input selects.
+struct LearnerOptions {
+  explicit LearnerOptions(uint8_t byte)
+      : observations(byte & 3), uses_stream((byte & 4) == 0), resumes((byte & 8) != 0) {}
+
+  int observations;  // 0: raw, 1: zstd, 2: LZ4, 3: raw, in shared memory
+  bool uses_stream;  // False: the methods beside the stream are called.
+  bool resumes;      // The stream reconnects after UNAVAILABLE.
+};
+
+// Runs a session of the C++ client: creates a pool, and steps it or calls the other methods. Goes
+// on with the next call after an error. Reads every array of every batch. Aborts where
+//   the arrays of a batch do not fit its environments and its pool;
+//   an answer that is an error leaves something to read;
+//   an error has a code that the client does not document.
+void RunLearner(const std::shared_ptr<grpc::Channel>& channel, LearnerOptions options);
+
+}  // namespace procgen
+
+#endif  // TESTS_FUZZ_FUZZED_LEARNER_H_
