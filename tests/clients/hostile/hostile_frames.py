@@ -7,10 +7,11 @@ on its way: then it does what the mode says.
 from __future__ import annotations
 
 import random
+import select
 import socket
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 _DATA, _HEADERS, _RST_STREAM, _SETTINGS, _PING, _GOAWAY, _CONTINUATION = 0, 1, 3, 4, 6, 7, 9
 _END_STREAM, _END_HEADERS = 1, 4
@@ -19,6 +20,8 @@ _HEADER_BYTES = 9
 _PICTURES_BYTES = 50_000
 # The connection of which so many are passed on is disturbed with the next.
 _UNDISTURBED = 2
+# A server that sends nothing for so long in the midst of a message has no window left.
+_STALL_SECONDS = 0.2
 # What floods are, at most, so that the test's machine is not what gives way. In bytes.
 _FLOOD_BYTES = 32 * 1024 * 1024
 
@@ -131,22 +134,30 @@ class HostileConnection:
                 threading.Thread(target=run, args=ends, daemon=True).start()
 
     def _answer(self, server: socket.socket, learner: socket.socket) -> None:
-        messages: dict[int, bytes] = {}  # By stream: what came of a message that is not whole.
+        held: dict[int, bytes] = {}  # By stream: what came of a message that is not whole.
+        passed_on: dict[int, int] = {}  # By stream: bytes to come of one that goes on as it comes.
         pictures = 0
-        received = server.makefile("rb")
         try:
-            while True:
-                head = received.read(_HEADER_BYTES)
-                payload = received.read(int.from_bytes(head[:3], "big"))
-                if not head:
-                    break
-                stream = int.from_bytes(head[5:], "big")
-                if head[3] != _DATA:
-                    learner.sendall(head + payload)
+            for arrived in _frames_of(server):
+                if arrived is None:
+                    # The window is used up, and the learner widens it by what it receives.
+                    for stream in [stream for stream, part in held.items() if len(part) >= 5]:
+                        part = held.pop(stream)
+                        passed_on[stream] = 5 + int.from_bytes(part[1:5], "big") - len(part)
+                        learner.sendall(_in_frames(stream, part))
                     continue
-                message = messages.pop(stream, b"") + payload
+                head, payload = arrived
+                stream = int.from_bytes(head[5:], "big")
+                if head[3] != _DATA or stream in passed_on:
+                    learner.sendall(head + payload)
+                    if head[3] == _DATA:
+                        passed_on[stream] -= len(payload)
+                        if passed_on[stream] <= 0:
+                            del passed_on[stream]
+                    continue
+                message = held.pop(stream, b"") + payload
                 if len(message) < 5 or len(message) < 5 + int.from_bytes(message[1:5], "big"):
-                    messages[stream] = message
+                    held[stream] = message
                     continue
                 pictures += len(message) > _PICTURES_BYTES
                 if pictures > _UNDISTURBED and len(message) > _PICTURES_BYTES:
@@ -162,6 +173,25 @@ class HostileConnection:
             learner.shutdown(socket.SHUT_WR)
         except OSError:
             pass
+
+
+def _frames_of(server: socket.socket) -> Iterator[tuple[bytes, bytes] | None]:
+    """Heads and payloads as they arrive; None when none has for a while."""
+    received = b""
+    while True:
+        while len(received) >= _HEADER_BYTES:
+            end = _HEADER_BYTES + int.from_bytes(received[:3], "big")
+            if len(received) < end:
+                break
+            yield received[:_HEADER_BYTES], received[_HEADER_BYTES:end]
+            received = received[end:]
+        if not select.select([server], [], [], _STALL_SECONDS)[0]:
+            yield None
+            continue
+        content = server.recv(65536)
+        if not content:
+            return
+        received += content
 
 
 def _pass_on(learner: socket.socket, server: socket.socket) -> None:
