@@ -1,7 +1,6 @@
 #include "server/rpc/server.h"
 
 #include <algorithm>
-#include <system_error>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -10,6 +9,7 @@
 #include "absl/time/clock.h"
 #include "grpc/support/log.h"
 #include "grpcpp/grpcpp.h"
+#include "server/concurrency/start_thread.h"
 #include "server/rpc/address.h"
 #include "server/rpc/answer_replay.h"
 #include "server/rpc/connections.h"
@@ -30,6 +30,10 @@ constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
 // How long clients without a call have to close their connections. gRPC for C++ looks after an idle
 // one every five seconds.
 constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
+
+// Threads that a server has besides its workers, gRPC's among them, and some to spare: gRPC crashes
+// where it cannot start its own.
+constexpr int kThreadCount = 48;
 
 // Calls that may be under way on one connection besides one stream for each pool.
 constexpr int kConnectionCallsMax = 1024;
@@ -280,6 +284,9 @@ class GrpcServer final : public Server {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options) {
+  if (absl::Status status = CheckThreadLimit(options.worker_count + kThreadCount); !status.ok()) {
+    return status;
+  }
   std::unique_ptr<DirectLines> direct_lines;
   if (options.shared_folder != nullptr) {
     auto opened = DirectLines::Open(static_cast<size_t>(options.limits.request_bytes_max));
@@ -288,14 +295,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
     }
     direct_lines = *std::move(opened);
   }
-  std::unique_ptr<GrpcServer> server;
-  try {
-    server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
-  } catch (const std::system_error& error) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cannot start the server's threads: ", error.code().message(),
-                     "; a limit on processes is reached (ulimit -u, pids.max)"));
-  }
+  auto server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;
   }

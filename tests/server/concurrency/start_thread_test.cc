@@ -24,20 +24,42 @@ TEST(StartThreadTest, RunsTheWork) {
   EXPECT_TRUE(has_run);
 }
 
+// No thread can be made while this lives.
+class NoThreads {
+ public:
+  NoThreads() {
+    pthread_attr_t impossible;
+    EXPECT_EQ(pthread_getattr_default_np(&usual_), 0);
+    EXPECT_EQ(pthread_getattr_default_np(&impossible), 0);
+    EXPECT_EQ(pthread_attr_setstacksize(&impossible, kStackBytes), 0);
+    EXPECT_EQ(pthread_setattr_default_np(&impossible), 0);
+  }
+  ~NoThreads() { EXPECT_EQ(pthread_setattr_default_np(&usual_), 0); }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+
+ private:
+  pthread_attr_t usual_;
+};
+
 TEST(StartThreadTest, AThreadThatCannotBeMadeIsAnErrorAndItsWorkIsDestroyed) {
-  pthread_attr_t usual;
-  pthread_attr_t impossible;
-  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
-  ASSERT_EQ(pthread_getattr_default_np(&impossible), 0);
-  ASSERT_EQ(pthread_attr_setstacksize(&impossible, kStackBytes), 0);
+  const NoThreads no_threads;
   auto held = std::make_shared<int>(0);
-  ASSERT_EQ(pthread_setattr_default_np(&impossible), 0);
   const absl::StatusOr<std::thread> thread =
       StartThread([held] { ADD_FAILURE() << "it ran with a stack of 128 TiB"; });
-  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
   EXPECT_THAT(thread.status(),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("cannot start a thread")));
   EXPECT_EQ(held.use_count(), 1);
+}
+
+TEST(CheckThreadLimitTest, ThreadsThatCanRunAreNoError) {
+  EXPECT_THAT(CheckThreadLimit(4), IsOk());
+}
+
+TEST(CheckThreadLimitTest, TooFewThreadsAreAnError) {
+  const NoThreads no_threads;
+  EXPECT_THAT(CheckThreadLimit(4),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("cannot start a thread")));
 }
 
 }  // namespace

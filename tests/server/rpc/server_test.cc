@@ -55,7 +55,7 @@ TEST(ServerDeathTest, AServerThatMayHaveNoThreadsIsAnError) {
         std::cerr << server.status() << std::endl;
         _exit(7);
       },
-      testing::ExitedWithCode(7), "RESOURCE_EXHAUSTED: cannot start the server's threads");
+      testing::ExitedWithCode(7), "RESOURCE_EXHAUSTED: cannot start a thread");
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ def test_a_server_without_a_thread_to_spare_ends_when_it_is_asked_to(tmp_path: P
         assert "event=stop" in server.log().splitlines()[-1]
 
 
-@pytest.mark.parametrize("thread_count", [1, 4, 8])
+@pytest.mark.parametrize("thread_count", [1, 2, 4, 8, 12, 16, 32])
 def test_a_server_that_cannot_start_its_threads_says_so(thread_count: int, tmp_path: Path) -> None:
     limit = ["prlimit", f"--nproc={thread_count}"]
     with run("--workers=4", log_path=tmp_path / "log", prefix=[*_AS_USER, *limit]) as server:
