@@ -80,10 +80,13 @@ class Victim:
         self._thread.start()
 
     def _step_on(self) -> None:
-        while not self._stopped.wait(0.002):
+        """Steps until it is stopped, and at least once."""
+        while True:
             begin = time.monotonic()
             self._pool.step(self._actions)
             self.step_s.append(time.monotonic() - begin)
+            if self._stopped.wait(0.002):
+                return
 
     def stop(self) -> list[float]:
         """Ends it; gives the times of its steps, the longest first."""
