@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import time
 from pathlib import Path
 
-from http2 import Http2Connection, message
-from testbed import HEALTH_WATCH, LIST_POOLS, METADATA, Server, serve
+from http2 import PREFACE, SETTINGS, Http2Connection, frame, message
+from testbed import HEALTH_WATCH, LIST_POOLS, METADATA, Server, serve, victim
 
 _ATTACKER, _OTHER = "127.0.0.2", "127.0.0.3"
 
@@ -63,6 +64,23 @@ def test_known_callers_of_one_address_leave_room_for_others(tmp_path: Path) -> N
             assert client.catalog().games
         for connection in many:
             connection.socket.close()
+
+
+def test_a_preface_that_arrives_byte_by_byte_is_not_waited_for(tmp_path: Path) -> None:
+    settings = frame(SETTINGS, 0, 0, b"")
+    with serve(tmp_path, "--attach_timeout=1s") as server, victim(server) as learner:
+        slow = [connect(server, _ATTACKER) for _ in range(20)]
+        end = time.monotonic() + 20
+        for byte in (PREFACE + settings * 1000)[: -len(settings)]:
+            assert time.monotonic() < end
+            for connection in slow:
+                with contextlib.suppress(OSError):
+                    connection.send(bytes([byte]))
+            if all(is_closed(connection, 0.001) for connection in slow):
+                break
+        else:
+            raise AssertionError("they are read to their end")
+        assert learner.stop()[0] < 1.0
 
 
 def test_connections_that_show_no_token_are_closed(tmp_path: Path) -> None:

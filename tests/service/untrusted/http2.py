@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 from procgen_client._hpack import read_headers, write_headers
 
-DATA, HEADERS, RST_STREAM, SETTINGS, PING, GOAWAY, WINDOW_UPDATE, CONTINUATION = (
-    0, 1, 3, 4, 6, 7, 8, 9,
+DATA, HEADERS, PRIORITY, RST_STREAM, SETTINGS, PING, GOAWAY, WINDOW_UPDATE, CONTINUATION = (
+    0, 1, 2, 3, 4, 6, 7, 8, 9,
 )  # fmt: skip
 END_STREAM, ACK, END_HEADERS = 1, 1, 4
 _CANCEL = 8
-_HEADER_TABLE_SIZE, _INITIAL_WINDOW_SIZE = 1, 4
+_HEADER_TABLE_SIZE, INITIAL_WINDOW_SIZE = 1, 4
 _WINDOW = 65535
+PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 
 
 class Frame(NamedTuple):
@@ -57,8 +58,8 @@ class Http2Connection:
         self.windows: dict[int, int] = {}
         self._last_stream = -1
         self._received = b""
-        settings = struct.pack(">HIHI", _HEADER_TABLE_SIZE, 0, _INITIAL_WINDOW_SIZE, 1 << 24)
-        self.waiting = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(SETTINGS, 0, 0, settings)
+        settings = struct.pack(">HIHI", _HEADER_TABLE_SIZE, 0, INITIAL_WINDOW_SIZE, 1 << 24)
+        self.waiting = PREFACE + frame(SETTINGS, 0, 0, settings)
 
     def __enter__(self) -> Http2Connection:
         return self
@@ -75,11 +76,14 @@ class Http2Connection:
             *metadata,
         ])  # fmt: skip
 
-    def begin(self, method: str, metadata: Iterable[tuple[str, str]] = ()) -> int:
-        """Begins a call; gives its stream."""
+    def begin(
+        self, method: str, metadata: Iterable[tuple[str, str]] = (), block_end: bytes = b""
+    ) -> int:
+        """Begins a call, whose header block ends with `block_end`; gives its stream."""
         self._last_stream += 2
         self.windows[self._last_stream] = self.stream_window
-        self.waiting += frame(HEADERS, END_HEADERS, self._last_stream, self.block(method, metadata))
+        block = self.block(method, metadata) + block_end
+        self.waiting += frame(HEADERS, END_HEADERS, self._last_stream, block)
         return self._last_stream
 
     def reset(self, stream: int) -> None:
@@ -146,7 +150,7 @@ class Http2Connection:
         if arrived.kind == SETTINGS and not arrived.flags & ACK:
             for at in range(0, len(arrived.payload), 6):
                 name, value = struct.unpack_from(">HI", arrived.payload, at)
-                if name == _INITIAL_WINDOW_SIZE:
+                if name == INITIAL_WINDOW_SIZE:
                     self.windows = {
                         stream: left + value - self.stream_window
                         for stream, left in self.windows.items()
