@@ -36,9 +36,7 @@ class PromptPool final : public HostedPool {
       : pool_(std::move(pool)), fails_(std::move(fails)), gone_(gone) {}
   ~PromptPool() override {
     pool_ = nullptr;
-    if (gone_ != nullptr) {
-      gone_->Notify();
-    }
+    gone_->Notify();
   }
 
   const PoolOptions& options() const override { return pool_->options(); }
@@ -104,17 +102,18 @@ class AnswerReplayTest : public testing::Test {
  protected:
   // gRPC, whose timers are used, lives longer than any replay, as in a server.
   static void SetUpTestSuite() { grpc_init(); }
+  // The last to use the pool may be the thread of a timer, and the surroundings must outlive it.
+  void TearDown() override { gone_.WaitForNotification(); }
 
   // A pool that stands before request 1, the only one of an earlier process.
-  std::shared_ptr<PoolSession> Make(int32_t env_count, std::function<absl::Status()> fails,
-                                    absl::Notification* gone = nullptr) {
+  std::shared_ptr<PoolSession> Make(int32_t env_count, std::function<absl::Status()> fails) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = env_count;
     auto made = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(made, IsOk());
-    auto pool =
-        std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails), gone);
+    auto pool = std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails),
+                                             &gone_);
     pool_ = pool.get();
     auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
                                                  absl::InfiniteDuration(), surroundings_.Get());
@@ -156,6 +155,7 @@ class AnswerReplayTest : public testing::Test {
   }
 
   TestSurroundings surroundings_;
+  absl::Notification gone_;  // the pool is
   PromptPool* pool_ = nullptr;
 };
 
@@ -202,24 +202,20 @@ TEST_F(AnswerReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
 }
 
 TEST_F(AnswerReplayTest, AClosedPoolIsLetGoOfAtOnce) {
-  absl::Notification gone;
   absl::Notification failed;
   std::atomic<int> failure_count = 0;
-  auto session = Make(
-      2,
-      [&]() -> absl::Status {
-        if (++failure_count == 5) {
-          failed.Notify();
-        }
-        return absl::UnavailableError("there is no node");
-      },
-      &gone);
+  auto session = Make(2, [&]() -> absl::Status {
+    if (++failure_count == 5) {
+      failed.Notify();
+    }
+    return absl::UnavailableError("there is no node");
+  });
   ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
   failed.WaitForNotification();  // the next attempt is 1.6 s away
   const int count = failure_count;
   session->Close(absl::AbortedError("it was deleted"));
   session = nullptr;
-  gone.WaitForNotification();
+  gone_.WaitForNotification();
   EXPECT_EQ(failure_count, count);
 }
 
