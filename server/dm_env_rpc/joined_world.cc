@@ -1,10 +1,11 @@
 #include "server/dm_env_rpc/joined_world.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/session/alarm.h"
+#include "server/session/batch_sink.h"
 
 namespace procgen {
 
@@ -144,31 +145,21 @@ void JoinedWorld::InTurn(Work work, Done done) {
 }
 
 void JoinedWorld::Run(const Request& request, const Batch& batch, Done done) {
+  std::shared_ptr<PoolSession> pool = BeginUse();
+  if (pool == nullptr) {
+    done(status());
+    return;
+  }
   request_ = request;
-  asked_time_ = SteadyNow();
-  InTurn(
-      [this, batch](PoolSession* pool, Done end) {
-        begin_time_ = SteadyNow();
-        request_.sequence_number = pool->next_sequence_number();
-        const absl::StatusOr<std::optional<Answer>> accepted = pool->Accept(&request_);
-        if (!accepted.ok()) {
-          end(accepted.status());
-          return;
-        }
-        pool->RunPart(request_, {request_.first, request_.count}, batch,
-                      [this, pool, end = std::move(end)](absl::Status status) mutable {
-                        if (status.ok()) {
-                          pool->AddRequestTime(SteadyNow() - asked_time_);
-                        }
-                        end(std::move(status));
-                      });
-      },
-      [this, done = std::move(done)](absl::Status status) mutable {
-        if (status.ok()) {
-          worlds_->metrics_->AddRequest(begin_time_ - asked_time_, SteadyNow() - begin_time_);
-        }
-        done(std::move(status));
-      });
+  request_.arrival_time = SteadyNow();
+  request_.sequence_number = pool->next_sequence_number();
+  PoolSession* const session = pool.get();
+  session->Execute(&request_, std::make_shared<BatchSink>(
+                                  batch, [self = shared_from_this(), pool = std::move(pool),
+                                          done = std::move(done)](absl::Status status) mutable {
+                                    self->EndUse();
+                                    done(std::move(status));
+                                  }));
 }
 
 void JoinedWorld::Interrupt(std::shared_ptr<Interruption> interruption) {

@@ -12,9 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/time/time.h"
 #include "server/dm_env_rpc/world_settings.h"
-#include "server/metrics/metrics.h"
 #include "server/session/pool_session.h"
 
 namespace procgen {
@@ -71,7 +69,7 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   // Takes a turn for `work`, and calls `done` when it has ended, with the error if there is one.
   void InTurn(Work work, Done done);
   // Carries out a request on the whole pool in a turn of its own. What the spans in it and `batch`
-  // refer to must stay valid until `done`. Errors: those of PoolSession::Accept.
+  // refer to must stay valid until `done`. Errors: those of PoolSession::Execute.
   void Run(const Request& request, const Batch& batch, Done done);
   // Lets go of the pool.
   void Leave();
@@ -93,9 +91,7 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
   const PoolSession* const identity_;
   JoinedWorlds* const worlds_;
   const OnDrain on_drain_;
-  Request request_;        // the one that runs
-  absl::Time asked_time_;  // when it was asked
-  absl::Time begin_time_;  // when its turn came
+  Request request_;  // the one that runs
 
   mutable absl::Mutex mutex_;
   std::shared_ptr<PoolSession> pool_ ABSL_GUARDED_BY(mutex_);  // null: let go
@@ -107,9 +103,6 @@ class JoinedWorld : public std::enable_shared_from_this<JoinedWorld> {
 // Who has joined what, of all streams of a server. Threads: any method from any thread.
 class JoinedWorlds {
  public:
-  // What is carried out is counted in `metrics`, which must outlive this.
-  explicit JoinedWorlds(Metrics* metrics) : metrics_(metrics) {}
-
   // Who has joined `pool`; null: nobody.
   std::shared_ptr<JoinedWorld> Find(const PoolSession& pool) const;
 
@@ -117,8 +110,6 @@ class JoinedWorlds {
   friend class JoinedWorld;
   void Add(const PoolSession* pool, std::weak_ptr<JoinedWorld> joined);
   void Remove(const PoolSession* pool, const JoinedWorld* joined);
-
-  Metrics* const metrics_;
 
   mutable absl::Mutex mutex_;
   std::map<const PoolSession*, std::weak_ptr<JoinedWorld>> joined_ ABSL_GUARDED_BY(mutex_);

@@ -1,8 +1,8 @@
 #include "server/rpc/answer_replay.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
@@ -13,10 +13,12 @@
 #include "grpc/support/time.h"
 #include "grpcpp/alarm.h"
 #include "server/rpc/convert_step.h"
-#include "server/rpc/running_request.h"
+#include "server/rpc/response.h"
+#include "server/rpc/response_builder.h"
 #include "server/session/event_log.h"
 #include "server/session/limits.h"
 #include "server/session/pool_tap.h"
+#include "server/session/response_sink.h"
 
 namespace procgen {
 namespace {
@@ -48,7 +50,9 @@ gpr_timespec After(absl::Duration duration) {
 
 // Shared, because it lasts until its last callback. As a tap it learns that the pool is closed or
 // that the server drains.
-class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<AnswerReplay> {
+class AnswerReplay final : public PoolTap,
+                           public ResponseSink,
+                           public std::enable_shared_from_this<AnswerReplay> {
  public:
   AnswerReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
                int64_t response_bytes_max)
@@ -65,7 +69,7 @@ class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<A
   void Start() {
     pool_->TakeTurn([self = shared_from_this()](const absl::Status& turn) {
       if (turn.ok() && self->pool_->AddTap(self).ok()) {
-        self->Advance();
+        self->ExecuteNext();
       } else if (turn.ok()) {
         self->pool_->EndTurn();
       }
@@ -87,35 +91,41 @@ class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<A
     }
   }
 
- private:
-  // Begins the next part. A part may be done before the call that began it returns: then the loop
-  // in that call goes on with the next, so that the stack does not grow with the parts.
-  void Advance() {
-    const std::shared_ptr<AnswerReplay> self = shared_from_this();
-    if (advances_due_++ > 0) {
+  absl::StatusOr<std::optional<Batch>> PreparePart(Part part) override {
+    return request_.request.again ? builder_.Prepare(*pool_, request_.request, part, &response_)
+                                  : Batch();
+  }
+  absl::Cord PartDone(Part /*part*/, bool keep) override {
+    grpc::ByteBuffer bytes;
+    return keep ? builder_.Complete(*pool_, request_.request, keep, &response_, &bytes)
+                : absl::Cord();
+  }
+  absl::Status Recall(const Answer& /*answer*/) override {
+    return absl::InternalError("a request of an earlier process was executed by this one");
+  }
+  void Done(const absl::Status& status) override {
+    builder_.ResetEncoder();
+    if (!status.ok()) {
+      Fail(status);
       return;
     }
-    do {
-      if (running_ != nullptr || BeginNext()) {
-        RunPart();
-      }
-    } while (--advances_due_ > 0);
+    backoff_ = kBackoffMin;
+    ++next_;
+    ExecuteNext();
   }
 
-  // False: there is none left.
-  bool BeginNext() {
-    while (next_ < requests_.size()) {
+ private:
+  // Ends the turn where there is none left.
+  void ExecuteNext() {
+    for (; next_ < requests_.size(); ++next_) {
       const absl::Status status = Read();
       if (status.ok()) {
-        running_ = std::make_unique<RunningRequest>();
-        running_->Begin(&request_);
-        return true;
+        pool_->ExecuteInTurn(&request_.request, shared_from_this());
+        return;
       }
       LogEvent(LogLevel::kWarning, "answer_not_kept", EventOf(status));
-      ++next_;
     }
     End();
-    return false;
   }
 
   absl::Status Read() {
@@ -127,46 +137,22 @@ class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<A
       status = SetRowsMax();
     }
     request_.request.again = !is_look;
-    keeps_ = !is_look;
     return status;
   }
 
   absl::Status SetRowsMax() {
     for (const int64_t bytes : {int64_t{kMessageBytesMin}, response_bytes_max_}) {
-      const auto rows = ResponseRowsMax("response_bytes_max", request_, pool_->coding(), bytes);
+      const auto rows =
+          ResponseRowsMax("response_bytes_max", request_.request, pool_->coding(), bytes);
       if (rows.ok() || bytes == response_bytes_max_) {
-        request_.rows_max = rows.value_or(0);
+        request_.request.chunk_rows_max = rows.value_or(0);
         return rows.status();
       }
     }
     return absl::OkStatus();
   }
 
-  void RunPart() {
-    running_->RunPart(
-        pool_.get(), keeps_ ? &response_ : nullptr,
-        [self = shared_from_this()](const absl::Status& status) { self->OnPartDone(status); });
-  }
-
-  void OnPartDone(const absl::Status& status) {
-    running_->EndPart(*pool_, status.ok(), keeps_);
-    if (!status.ok()) {
-      Fail(status);
-      return;
-    }
-    if (running_->IsOver()) {
-      if (keeps_) {
-        pool_->Keep(running_->sequence_number(), running_->TakeAnswer());
-      }
-      running_ = nullptr;
-      backoff_ = kBackoffMin;
-      ++next_;
-    }
-    Advance();
-  }
-
   void Fail(const absl::Status& status) {
-    running_ = nullptr;
     if (IsPermanent(status)) {
       LogEvent(LogLevel::kError, "pool_not_resumed", EventOf(status));
       pool_->Fail({status.code(), absl::StrCat("pool ", pool_->name(),
@@ -198,7 +184,7 @@ class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<A
     if (ended) {
       End();
     } else {
-      Advance();
+      ExecuteNext();
     }
   }
 
@@ -216,13 +202,10 @@ class AnswerReplay final : public PoolTap, public std::enable_shared_from_this<A
   const std::shared_ptr<PoolSession> pool_;
   std::vector<std::string> requests_;
   const int64_t response_bytes_max_;
-  std::atomic<int> advances_due_ = 0;
-  // Of whoever advances:
-  size_t next_ = 0;
-  bool keeps_ = false;
+  size_t next_ = 0;  // of requests_: the one that is executed
   StreamRequest request_;
+  ResponseBuilder builder_;
   Response response_;
-  std::unique_ptr<RunningRequest> running_;  // null: the next one has not begun
   absl::Duration backoff_ = kBackoffMin;
 
   absl::Mutex mutex_;

@@ -52,18 +52,17 @@ void FillDirectLine(const DirectLines& lines, const std::string& key,
   line->set_key(key);
 }
 
-Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
+Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
                             v1::StepPoolResponse* response) {
-  const Request& asked = request.request;
-  response->set_sequence_number(asked.sequence_number);
+  response->set_sequence_number(request.sequence_number);
   v1::Batch* message = response->mutable_batch();
-  message->set_first_environment(asked.first);
-  message->set_environment_count(asked.count);
+  message->set_first_environment(request.first);
+  message->set_environment_count(request.count);
   message->set_last(true);
-  message->set_shared_batch(asked.shared_batch);
+  message->set_shared_batch(request.shared_batch);
   message->set_shared_observations(request.with_observations);
   message->set_shared_final_observations(request.with_final_observations);
-  Batch batch = ring.Rows(asked.shared_batch, asked.first, asked.count);
+  Batch batch = ring.Rows(request.shared_batch, request.first, request.count);
   if (!request.with_observations) {
     batch.observations = {};
   }

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "procgen/v1/step.pb.h"
-#include "server/rpc/convert_step.h"
 #include "server/session/pool_session.h"
 #include "server/shared_memory/direct_lines.h"
 #include "server/shared_memory/shared_ring.h"
@@ -20,7 +19,7 @@ void FillDirectLine(const DirectLines& lines, const std::string& key,
 
 // Makes `response` the whole answer to `request`, and returns where its values are to be written:
 // in the batch of shared memory that it was given.
-Batch PrepareSharedResponse(const StreamRequest& request, const SharedRing& ring,
+Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
                             v1::StepPoolResponse* response);
 
 }  // namespace procgen

@@ -18,7 +18,7 @@ constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
 constexpr int64_t kResponseOverheadBytes = 256;
 constexpr int32_t kResponseCountMinMax = 64;
 
-absl::Status ReadObservation(v1::Observation observation, StreamRequest* request) {
+absl::Status ReadObservation(v1::Observation observation, Request* request) {
   switch (observation) {
     case v1::OBSERVATION_UNSPECIFIED:
     case v1::OBSERVATION_FRAME:
@@ -66,14 +66,14 @@ absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
   }
   request->request.next_levels = request->next_levels;
   ReadResets(step.resets(), request);
-  request->with_final_observations = step.with_final_observations();
+  request->request.with_final_observations = step.with_final_observations();
   if (step.response_count_min() < 0 || step.response_count_min() > kResponseCountMinMax) {
     return absl::InvalidArgumentError(absl::StrCat("response_count_min is ",
                                                    step.response_count_min(), ", allowed: 0 to ",
                                                    kResponseCountMinMax));
   }
-  request->response_count_min = std::max(step.response_count_min(), 1);
-  return ReadObservation(step.observation(), request);
+  request->request.chunk_count = std::max(step.response_count_min(), 1);
+  return ReadObservation(step.observation(), &request->request);
 }
 
 absl::Status ReadSampler(const v1::LevelSampler& message, StreamRequest* request) {
@@ -84,7 +84,7 @@ absl::Status ReadSampler(const v1::LevelSampler& message, StreamRequest* request
   }
   request->request.kind = Request::Kind::kSample;
   request->request.level_sampler = *std::move(sampler);
-  request->with_observations = false;
+  request->request.with_observations = false;
   return absl::OkStatus();
 }
 
@@ -119,13 +119,13 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
   const v1::StepPoolRequest& message = request->message;
   request->next_levels.clear();
   request->resets.clear();
+  const absl::Time arrival_time = request->request.arrival_time;
   request->request = Request();
+  request->request.arrival_time = arrival_time;
   request->request.sequence_number = message.sequence_number();
   request->request.acknowledged = message.acknowledged_sequence_number();
   request->request.released = absl::MakeConstSpan(
       message.released_batches().data(), static_cast<size_t>(message.released_batches_size()));
-  request->with_final_observations = false;
-  request->response_count_min = 1;
   switch (message.request_case()) {
     case v1::StepPoolRequest::kStep:
       return ReadStep(message.step(), request);
@@ -133,11 +133,11 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       request->request.kind = Request::Kind::kReset;
       ReadSlice(message.reset().slice(), &request->request);
       ReadResets(message.reset().resets(), request);
-      return ReadObservation(message.reset().observation(), request);
+      return ReadObservation(message.reset().observation(), &request->request);
     case v1::StepPoolRequest::kObserve:
       request->request.kind = Request::Kind::kObserve;
       ReadSlice(message.observe().slice(), &request->request);
-      return ReadObservation(message.observe().observation(), request);
+      return ReadObservation(message.observe().observation(), &request->request);
     case v1::StepPoolRequest::kAttach:
       return absl::InvalidArgumentError(
           "attach was sent again, allowed: once, as the first request of a stream");
@@ -150,7 +150,7 @@ absl::Status ReadStreamRequest(StreamRequest* request) {
       "the request asks for nothing, allowed: step, reset, observe or level_sampler");
 }
 
-absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
+absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
                                         const ObservationCoding& coding,
                                         int64_t response_bytes_max) {
   const int observation_count =
@@ -168,15 +168,15 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamReq
   return static_cast<int32_t>(std::min<int64_t>(rows, INT32_MAX));
 }
 
-Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
+Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
                       FrameRing* frames, Response* response) {
-  response->message.set_sequence_number(request.request.sequence_number);
-  if (request.request.kind == Request::Kind::kSample) {
+  response->message.set_sequence_number(request.sequence_number);
+  if (request.kind == Request::Kind::kSample) {
     response->message.mutable_done();
     return {};
   }
   const int64_t picture_bytes = part.count * observation_bytes;
-  const int32_t slice_end = request.request.first + request.request.count;
+  const int32_t slice_end = request.first + request.count;
   v1::Batch* message = response->message.mutable_batch();
   message->set_first_environment(part.first);
   message->set_environment_count(part.count);

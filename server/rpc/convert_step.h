@@ -8,7 +8,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "absl/time/time.h"
 #include "envcore/pool/pool.h"
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/frame_ring.h"
@@ -25,32 +24,27 @@ struct StreamRequest {
   v1::StepPoolRequest message;
   size_t message_bytes = 0;  // on the wire
   Owners::Share share;       // of a large one
-  absl::Time arrival_time;
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
-  Request request;                       // refers to the above
-  bool with_observations = true;         // pictures are answered
-  bool with_final_observations = false;  // and those of episodes' ends
-  int32_t response_count_min = 1;        // of the answer
-  int32_t rows_max = 0;                  // environments that one response has room for
+  Request request;  // refers to the above
 };
 
-// Fills in from `message` all but its size, `share`, `arrival_time` and `rows_max`; what depends on
-// the pool is not checked. Errors: INVALID_ARGUMENT no request, or one that must not be here;
-// UNIMPLEMENTED.
+// Fills in `next_levels`, `resets` and, but for its `arrival_time` and `chunk_rows_max`, `request`
+// from `message`; what depends on the pool is not checked. Errors: INVALID_ARGUMENT no request, or
+// one that must not be here; UNIMPLEMENTED.
 absl::Status ReadStreamRequest(StreamRequest* request);
 
 // How many environments fit one response of at most `response_bytes_max` bytes, of a pool whose
 // observations are sent as `coding` says, however badly they can be compressed. At least 1. Errors:
 // RESOURCE_EXHAUSTED not even one; `limit` is what to call the limit.
-absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const StreamRequest& request,
+absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
                                         const ObservationCoding& coding,
                                         int64_t response_bytes_max);
 
 // Makes `response` the answer for `part` of `request`, and returns where its values are to be
 // written: observations in memory of `frames`, all else in its message, whose memory is kept from
 // answer to answer.
-Batch PrepareResponse(const StreamRequest& request, Part part, int64_t observation_bytes,
+Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
                       FrameRing* frames, Response* response);
 
 // Once the values of `batch` are written: puts the fingerprints and final observations of episodes

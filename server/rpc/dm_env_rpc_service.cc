@@ -10,7 +10,7 @@
 namespace procgen {
 
 DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
-    : sessions_(sessions), callers_(callers), worlds_(&sessions->metrics()) {
+    : sessions_(sessions), callers_(callers) {
   AddByteMethod<dm::EnvironmentRequest>([this](auto* context) { return Process(context); });
 }
 

@@ -67,7 +67,7 @@ absl::Status Renew(const Sessions& sessions, absl::string_view owner,
 
 // A pool whose observations fit no response would be of no use.
 absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limits) {
-  return ResponseRowsMax("response_bytes_max", StreamRequest(), coding, limits.response_bytes_max)
+  return ResponseRowsMax("response_bytes_max", Request(), coding, limits.response_bytes_max)
       .status();
 }
 

@@ -6,12 +6,13 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 
 namespace procgen {
 
-// What a stream asks of its pool, free of the wire. The spans must stay valid until it is answered.
+// What a stream asks of its pool, in domain types. The spans must stay valid until it is answered.
 struct Request {
   enum class Kind : uint8_t {
     kStep,     // steps the slice
@@ -31,9 +32,14 @@ struct Request {
   absl::Span<const NextLevel> next_levels;  // kStep
   absl::Span<const Reset> resets;           // kStep, kReset
   std::shared_ptr<const LevelSampler> level_sampler;  // kSample
-  // It was accepted by an earlier process, and is carried out again for the sake of its answer.
+  bool with_observations = true;                      // the answer has observations
+  bool with_final_observations = false;               // kStep: and those of episodes that end
+  int32_t chunk_count = 1;                            // parts of the answer, at least
+  int32_t chunk_rows_max = INT32_MAX;                 // environments of one part, at most
+  absl::Time arrival_time;                            // by the steady clock
+  // It was accepted by an earlier process, and is executed again for the sake of its answer.
   bool again = false;
-  // Filled in by PoolSession::Accept: the batch of shared memory that is written; -1: none.
+  // Filled in by PoolSession: the batch of shared memory that is written; -1: none.
   int32_t shared_batch = -1;
 };
 

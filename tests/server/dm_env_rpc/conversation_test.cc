@@ -62,7 +62,7 @@ class ConversationTest : public testing::Test {
 
   Metrics metrics_{"test"};
   Sessions sessions_{TestLimits(), 2, &metrics_};
-  JoinedWorlds worlds_{&metrics_};
+  JoinedWorlds worlds_;
 };
 
 TEST_F(ConversationTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {

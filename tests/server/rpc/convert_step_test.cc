@@ -65,17 +65,17 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
   const int64_t limit = kResponseBytesDefault;
   StreamRequest request = WholeStep(1000);
   for (const bool with_final : {false, true}) {
-    request.with_final_observations = with_final;
-    const int32_t rows = *ResponseRowsMax("limit", request, CodingOf(64), limit);
+    request.request.with_final_observations = with_final;
+    const int32_t rows = *ResponseRowsMax("limit", request.request, CodingOf(64), limit);
     FrameRing frames;
     Response response;
     const Batch batch =
-        PrepareResponse(request, {600, rows}, kObservationBytes, &frames, &response);
+        PrepareResponse(request.request, {600, rows}, kObservationBytes, &frames, &response);
     std::fill(batch.first.begin(), batch.first.end(), 1);
     std::fill(batch.terminated.begin(), batch.terminated.end(), 1);
     CompleteResponse(kObservationBytes, batch, &response.message);
     EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(limit));
-    PrepareResponse(request, {600, rows + 1}, kObservationBytes, &frames, &response);
+    PrepareResponse(request.request, {600, rows + 1}, kObservationBytes, &frames, &response);
     EXPECT_GT(Serialized(response).Length() + 256, static_cast<size_t>(limit));
     EXPECT_EQ(rows, with_final ? 170 : 340);
   }
@@ -84,11 +84,11 @@ TEST(ConvertStepTest, FullResponsesFitTheirLimitAndOneMoreRowWouldNot) {
 TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
   const StreamRequest request = WholeStep(1000);
   constexpr int64_t kLarge = 512 * 512 * 3;
-  EXPECT_EQ(*ResponseRowsMax("limit", request, CodingOf(97), kResponseBytesDefault), 148);
-  EXPECT_EQ(*ResponseRowsMax("limit", request, CodingOf(512), kResponseBytesDefault), 5);
+  EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(97), kResponseBytesDefault), 148);
+  EXPECT_EQ(*ResponseRowsMax("limit", request.request, CodingOf(512), kResponseBytesDefault), 5);
   FrameRing frames;
   Response response;
-  const Batch batch = PrepareResponse(request, {0, 5}, kLarge, &frames, &response);
+  const Batch batch = PrepareResponse(request.request, {0, 5}, kLarge, &frames, &response);
   EXPECT_EQ(batch.observations.size(), 5U * kLarge);
   EXPECT_LE(Serialized(response).Length(), static_cast<size_t>(kResponseBytesDefault));
 }
@@ -96,17 +96,17 @@ TEST(ConvertStepTest, RowsFollowTheSizeOfTheObservations) {
 TEST(ConvertStepTest, ARowThatFitsNoResponseIsRefused) {
   StreamRequest request = WholeStep(1);
   const ObservationCoding large = CodingOf(512);
-  EXPECT_EQ(*ResponseRowsMax("limit", request, large, 786720), 1);
-  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request, large, 786719),
+  EXPECT_EQ(*ResponseRowsMax("limit", request.request, large, 786720), 1);
+  EXPECT_THAT(ResponseRowsMax("attach.response_bytes_max", request.request, large, 786719),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "the answer for one environment has 1 x 786432 bytes of observations and "
                        "needs 786720, limit attach.response_bytes_max is 786719"));
-  request.with_final_observations = true;
-  EXPECT_THAT(ResponseRowsMax("limit", request, large, 786720),
+  request.request.with_final_observations = true;
+  EXPECT_THAT(ResponseRowsMax("limit", request.request, large, 786720),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("2 x 786432")));
-  request.with_observations = false;
-  request.with_final_observations = false;
-  EXPECT_THAT(ResponseRowsMax("limit", request, large, 65536), IsOk());
+  request.request.with_observations = false;
+  request.request.with_final_observations = false;
+  EXPECT_THAT(ResponseRowsMax("limit", request.request, large, 65536), IsOk());
 }
 
 TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
@@ -114,12 +114,12 @@ TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
   constexpr int64_t kLimit = kResponseBytesDefault;
   for (const Compression compression : {Compression::kZstd, Compression::kLz4}) {
     const ObservationCoding coding = CodingOf(64, compression);
-    request.with_final_observations = false;
-    const int64_t rows = *ResponseRowsMax("limit", request, coding, kLimit);
+    request.request.with_final_observations = false;
+    const int64_t rows = *ResponseRowsMax("limit", request.request, coding, kLimit);
     EXPECT_LE(rows * coding.sent_bytes_max(), kLimit);
     EXPECT_THAT(rows, testing::AllOf(testing::Gt(300), testing::Lt(340)));
-    request.with_final_observations = true;
-    const int64_t with_final = *ResponseRowsMax("limit", request, coding, kLimit);
+    request.request.with_final_observations = true;
+    const int64_t with_final = *ResponseRowsMax("limit", request.request, coding, kLimit);
     EXPECT_LE(with_final * (coding.sent_bytes_max() + kObservationBytes), kLimit);
     EXPECT_GT(with_final, 150) << "final observations are never encoded";
   }
@@ -127,10 +127,11 @@ TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
 
 TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
   StreamRequest request = WholeStep(4);
-  request.with_final_observations = true;
+  request.request.with_final_observations = true;
   FrameRing frames;
   Response response;
-  const Batch batch = PrepareResponse(request, {0, 4}, kObservationBytes, &frames, &response);
+  const Batch batch =
+      PrepareResponse(request.request, {0, 4}, kObservationBytes, &frames, &response);
   for (size_t row = 0; row < 4; ++row) {
     std::fill_n(batch.final_observations.begin() + static_cast<ptrdiff_t>(row * kObservationBytes),
                 kObservationBytes, static_cast<uint8_t>(row));
@@ -148,7 +149,8 @@ TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
   const StreamRequest request = WholeStep(5);
   FrameRing frames;
   Response response;
-  const Batch batch = PrepareResponse(request, {0, 5}, kObservationBytes, &frames, &response);
+  const Batch batch =
+      PrepareResponse(request.request, {0, 5}, kObservationBytes, &frames, &response);
   ASSERT_EQ(batch.fingerprints.size(), 5U);
   for (size_t row = 0; row < 5; ++row) {
     batch.fingerprints[row] = UINT64_MAX - row;
@@ -165,13 +167,14 @@ TEST(ConvertStepTest, ResponseMemoryIsReused) {
   FrameRing frames;
   Response response;
   const uint8_t* const before =
-      PrepareResponse(request, {0, 8}, kObservationBytes, &frames, &response).observations.data();
-  EXPECT_EQ(
-      PrepareResponse(request, {0, 8}, kObservationBytes, &frames, &response).observations.data(),
-      before);
-  EXPECT_EQ(
-      PrepareResponse(request, {0, 3}, kObservationBytes, &frames, &response).observations.data(),
-      before);
+      PrepareResponse(request.request, {0, 8}, kObservationBytes, &frames, &response)
+          .observations.data();
+  EXPECT_EQ(PrepareResponse(request.request, {0, 8}, kObservationBytes, &frames, &response)
+                .observations.data(),
+            before);
+  EXPECT_EQ(PrepareResponse(request.request, {0, 3}, kObservationBytes, &frames, &response)
+                .observations.data(),
+            before);
 }
 
 }  // namespace

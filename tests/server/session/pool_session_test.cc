@@ -7,6 +7,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_sink.h"
 #include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
@@ -39,26 +40,6 @@ class PoolSessionTest : public testing::Test {
     absl::Status result = absl::UnknownError("it waits");
     session->Attach(options, std::move(end_stream),
                     [&](absl::Status status) { result = std::move(status); });
-    return result;
-  }
-
-  // Accepts a request and carries it out as one part.
-  static absl::Status Run(PoolSession* session, Request request, const Batch& batch = {}) {
-    absl::Status result;
-    absl::Notification done;
-    session->TakeTurn([&](const absl::Status& turn) {
-      result = turn.ok() ? session->Accept(&request).status() : turn;
-      if (!result.ok()) {
-        done.Notify();
-        return;
-      }
-      session->RunPart(request, {request.first, request.count}, batch, [&](absl::Status status) {
-        result = std::move(status);
-        done.Notify();
-      });
-    });
-    done.WaitForNotification();
-    session->EndTurn();
     return result;
   }
 
@@ -117,36 +98,6 @@ TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
   EXPECT_THAT(Attach(session.get()), IsOk());
 }
 
-TEST_F(PoolSessionTest, TurnsAreTakenInOrderOneAtATime) {
-  const std::unique_ptr<PoolSession> session = Make();
-  std::vector<int> order;
-  session->TakeTurn([&](const absl::Status&) { order.push_back(1); });
-  session->TakeTurn([&](const absl::Status&) { order.push_back(2); });
-  session->TakeTurn([&](const absl::Status&) { order.push_back(3); });
-  EXPECT_THAT(order, ElementsAre(1));
-  session->EndTurn();
-  EXPECT_THAT(order, ElementsAre(1, 2));
-  session->EndTurn();
-  session->EndTurn();
-  EXPECT_THAT(order, ElementsAre(1, 2, 3));
-}
-
-TEST_F(PoolSessionTest, TooManyWaitingAreRefused) {
-  const std::unique_ptr<PoolSession> session = Make();
-  size_t begun = 0;
-  const auto count = [&](const absl::Status& status) { begun += status.ok() ? 1 : 0; };
-  for (size_t i = 0; i < kTurnsWaitingMax + 1; ++i) {
-    session->TakeTurn(count);
-  }
-  absl::Status refused;
-  session->TakeTurn([&](const absl::Status& status) { refused = status; });
-  EXPECT_THAT(refused, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("allowed: 64")));
-  for (size_t i = 0; i < kTurnsWaitingMax + 1; ++i) {
-    session->EndTurn();
-  }
-  EXPECT_EQ(begun, kTurnsWaitingMax + 1);
-}
-
 TEST_F(PoolSessionTest, ClosingTellsTheStreamAndThoseWhoWait) {
   const std::unique_ptr<PoolSession> session = Make();
   absl::Status ended;
@@ -171,10 +122,10 @@ TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> wrong_actions(kEnvCount, 15);
-  EXPECT_THAT(Run(session.get(), StepOf(1, wrong_actions)),
+  EXPECT_THAT(Execute(session.get(), StepOf(1, wrong_actions)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("actions[0] is 15")));
   EXPECT_EQ(session->next_sequence_number(), 1);
-  EXPECT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  EXPECT_THAT(Execute(session.get(), StepOf(1, actions)), IsOk());
   EXPECT_EQ(session->next_sequence_number(), 2);
   EXPECT_EQ(surroundings_.step_count, kEnvCount);
 }
@@ -183,7 +134,7 @@ TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   for (const int64_t number : {int64_t{-1}, int64_t{0}, int64_t{2}, INT64_MAX}) {
-    EXPECT_THAT(Run(session.get(), StepOf(number, actions)),
+    EXPECT_THAT(Execute(session.get(), StepOf(number, actions)),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          "sequence_number is " + std::to_string(number) +
                              ", allowed: 1, the next of pool pools/7"));
@@ -194,16 +145,16 @@ TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
   const std::unique_ptr<PoolSession> session = Make(EpisodeEnd::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
-  ASSERT_THAT(Run(session.get(), StepOf(1, ending)), IsOk());
-  EXPECT_THAT(Run(session.get(), StepOf(2, actions)),
+  ASSERT_THAT(Execute(session.get(), StepOf(1, ending)), IsOk());
+  EXPECT_THAT(Execute(session.get(), StepOf(2, actions)),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        "the episode of environment 1 of pool pools/7 has ended; reset it before it "
                        "is stepped"));
   Request step = StepOf(2, actions);
   const std::vector<Reset> resets = {{1, {}, {}}};
   step.resets = resets;
-  EXPECT_THAT(Run(session.get(), step), IsOk());
-  EXPECT_THAT(Run(session.get(), StepOf(3, actions)), IsOk());
+  EXPECT_THAT(Execute(session.get(), step), IsOk());
+  EXPECT_THAT(Execute(session.get(), StepOf(3, actions)), IsOk());
 }
 
 TEST_F(PoolSessionTest, SavingStopsWhenNoMoreIsWanted) {
@@ -233,12 +184,12 @@ TEST_F(PoolSessionTest, OnlyWhatChangesEnvironmentsChangesTheNumber) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
   const int64_t made = session->change_number();
-  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  ASSERT_THAT(Execute(session.get(), StepOf(1, actions)), IsOk());
   const int64_t stepped = session->change_number();
   EXPECT_NE(stepped, made);
   Request observe;
   observe.sequence_number = 2;
-  ASSERT_THAT(Run(session.get(), observe), IsOk());
+  ASSERT_THAT(Execute(session.get(), observe), IsOk());
   EXPECT_EQ(session->change_number(), stepped);
   EXPECT_THAT(Restore(session.get(), 0, Save(session.get(), 1)), IsOk());
   EXPECT_NE(session->change_number(), stepped);
@@ -249,19 +200,19 @@ TEST_F(PoolSessionTest, WhatMustBeResetComesWithTheState) {
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
   const std::string running = Save(session.get(), 1);
-  ASSERT_THAT(Run(session.get(), StepOf(1, ending)), IsOk());
+  ASSERT_THAT(Execute(session.get(), StepOf(1, ending)), IsOk());
   const std::string ended = Save(session.get(), 1);
   ASSERT_THAT(Restore(session.get(), 1, running), IsOk());
-  EXPECT_THAT(Run(session.get(), StepOf(2, actions)), IsOk());
+  EXPECT_THAT(Execute(session.get(), StepOf(2, actions)), IsOk());
   ASSERT_THAT(Restore(session.get(), 3, ended), IsOk());
-  EXPECT_THAT(Run(session.get(), StepOf(3, actions)),
+  EXPECT_THAT(Execute(session.get(), StepOf(3, actions)),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
 }
 
 TEST_F(PoolSessionTest, ResetLeavesOthersAlone) {
   const std::unique_ptr<PoolSession> session = Make();
   const std::vector<int32_t> actions(kEnvCount, 4);
-  ASSERT_THAT(Run(session.get(), StepOf(1, actions)), IsOk());
+  ASSERT_THAT(Execute(session.get(), StepOf(1, actions)), IsOk());
   std::vector<int32_t> lengths(kEnvCount);
   std::vector<int32_t> level_seeds(kEnvCount);
   std::vector<uint8_t> first(kEnvCount);
@@ -274,7 +225,7 @@ TEST_F(PoolSessionTest, ResetLeavesOthersAlone) {
   reset.sequence_number = 2;
   reset.kind = Request::Kind::kReset;
   reset.resets = resets;
-  ASSERT_THAT(Run(session.get(), reset, batch), IsOk());
+  ASSERT_THAT(Execute(session.get(), reset, batch), IsOk());
   EXPECT_THAT(lengths, ElementsAre(0, 1, 0, 0));
   EXPECT_THAT(first, ElementsAre(1, 0, 1, 1));
   EXPECT_EQ(level_seeds[2], 55);

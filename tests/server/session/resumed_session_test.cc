@@ -9,6 +9,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/pool_session.h"
+#include "tests/server/session/test_sink.h"
 #include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
@@ -49,27 +50,23 @@ class ResumedSessionTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings->Host(*std::move(pool)), lease,
                                          surroundings->Get(), compression);
   }
 
-  // Accepts request `number`, in a turn, and keeps an answer if it was to be carried out.
+  // Executes request `number`. An answer: it was executed before.
   absl::StatusOr<std::optional<Answer>> Ask(int64_t number, int64_t acknowledged = 0) {
     Request request;
     request.sequence_number = number;
     request.acknowledged = acknowledged;
-    absl::StatusOr<std::optional<Answer>> accepted;
-    session_->TakeTurn([&](const absl::Status& turn) {
-      EXPECT_THAT(turn, IsOk());
-      accepted = session_->Accept(&request);
-      if (accepted.ok() && !accepted->has_value()) {
-        session_->Keep(number, {absl::Cord("answer to " + std::to_string(number))});
-      }
-      session_->EndTurn();
-    });
-    return accepted;
+    const auto sink = std::make_shared<TestSink>(Batch(), "answer to " + std::to_string(number));
+    session_->Execute(&request, sink);
+    if (!sink->status().ok()) {
+      return sink->status();
+    }
+    return sink->recalled();
   }
 
   void Attach(const AttachOptions& options) {

@@ -11,6 +11,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/pool_session.h"
+#include "tests/server/session/test_sink.h"
 #include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
@@ -29,7 +30,7 @@ class SharedSessionTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = 2;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(0));
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
                                          absl::InfiniteDuration(), surroundings_.Get(),
@@ -58,12 +59,10 @@ class SharedSessionTest : public testing::Test {
     Request request;
     request.sequence_number = number;
     request.released = released;
-    const absl::StatusOr<std::optional<Answer>> accepted = session_->Accept(&request);
-    if (!accepted.ok()) {
-      return accepted.status();
-    }
-    if (!accepted->has_value()) {
-      session_->Keep(number, {absl::Cord("x")});
+    const auto sink = std::make_shared<TestSink>();
+    session_->Execute(&request, sink);
+    if (!sink->status().ok()) {
+      return sink->status();
     }
     return request.shared_batch;
   }
