@@ -321,12 +321,6 @@ absl::Status JoinFleet(Config* config) {
   options.subscribe = [cluster](absl::AnyInvocable<void()> changed) {
     return cluster->Subscribe(std::move(changed));
   };
-  options.publish_placement = [cluster](PoolPlacement placement) {
-    cluster->PublishPlacement(std::move(placement));
-  };
-  options.withdraw_placement = [cluster](const std::string& pool, int32_t shard) {
-    cluster->WithdrawPlacement(pool, shard);
-  };
   config->server.make_host = [options](Metrics* metrics) {
     return std::make_unique<Fleet>(options, metrics);
   };

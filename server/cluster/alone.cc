@@ -1,6 +1,5 @@
 // A node without a cluster: it is all there is.
 
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -38,32 +37,6 @@ class LoneNode final : public Cluster {
     return nodes_;
   }
 
-  void PublishPlacement(PoolPlacement placement) override {
-    placement.fleet_id = node_id_;
-    {
-      absl::MutexLock lock(&mutex_);
-      placements_[{placement.pool, placement.shard}] = placement;
-    }
-    subscribers_.Tell();
-  }
-
-  void WithdrawPlacement(const std::string& pool, int32_t shard) override {
-    {
-      absl::MutexLock lock(&mutex_);
-      placements_.erase({pool, shard});
-    }
-    subscribers_.Tell();
-  }
-
-  std::vector<PoolPlacement> Placements() const override {
-    absl::MutexLock lock(&mutex_);
-    std::vector<PoolPlacement> placements;
-    for (const auto& [key, placement] : placements_) {
-      placements.push_back(placement);
-    }
-    return placements;
-  }
-
   Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
     return subscribers_.Add(std::move(changed));
   }
@@ -74,7 +47,6 @@ class LoneNode final : public Cluster {
   Subscribers subscribers_;
   mutable absl::Mutex mutex_;
   std::vector<NodeStatus> nodes_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::pair<std::string, int32_t>, PoolPlacement> placements_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace

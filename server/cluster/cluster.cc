@@ -1,10 +1,8 @@
 #include "server/cluster/cluster.h"
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <thread>
-#include <tuple>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
@@ -99,27 +97,6 @@ class DdsCluster final : public Cluster {
     return nodes;
   }
 
-  void PublishPlacement(PoolPlacement placement) override {
-    placement.fleet_id = options_.node_id;
-    absl::MutexLock lock(&speaking_);
-    Report(participant()->Write(placement));
-    own_placements_[{placement.pool, placement.shard}] = std::move(placement);
-  }
-
-  void WithdrawPlacement(const std::string& pool, int32_t shard) override {
-    absl::MutexLock lock(&speaking_);
-    if (const auto placement = own_placements_.find({pool, shard});
-        placement != own_placements_.end()) {
-      Report(participant()->Withdraw(placement->second));
-      own_placements_.erase(placement);
-    }
-  }
-
-  std::vector<PoolPlacement> Placements() const override {
-    absl::MutexLock lock(&mutex_);
-    return placements_;
-  }
-
   Subscription Subscribe(absl::AnyInvocable<void()> changed) override {
     return subscribers_.Add(std::move(changed));
   }
@@ -134,16 +111,13 @@ class DdsCluster final : public Cluster {
 
   void LookUntilStopped() {
     std::vector<NodeStatus> told_nodes;
-    std::vector<PoolPlacement> told_placements;
     while (!Stops()) {
       Look();
       std::vector<NodeStatus> nodes = Nodes();
-      std::vector<PoolPlacement> placements = Placements();
-      if (nodes == told_nodes && placements == told_placements) {
+      if (nodes == told_nodes) {
         continue;
       }
       told_nodes = std::move(nodes);
-      told_placements = std::move(placements);
       subscribers_.Tell();
       // Not on and on: what has come meanwhile is told together.
       stopped_.WaitWithTimeout(kTellIntervalMin);
@@ -157,16 +131,9 @@ class DdsCluster final : public Cluster {
     std::vector<NodeStatus> others = participant->ReadNodes();
     // How this node is it knows best.
     std::erase_if(others, [this](const NodeStatus& node) { return node.node_id == node_id(); });
-    std::vector<PoolPlacement> placements = participant->ReadPlacements();
-    const auto key = [](const PoolPlacement& placement) {
-      return std::tie(placement.fleet_id, placement.pool, placement.shard);
-    };
-    std::sort(placements.begin(), placements.end(),
-              [&key](const PoolPlacement& a, const PoolPlacement& b) { return key(a) < key(b); });
     absl::MutexLock lock(&mutex_);
     if (participant == participant_) {
       others_ = std::move(others);
-      placements_ = std::move(placements);
     }
   }
 
@@ -192,18 +159,13 @@ class DdsCluster final : public Cluster {
   // second one has heard of all that the first knows.
   void TakeOver(std::shared_ptr<Participant> next) {
     const absl::Time end = SteadyNow() + kTakeOverTimeout;
-    while ((next->ReadNodes().size() < Nodes().size() ||
-            next->ReadPlacements().size() < Placements().size()) &&
-           SteadyNow() < end && !Stops()) {
+    while (next->ReadNodes().size() < Nodes().size() && SteadyNow() < end && !Stops()) {
       next->Wait(kLookInterval);
     }
     absl::MutexLock lock(&speaking_);
     absl::MutexLock known(&mutex_);
     for (const NodeStatus& status : own_) {
       Report(next->Write(status));
-    }
-    for (const auto& [key, placement] : own_placements_) {
-      Report(next->Write(placement));
     }
     participant_.swap(next);
   }
@@ -214,14 +176,11 @@ class DdsCluster final : public Cluster {
   std::vector<std::string> peer_addresses_;  // of the thread that resolves
 
   absl::Mutex speaking_;  // held while something is told; before mutex_
-  std::map<std::pair<std::string, int32_t>, PoolPlacement> own_placements_
-      ABSL_GUARDED_BY(speaking_);
 
   mutable absl::Mutex mutex_;
   std::shared_ptr<Participant> participant_ ABSL_GUARDED_BY(mutex_);  // shared with who uses it
   std::vector<NodeStatus> own_ ABSL_GUARDED_BY(mutex_);               // one, or none yet
   std::vector<NodeStatus> others_ ABSL_GUARDED_BY(mutex_);
-  std::vector<PoolPlacement> placements_ ABSL_GUARDED_BY(mutex_);
   Subscribers subscribers_;
 
   // Last: they use all of the above.

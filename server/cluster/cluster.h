@@ -12,7 +12,6 @@
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
 #include "server/cluster/node_status.h"
-#include "server/cluster/pool_placement.h"
 #include "server/cluster/subscription.h"
 
 namespace procgen {
@@ -60,16 +59,7 @@ class Cluster {
   // The nodes that are alive, by node_id; this one, too, once it has published.
   virtual std::vector<NodeStatus> Nodes() const = 0;
 
-  // Tells the others where a shard of a pool of this node's is; the last word on a pool and shard
-  // holds. `placement` bears this node's id as fleet_id, whether the caller put it in or not.
-  virtual void PublishPlacement(PoolPlacement placement) = 0;
-  // Takes back what PublishPlacement said of a shard; all of it is taken back when this goes.
-  virtual void WithdrawPlacement(const std::string& pool, int32_t shard) = 0;
-  // Where the shards of all fleets are, by fleet, pool and shard. Those of a fleet server that died
-  // are gone with it.
-  virtual std::vector<PoolPlacement> Placements() const = 0;
-
-  // `changed` is called after a node or a placement came, went or changed, on a thread of the
+  // `changed` is called after a node came, went or changed, on a thread of the
   // cluster's or of who publishes; it must not block. It is called kTellIntervalMin apart at least,
   // so not for each change where they come in quick succession, but always after the last.
   virtual Subscription Subscribe(absl::AnyInvocable<void()> changed) = 0;

@@ -48,14 +48,6 @@ class DdsTopic {
   absl::Status Write(const Sample& sample) const {
     return StatusOf(dds_write(writer_.handle(), &sample));
   }
-  // Tells the others, those that come later too, that the instance of this key, which was written
-  // here, is no more.
-  absl::Status Withdraw(const Sample& key) const {
-    absl::Status status = StatusOf(dds_dispose(writer_.handle(), &key));
-    status.Update(StatusOf(dds_unregister_instance(writer_.handle(), &key)));
-    return status;
-  }
-
   // Calls `use(sample)` for each instance that somebody alive has written and not withdrawn.
   template <typename Use>
   void ReadAlive(Use use) {

@@ -86,6 +86,4 @@ DdsQos RatesQos() {
   return qos;
 }
 
-DdsQos PlacementQos() { return LastOfEachKeyForAll(); }
-
 }  // namespace procgen

@@ -14,7 +14,6 @@ DdsQos PartitionQos(const ClusterOptions& options);
 // Of topics, with their writers and readers.
 DdsQos StatusQos();
 DdsQos RatesQos();
-DdsQos PlacementQos();
 
 }  // namespace procgen
 

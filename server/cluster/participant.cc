@@ -80,27 +80,6 @@ bool IsSound(const procgen_topics_NodeRates& sample) {
          sample.steps_per_second >= 0;
 }
 
-bool IsSound(const procgen_topics_PoolPlacement& sample) {
-  return IsText(sample.fleet_id, kTextBytesMax) && IsText(sample.node_id, kTextBytesMax) &&
-         strnlen(sample.pool, kTextBytesMax + 1) <= kTextBytesMax && sample.shard >= 0;
-}
-
-procgen_topics_PoolPlacement SampleOf(const PoolPlacement& placement) {
-  return {.fleet_id = Text(placement.fleet_id),
-          .pool = Text(placement.pool),
-          .shard = placement.shard,
-          .node_id = Text(placement.node_id),
-          .epoch = placement.epoch};
-}
-
-PoolPlacement PlacementOf(const procgen_topics_PoolPlacement& sample) {
-  return {.fleet_id = sample.fleet_id,
-          .pool = sample.pool,
-          .shard = sample.shard,
-          .node_id = sample.node_id,
-          .epoch = sample.epoch};
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Participant>> Participant::Create(
@@ -154,8 +133,6 @@ absl::Status Participant::CreateTopics(const ClusterOptions& options) {
       nodes_.Create(parents, "procgen_node_status", procgen_topics_NodeStatus_desc, *StatusQos());
   status.Update(
       rates_.Create(parents, "procgen_node_rates", procgen_topics_NodeRates_desc, *RatesQos()));
-  status.Update(placements_.Create(parents, "procgen_pool_placement",
-                                   procgen_topics_PoolPlacement_desc, *PlacementQos()));
   return status;
 }
 
@@ -164,11 +141,10 @@ absl::Status Participant::CreateWaiting() {
   status.Update(wake_.Own(dds_create_guardcondition(participant_.handle()), "condition"));
   // Rates change all the time; they are read when something else has, or after a while.
   status.Update(nodes_.MakeUnreadCondition(&unread_nodes_));
-  status.Update(placements_.MakeUnreadCondition(&unread_placements_));
   if (!status.ok()) {
     return status;
   }
-  for (const DdsEntity* condition : {&wake_, &unread_nodes_, &unread_placements_}) {
+  for (const DdsEntity* condition : {&wake_, &unread_nodes_}) {
     dds_waitset_attach(waiting_.handle(), condition->handle(), 0);
   }
   return absl::OkStatus();
@@ -179,14 +155,6 @@ absl::Status Participant::Write(const NodeStatus& status) const {
   written.Update(
       rates_.Write({.node_id = Text(status.node_id), .steps_per_second = status.steps_per_second}));
   return written;
-}
-
-absl::Status Participant::Write(const PoolPlacement& placement) const {
-  return placements_.Write(SampleOf(placement));
-}
-
-absl::Status Participant::Withdraw(const PoolPlacement& placement) const {
-  return placements_.Withdraw(SampleOf(placement));
 }
 
 std::vector<NodeStatus> Participant::ReadNodes() {
@@ -207,16 +175,6 @@ std::vector<NodeStatus> Participant::ReadNodes() {
     }
   });
   return nodes;
-}
-
-std::vector<PoolPlacement> Participant::ReadPlacements() {
-  std::vector<PoolPlacement> placements;
-  placements_.ReadAlive([&](const procgen_topics_PoolPlacement& sample) {
-    if (IsSound(sample)) {
-      placements.push_back(PlacementOf(sample));
-    }
-  });
-  return placements;
 }
 
 void Participant::Wait(absl::Duration timeout) const {

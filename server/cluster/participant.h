@@ -12,14 +12,13 @@
 #include "server/cluster/dds_entity.h"
 #include "server/cluster/dds_topic.h"
 #include "server/cluster/node_status.h"
-#include "server/cluster/pool_placement.h"
 #include "server/cluster/topics.h"
 
 namespace procgen {
 
 // This node in a domain of Cyclone DDS: what it writes to the topics of topics.idl, and what it
 // reads of the others. Gone with this, for the others, too.
-// Threads: any method from any thread, but the Read... from one at a time.
+// Threads: any method from any thread, but ReadNodes from one at a time.
 class Participant {
  public:
   // `peer_addresses`: where the peers of `options` are. Errors: FAILED_PRECONDITION, with what
@@ -28,12 +27,9 @@ class Participant {
       const ClusterOptions& options, const std::vector<std::string>& peer_addresses);
 
   absl::Status Write(const NodeStatus& status) const;
-  absl::Status Write(const PoolPlacement& placement) const;
-  absl::Status Withdraw(const PoolPlacement& placement) const;
 
   // What is written by who is alive, this node too; in no order.
   std::vector<NodeStatus> ReadNodes();
-  std::vector<PoolPlacement> ReadPlacements();
 
   // Waits until there may be something else to read, or somebody wakes it, or `timeout` is over.
   void Wait(absl::Duration timeout) const;
@@ -53,10 +49,8 @@ class Participant {
   DdsEntity subscriber_;
   DdsTopic<procgen_topics_NodeStatus> nodes_;
   DdsTopic<procgen_topics_NodeRates> rates_;
-  DdsTopic<procgen_topics_PoolPlacement> placements_;
   DdsEntity wake_;
   DdsEntity unread_nodes_;
-  DdsEntity unread_placements_;
   DdsEntity waiting_;
 };
 

@@ -83,7 +83,6 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
   terms.owner = order.owner;
   terms.label = order.name;
   terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
-  terms.placed_as = order.owner.empty() ? order.name : absl::StrCat(order.owner, "/", order.name);
   terms.spec = PoolSpecMessageOf(order.options);
   terms.options = &options_;
   terms.nodes = &nodes_;
@@ -174,13 +173,8 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
 }
 
 void Fleet::OnNodesChanged() {
-  std::vector<NodeStatus> nodes = options_.nodes();
   {
     absl::MutexLock lock(&mutex_);
-    if (nodes == seen_nodes_) {
-      return;  // placements have, among them those that are told here
-    }
-    seen_nodes_ = std::move(nodes);
     changed_ = true;
     wakes_.NotifyAll();
   }

@@ -59,8 +59,7 @@ class Fleet final : public PoolHost {
 
   absl::Mutex mutex_;
   std::set<FleetPool*> pools_ ABSL_GUARDED_BY(mutex_);
-  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;             // of the last one made
-  std::vector<NodeStatus> seen_nodes_ ABSL_GUARDED_BY(mutex_);  // when they changed last
+  int64_t pool_number_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last one made
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
   SteadyCondVar wakes_;  // changed_ or stops_ is set

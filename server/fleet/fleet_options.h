@@ -11,7 +11,6 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/node_status.h"
-#include "server/cluster/pool_placement.h"
 #include "server/cluster/subscription.h"
 #include "server/fleet/fleet_state.h"
 #include "server/session/alarm.h"
@@ -31,10 +30,6 @@ struct FleetOptions {
   std::function<std::vector<NodeStatus>()> nodes;
   // Has `changed` called when they have changed, until what is returned goes.
   std::function<Subscription(absl::AnyInvocable<void()> changed)> subscribe;
-  // Tells the cluster where a shard is, and that it is there no more; called on any thread, never
-  // under a lock. Null: nobody is told.
-  std::function<void(PoolPlacement)> publish_placement;
-  std::function<void(const std::string& pool, int32_t shard)> withdraw_placement;
   FleetCredentials credentials;
   // After how many requests, or bytes of requests, the states of a shard are saved anew.
   int64_t snapshot_requests = 256;

@@ -417,7 +417,6 @@ void Shard::Leave() {
   const std::string pool_id = placement_->pool_id;
   const std::string node_id = placement_->node->node_id;
   placement_.reset();
-  TellPlacement();
   terms_->leftovers->EndUse(pool_id, node_id);
 }
 

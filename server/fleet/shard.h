@@ -37,7 +37,6 @@ struct ShardTerms {
   std::string owner;             // of the pool
   std::string label;             // what log lines call the pool
   std::string id_prefix;         // what the ids of its pools on the nodes begin with
-  std::string placed_as;         // what the cluster is told that the pool is called
   v1::PoolSpec spec;             // of the whole pool, without a level sampler
   size_t observation_bytes = 0;  // of one environment
   const FleetOptions* options = nullptr;
@@ -131,8 +130,6 @@ class Shard {
   // Brings the environments to where they are after `number`: once.
   absl::Status Reach(int64_t number);
   absl::Status Place();
-  // Tells the cluster where it is, or that it is nowhere.
-  void TellPlacement() const;
   // Makes the pool on the node, and puts it into the states of the base.
   absl::Status Fill(Placement* placement);
   // Carries out an entry of the log, without pictures; ahead of its answer, if that can be.

@@ -55,25 +55,7 @@ absl::Status Shard::Place() {
     placement_ = std::move(placement);
   }
   SetWaits(false);
-  TellPlacement();
   return absl::OkStatus();
-}
-
-void Shard::TellPlacement() const {
-  const FleetOptions& options = *terms_->options;
-  if (options.publish_placement == nullptr) {
-    return;
-  }
-  if (placement_.has_value()) {
-    PoolPlacement told;
-    told.pool = terms_->placed_as;
-    told.shard = number_;
-    told.node_id = placement_->node->node_id;
-    told.epoch = epoch_;
-    options.publish_placement(std::move(told));
-  } else {
-    options.withdraw_placement(terms_->placed_as, number_);
-  }
 }
 
 absl::Status Shard::Fill(Placement* placement) {

@@ -9,13 +9,10 @@
 #include <thread>
 #include <vector>
 
-#include "absl/algorithm/container.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "envcore/pool/pool.h"
 #include "gtest/gtest.h"
-#include "tests/server/cluster/cluster_watch.h"
 #include "tests/service/episode_replay.h"
 #include "tests/service/scripted_learner.h"
 #include "tests/service/server_process.h"
@@ -93,47 +90,6 @@ TEST(FleetClusterTest, AnIdlePoolLeavesADrainingNode) {
   const absl::Time begin = absl::Now();
   EXPECT_EQ(drained->Wait(), 0);
   EXPECT_LT(absl::Now() - begin, absl::Seconds(15)) << "its shards were not taken away";
-}
-
-// The nodes that the shards of a pool are told to be on, in the order of their numbers.
-std::vector<std::string> NodesOf(const std::vector<PoolPlacement>& placements,
-                                 const std::string& pool) {
-  std::vector<std::string> nodes;
-  for (const PoolPlacement& placement : placements) {
-    if (placement.fleet_id == "fleet" && placement.pool == pool) {
-      nodes.push_back(placement.node_id);
-    }
-  }
-  return nodes;
-}
-
-TEST(FleetClusterTest, TheClusterIsToldWhereShardsAre) {
-  TestFleet fleet;
-  fleet.StartNode("a");
-  fleet.StartNode("b");
-  fleet.StartFleet(2);
-  const auto cluster = fleet.JoinCluster("witness");
-  ClusterWatch watch(cluster.get());
-  const auto client = fleet.Connect();
-  const auto pool = client->CreatePool(Script().spec);
-  ASSERT_THAT(pool, IsOk());
-  const auto nodes = [&] { return NodesOf(cluster->Placements(), pool->name()); };
-  EXPECT_TRUE(watch.Await([&] {
-    return absl::c_is_permutation(nodes(), std::vector<std::string>{"a", "b"});
-  })) << absl::StrJoin(nodes(), " ");
-
-  fleet.KillNode("a");
-  EXPECT_TRUE(watch.Await([&] {
-    return nodes() == std::vector<std::string>{"b", "b"};
-  })) << absl::StrJoin(nodes(), " ");
-  int64_t epochs = 0;
-  for (const PoolPlacement& placement : cluster->Placements()) {
-    epochs += placement.epoch;
-  }
-  EXPECT_EQ(epochs, 1 + 2) << "one has moved";
-
-  EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
-  EXPECT_TRUE(watch.Await([&] { return nodes().empty(); })) << absl::StrJoin(nodes(), " ");
 }
 
 TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {

@@ -4,7 +4,6 @@
 
 #include "server/fleet/fleet.h"
 
-#include <atomic>
 #include <csignal>
 #include <functional>
 #include <memory>
@@ -185,48 +184,6 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
-
-TEST_F(FleetTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
-  look_interval_ = absl::Milliseconds(5);
-  std::atomic<bool> waits = true;
-  std::atomic<int> look_count = 0;
-  std::atomic<int32_t> shard_count = 0;
-  adjust_ = [&](FleetOptions* options) {
-    options->nodes = [this, &look_count] {
-      ++look_count;
-      return list_.Nodes();
-    };
-    options->publish_placement = [&shard_count](const PoolPlacement& /*placement*/) {
-      ++shard_count;
-    };
-    // A shard that goes waits here until nodes have been looked at several times.
-    options->withdraw_placement = [&](const std::string& /*pool*/, int32_t /*shard*/) {
-      const int until = look_count + 20;
-      while (waits && look_count < until) {
-        absl::SleepFor(absl::Milliseconds(1));
-      }
-    };
-  };
-  StartNode("a");
-  StartFleet();
-  const auto client = Connect(*server_);
-  v1::PoolSpec small = SmallSpec();
-  small.set_env_count(4);
-  ASSERT_THAT(client->CreatePool(small), IsOk());  // which looks on, and is not divided
-  const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
-  StartNode("b");
-  const std::vector<int32_t> actions(24, 7);
-  procgen_client::Batch batch;
-  while (shard_count < 4) {
-    ASSERT_THAT(stream->Step(actions, &batch), IsOk());
-  }
-  for (int i = 0; i < 5; ++i) {
-    ASSERT_THAT(stream->Step(actions, &batch), IsOk());
-  }
-  EXPECT_EQ(shard_count, 4) << "one of the small pool, one at first, and two that take its place";
-  waits = false;
-  server_ = nullptr;  // which calls what is above
-}
 
 TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
   StartNode("a");

@@ -76,13 +76,4 @@ std::unique_ptr<procgen_client::Client> TestFleet::Connect() const {
   return procgen_client::Client::Connect(address_).value();
 }
 
-std::unique_ptr<Cluster> TestFleet::JoinCluster(const std::string& node_id) const {
-  ClusterOptions options;
-  options.name = ClusterName();
-  options.domain_id = domain_;
-  options.node_id = node_id;
-  options.address = "127.0.0.1:0";  // of which it takes the interface alone
-  return Cluster::Join(options).value();
-}
-
 }  // namespace procgen

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "procgen_client/client.h"
-#include "server/cluster/cluster.h"
 #include "tests/service/server_process.h"
 #include "tests/temporary_folder.h"
 
@@ -40,9 +39,6 @@ class TestFleet {
   // REQUIRES: it has been started.
   pid_t fleet_process_id() const { return fleet_->process_id(); }
   std::unique_ptr<procgen_client::Client> Connect() const;
-
-  // Joins the cluster, to look on.
-  std::unique_ptr<Cluster> JoinCluster(const std::string& node_id) const;
 
   // A folder for who wants one.
   std::string folder() const { return folder_.path(); }

@@ -36,19 +36,5 @@ TEST(AloneTest, WhoSubscribedIsToldOfChangesUntilTheSubscriptionGoes) {
   EXPECT_EQ(told, 2);
 }
 
-TEST(AloneTest, PlacementsAreThereUntilTheyAreWithdrawn) {
-  const auto alone = Cluster::Alone("a");
-  PoolPlacement placement;
-  placement.pool = "pools/1";
-  placement.node_id = "b";
-  alone->PublishPlacement(placement);
-  placement.epoch = 2;
-  alone->PublishPlacement(placement);
-  placement.fleet_id = "a";
-  EXPECT_THAT(alone->Placements(), ElementsAre(placement));
-  alone->WithdrawPlacement("pools/1", 0);
-  EXPECT_THAT(alone->Placements(), IsEmpty());
-}
-
 }  // namespace
 }  // namespace procgen

@@ -99,13 +99,8 @@ TEST(ClusterTest, NodesSeeEachOtherAndAllThatTheyTell) {
 TEST(ClusterTest, NodesThatComeLaterAreToldWhatWasSaidBefore) {
   const auto a = Join(Options("a"));
   a->Publish(SomeStatus("127.0.0.1:1"));
-  PoolPlacement placement;
-  placement.pool = "pools/1";
-  placement.node_id = "a";
-  a->PublishPlacement(placement);
   const auto b = Join(Options("b"));
   EXPECT_TRUE(AwaitIds(b.get(), {"a"}));
-  EXPECT_TRUE(ClusterWatch(b.get()).Await([&] { return b->Placements().size() == 1; }));
 }
 
 TEST(ClusterTest, ChangesAreSeen) {
@@ -153,55 +148,6 @@ TEST(ClusterTest, ClustersOfOtherNamesDoNotMeet) {
   EXPECT_THAT(IdsOf(b->Nodes()), ElementsAre("b"));
 }
 
-TEST(ClusterTest, PlacementsAreTheFleetsUntilTheyAreWithdrawnOrItGoes) {
-  const auto a = Join(Options("a"));
-  auto fleet = Join(Options("fleet"));
-  auto rival = Join(Options("rival"));
-  const auto placed = [](const std::string& pool, int32_t shard, int64_t epoch) {
-    PoolPlacement placement;
-    placement.pool = pool;
-    placement.shard = shard;
-    placement.node_id = "a";
-    placement.epoch = epoch;
-    return placement;
-  };
-  const auto of = [](PoolPlacement placement, const std::string& fleet_id) {
-    placement.fleet_id = fleet_id;
-    return placement;
-  };
-  fleet->PublishPlacement(placed("pools/1", 0, 1));
-  fleet->PublishPlacement(placed("pools/1", 1, 1));
-  fleet->PublishPlacement(placed("pools/1", 1, 2));
-  rival->PublishPlacement(placed("pools/1", 1, 1));
-  ClusterWatch watch(a.get());
-  using Placements = std::vector<PoolPlacement>;
-  EXPECT_TRUE(watch.Await([&] {
-    return a->Placements() == Placements{of(placed("pools/1", 0, 1), "fleet"),
-                                         of(placed("pools/1", 1, 2), "fleet"),
-                                         of(placed("pools/1", 1, 1), "rival")};
-  }));
-  fleet->WithdrawPlacement("pools/1", 0);
-  rival = nullptr;
-  EXPECT_TRUE(watch.Await(
-      [&] { return a->Placements() == Placements{of(placed("pools/1", 1, 2), "fleet")}; }));
-  fleet = nullptr;
-  EXPECT_TRUE(watch.Await([&] { return a->Placements().empty(); }));
-}
-
-TEST(ClusterTest, WhoComesLaterIsNotToldOfWhatWasWithdrawn) {
-  const auto fleet = Join(Options("fleet"));
-  PoolPlacement placement;
-  placement.node_id = "a";
-  for (const char* pool : {"pools/1", "pools/2"}) {
-    placement.pool = pool;
-    fleet->PublishPlacement(placement);
-  }
-  fleet->WithdrawPlacement("pools/1", 0);
-  const auto a = Join(Options("a"));
-  EXPECT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
-  EXPECT_EQ(a->Placements()[0].pool, "pools/2");
-}
-
 TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
   const auto a = Join(Options("a"));
   auto before = Join(Options("b"));
@@ -215,9 +161,8 @@ TEST(ClusterTest, ANodeThatTakesAnothersPlaceStaysWhenThatOneGoes) {
   after->Publish(SomeStatus("127.0.0.1:3"));
   EXPECT_TRUE(await_address("127.0.0.1:3"));
   before = nullptr;
-  after->PublishPlacement(PoolPlacement());  // said after the other has gone
-  EXPECT_TRUE(watch.Await([&] { return !a->Placements().empty(); }));
-  EXPECT_THAT(IdsOf(a->Nodes()), ElementsAre("b"));
+  after->Publish(SomeStatus("127.0.0.1:4"));  // after the other has gone
+  EXPECT_TRUE(await_address("127.0.0.1:4"));
 }
 
 TEST(ClusterTest, NobodyIsToldOnceTheSubscriptionHasGone) {
@@ -248,18 +193,13 @@ TEST(ClusterTest, NobodyIsLostFromSightWherePeersGetOtherAddresses) {
     // More than there are nodes, so some might be there that are not known.
     return ++asked == 1 ? Ids() : Ids{"127.0.0.1", "127.0.0.2", "127.0.0.3"};
   });
-  PoolPlacement placement;
-  placement.pool = "pools/1";
-  a->PublishPlacement(placement);
   a->Publish(SomeStatus("127.0.0.1:1"));
   ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
   ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
   std::atomic<bool> lost = false;
   const auto look = [&lost](const Cluster& cluster) {
-    lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"} || cluster.Placements().empty();
+    lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"};
   };
-  ASSERT_TRUE(ClusterWatch(b.get()).Await([&] { return !b->Placements().empty(); }));
-  ASSERT_TRUE(ClusterWatch(a.get()).Await([&] { return !a->Placements().empty(); }));
   const Subscription of_a = a->Subscribe([&] { look(*a); });
   const Subscription of_b = b->Subscribe([&] { look(*b); });
   // Asked a third time, it has taken the new addresses.
