@@ -16,7 +16,6 @@ packages=(
   libabsl-dev             # status, strings, containers, synchronisation
   libspdlog-dev           # log lines
   libzstd-dev             # compresses observations
-  liblz4-dev              # and quicker, if less
   libsqlite3-dev          # a fleet keeps its pools in databases
   prometheus-cpp-dev      # metrics
   cyclonedds-dev          # servers of a cluster find each other
@@ -31,7 +30,6 @@ packages=(
   python3-protobuf        # its messages
   python3-numpy           # its arrays
   python3-zstandard       # decompresses observations
-  python3-lz4             # the other way of doing so
   python3-pil             # the picture that the quickstart draws
   dpkg-dev                # what a Debian package depends on
   file                    # what is a program in it

@@ -19,7 +19,6 @@ from procgen_client.encoding import decoder_for  # noqa: E402
 ENCODINGS = {
     "raw": pools_pb2.ENCODING_RAW,
     "zstd": pools_pb2.ENCODING_ZSTD_DIFFERENCE,
-    "lz4": pools_pb2.ENCODING_LZ4_DIFFERENCE,
 }
 CATALOG = "catalog.response.bin"
 EXPECTED = "expected.json"

@@ -106,9 +106,6 @@ func (c *Client) Load(ctx context.Context) (*pb.Load, error) {
 // CreatePool makes a pool; every environment stands at the first step of its first level. poolID: the last part of its
 // name; empty: the server chooses.
 func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpec, hold HoldOptions) (*Pool, error) {
-	if err := checkDecodable(spec.GetEncoding()); err != nil {
-		return nil, err
-	}
 	message, err := c.pools.CreatePool(c.with(ctx), &pb.CreatePoolRequest{PoolId: poolID, Spec: spec})
 	if err != nil {
 		return nil, fromRPC(ctx, err)

@@ -13,14 +13,6 @@ const blockSide = 8    // Of a block, in rows and pixels.
 const sideDefault = 64 // Of a picture, in pixels.
 const decoderMemoryMin = 1 << 20
 
-func checkDecodable(encoding pb.Encoding) error {
-	if encoding == pb.Encoding_ENCODING_LZ4_DIFFERENCE {
-		return newError(codes.Unimplemented, "this client decodes ENCODING_ZSTD_DIFFERENCE, and not ENCODING_LZ4_DIFFERENCE: "+
-			"the LZ4 library that it could use reads no frames of linked blocks")
-	}
-	return nil
-}
-
 // The decoder for a pool's observations; nil where they come as they are.
 func decoderFor(pool *pb.Pool) (*ObservationDecoder, error) {
 	switch pool.Spec.Encoding {
@@ -47,9 +39,6 @@ type ObservationDecoder struct {
 func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
 	spec := pool.Spec
 	if spec.Encoding != pb.Encoding_ENCODING_ZSTD_DIFFERENCE {
-		if err := checkDecodable(spec.Encoding); err != nil {
-			return nil, err
-		}
 		return nil, invalid("encoding is %v; decoded is ENCODING_ZSTD_DIFFERENCE", spec.Encoding)
 	}
 	format := spec.GetObservationFormat()

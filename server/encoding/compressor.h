@@ -2,31 +2,36 @@
 #define SERVER_ENCODING_COMPRESSOR_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/types/span.h"
+#include "zstd.h"
 
 namespace procgen {
 
-// What the last stage of an encoding is done by.
-enum class Compression { kZstd, kLz4 };
-
-// Writes one frame of zstd or LZ4, in the format that its tools read, with the size of its content
-// in the header. What does not fit in memory, or a bug of the library, ends the process. Threads:
-// compatible (one thread at a time).
+// Writes zstd frames (RFC 8878) with a checksum and the size of their content in the header. Ends
+// the process if memory does not suffice. Threads: compatible (one thread at a time).
 class Compressor {
  public:
-  static std::unique_ptr<Compressor> Make(Compression compression);
-  virtual ~Compressor() = default;
+  Compressor();
 
-  // The most bytes that a frame of so much content takes. One of n times the content takes no more
-  // than n times that.
-  static size_t FrameBytesMax(Compression compression, size_t content_bytes);
+  // The most bytes that a frame of so much content takes. A frame of n times the content takes no
+  // more than n times that.
+  static size_t FrameBytesMax(size_t content_bytes);
   // Compresses `numbers` and then `pixels` into one frame. Where the two meet a new block of the
-  // format may begin: they are bytes of different kinds.
-  virtual std::string Compress(absl::Span<const uint8_t> numbers,
-                               absl::Span<const uint8_t> pixels) = 0;
+  // format begins: they are bytes of different kinds.
+  std::string Compress(absl::Span<const uint8_t> numbers, absl::Span<const uint8_t> pixels);
+
+ private:
+  struct Free {
+    void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  };
+
+  void Write(absl::Span<const uint8_t> bytes, ZSTD_EndDirective end, ZSTD_outBuffer& output);
+
+  std::unique_ptr<ZSTD_CCtx, Free> context_;
 };
 
 }  // namespace procgen

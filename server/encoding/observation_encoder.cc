@@ -14,12 +14,10 @@ uint8_t NextAge(uint8_t age) { return age == 255 ? 1 : static_cast<uint8_t>(age 
 
 }  // namespace
 
-ObservationEncoder::ObservationEncoder(const PictureShape& shape, int32_t env_count,
-                                       Compression compression)
+ObservationEncoder::ObservationEncoder(const PictureShape& shape, int32_t env_count)
     : shape_(shape),
       environments_(static_cast<size_t>(env_count)),
-      shown_(static_cast<size_t>(env_count) * shape.bytes()),
-      compressor_(Compressor::Make(compression)) {
+      shown_(static_cast<size_t>(env_count) * shape.bytes()) {
   Check(env_count > 0, "a pool has environments");
   Check(shape.columns > 0 && shape.columns <= kSideMax, "columns out of range");
   Check(shape.pixel_bytes == 1 || shape.pixel_bytes == 3, "no such pixels");
@@ -27,10 +25,10 @@ ObservationEncoder::ObservationEncoder(const PictureShape& shape, int32_t env_co
         "the pictures of a stack are of one size");
 }
 
-size_t ObservationEncoder::EncodedBytesMax(const PictureShape& shape, Compression compression) {
+size_t ObservationEncoder::EncodedBytesMax(const PictureShape& shape) {
   const auto blocks = static_cast<size_t>(shape.block_count());
   const size_t numbers = 2 + shape.block_map_bytes() + blocks * (3 + kBlockSide);
-  return Compressor::FrameBytesMax(compression, numbers + shape.bytes());
+  return Compressor::FrameBytesMax(numbers + shape.bytes());
 }
 
 int32_t ObservationEncoder::FindAdvance(const uint8_t* before, const uint8_t* now) const {
@@ -90,7 +88,7 @@ std::string ObservationEncoder::Encode(int32_t first, int32_t count,
         &difference_.patched, &difference_.masks}) {
     numbers_.insert(numbers_.end(), list->bytes().begin(), list->bytes().end());
   }
-  return compressor_->Compress(numbers_, difference_.pixels.bytes());
+  return compressor_.Compress(numbers_, difference_.pixels.bytes());
 }
 
 }  // namespace procgen

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,11 +27,11 @@ class ObservationEncoder {
  public:
   // REQUIRES: a shape whose sides are in [1, 512], three rows of planes and 16 pictures counted
   // once each; env_count > 0.
-  ObservationEncoder(const PictureShape& shape, int32_t env_count, Compression compression);
+  ObservationEncoder(const PictureShape& shape, int32_t env_count);
 
   // What an observation takes at most, some more bytes than it has: however many are encoded
   // together, they take no more than so many times this.
-  static size_t EncodedBytesMax(const PictureShape& shape, Compression compression);
+  static size_t EncodedBytesMax(const PictureShape& shape);
 
   // Encodes the observations of the environments [first, first + count): [count, F].
   // REQUIRES: environments of the pool, and so many bytes.
@@ -54,7 +53,7 @@ class ObservationEncoder {
   const PictureShape shape_;
   std::vector<Environment> environments_;
   std::vector<uint8_t> shown_;  // uint8 [N, F]; zeros where nothing was shown
-  std::unique_ptr<Compressor> compressor_;
+  Compressor compressor_;
   // Of the slice that is being encoded.
   ByteList ages_;
   ByteList advances_;

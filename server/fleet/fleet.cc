@@ -108,7 +108,7 @@ absl::Status Fleet::Keep(const PoolOrder& order, const std::string& path, FleetP
   if (order.options.level_sampler != nullptr) {
     *spec->mutable_level_sampler() = LevelSamplerMessageOf(*order.options.level_sampler);
   }
-  spec->set_encoding(EncodingMessageOf(order.terms.compression));
+  spec->set_encoding(EncodingMessageOf(order.terms.encoding));
   spec->set_transport(order.terms.shares_memory ? v1::TRANSPORT_SHARED_MEMORY
                                                 : v1::TRANSPORT_STREAM);
   if (order.terms.lease_duration != absl::InfiniteDuration()) {
@@ -141,14 +141,14 @@ std::vector<ResumedPool> Fleet::TakeResumed() {
 absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
   const v1::Pool& message = left.pool.pool;
   absl::StatusOr<PoolOptions> options = PoolOptionsOf(message.spec());
-  const auto compression = CompressionOf(message.spec());
-  if (!options.ok() || !compression.ok()) {
-    return options.ok() ? compression.status() : options.status();
+  const absl::StatusOr<Encoding> encoding = EncodingOf(message.spec());
+  if (!options.ok() || !encoding.ok()) {
+    return options.ok() ? encoding.status() : options.status();
   }
   ResumedPool resumed;
   resumed.order = {message.owner(), message.name(), *std::move(options), {}};
   PoolTerms& terms = resumed.order.terms;
-  terms.compression = *compression;
+  terms.encoding = *encoding;
   terms.shares_memory = message.spec().transport() == v1::TRANSPORT_SHARED_MEMORY;
   if (message.spec().has_lease_duration()) {
     terms.lease_duration = absl::Seconds(message.spec().lease_duration().seconds()) +

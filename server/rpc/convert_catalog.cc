@@ -156,7 +156,6 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   }
   catalog.add_encodings(v1::ENCODING_RAW);
   catalog.add_encodings(v1::ENCODING_ZSTD_DIFFERENCE);
-  catalog.add_encodings(v1::ENCODING_LZ4_DIFFERENCE);
   catalog.add_colors(v1::COLOR_RGB);
   catalog.add_colors(v1::COLOR_GRAYSCALE);
   catalog.add_layouts(v1::LAYOUT_HWC);

@@ -89,17 +89,12 @@ void FillObservationFormat(const ObservationFormat& format, v1::ObservationForma
   message->set_frame_stack(format.frame_stack);
 }
 
-absl::StatusOr<std::optional<Compression>> CompressionOf(const v1::PoolSpec& spec) {
-  std::optional<Compression> compression;
+absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
   switch (spec.encoding()) {
     case v1::ENCODING_UNSPECIFIED:
     case v1::ENCODING_RAW:
-      return compression;
+      return Encoding::kRaw;
     case v1::ENCODING_ZSTD_DIFFERENCE:
-      compression = Compression::kZstd;
-      break;
-    case v1::ENCODING_LZ4_DIFFERENCE:
-      compression = Compression::kLz4;
       break;
     default:
       return NoSuchValue("spec.encoding", spec.encoding());
@@ -109,15 +104,11 @@ absl::StatusOr<std::optional<Compression>> CompressionOf(const v1::PoolSpec& spe
         absl::StrCat("spec.encoding is ", EnumText(spec.encoding()),
                      ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW, as nothing is sent"));
   }
-  return compression;
+  return Encoding::kDeltaZstd;
 }
 
-v1::Encoding EncodingMessageOf(std::optional<Compression> compression) {
-  if (!compression.has_value()) {
-    return v1::ENCODING_RAW;
-  }
-  return *compression == Compression::kZstd ? v1::ENCODING_ZSTD_DIFFERENCE
-                                            : v1::ENCODING_LZ4_DIFFERENCE;
+v1::Encoding EncodingMessageOf(Encoding encoding) {
+  return encoding == Encoding::kRaw ? v1::ENCODING_RAW : v1::ENCODING_ZSTD_DIFFERENCE;
 }
 
 }  // namespace procgen

@@ -74,21 +74,21 @@ absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limi
 // How a pool of `spec` is kept, and how what it answers travels.
 absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const ObservationFormat& format,
                                       const Sessions& sessions) {
-  const absl::StatusOr<std::optional<Compression>> compression = CompressionOf(spec);
-  if (!compression.ok()) {
-    return compression.status();
+  const absl::StatusOr<Encoding> encoding = EncodingOf(spec);
+  if (!encoding.ok()) {
+    return encoding.status();
   }
   const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions.shares_memory());
   if (!shares_memory.ok()) {
     return shares_memory.status();
   }
   if (!*shares_memory) {
-    const ObservationCoding coding(format, *compression);
+    const ObservationCoding coding(format, *encoding);
     if (absl::Status status = CheckAnswersFit(coding, sessions.limits()); !status.ok()) {
       return status;
     }
   }
-  PoolTerms terms = {.compression = *compression, .shares_memory = *shares_memory};
+  PoolTerms terms = {.encoding = *encoding, .shares_memory = *shares_memory};
   if (spec.has_lease_duration()) {
     const absl::StatusOr<absl::Duration> lease_duration =
         LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions.limits());

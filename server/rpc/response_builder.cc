@@ -17,7 +17,7 @@ Batch ResponseBuilder::Prepare(const PoolSession& pool, const Request& request, 
 absl::Cord ResponseBuilder::Complete(const PoolSession& pool, const Request& request, bool keep,
                                      Response* response, grpc::ByteBuffer* bytes) {
   CompleteResponse(pool.observation_bytes(), batch_, &response->message);
-  if (pool.coding().compression().has_value() && request.with_observations) {
+  if (pool.coding().encoding() != Encoding::kRaw && request.with_observations) {
     Encode(pool, response);
   }
   if (!keep) {

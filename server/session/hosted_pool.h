@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
-#include "server/encoding/compressor.h"
+#include "server/encoding/encoding.h"
 #include "server/session/request.h"
 
 namespace procgen {
@@ -77,9 +76,8 @@ class HostedPool {
 // How a pool is kept, and how its batches travel, besides what it is made of.
 struct PoolTerms {
   absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
-  // Of its observations; none: they are sent as they are drawn.
-  std::optional<Compression> compression = std::nullopt;
-  // Batches are written where learners map them; then without compression.
+  Encoding encoding = Encoding::kRaw;
+  // Batches are written where learners map them; then as they are drawn.
   bool shares_memory = false;
 };
 

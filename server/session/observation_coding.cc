@@ -11,21 +11,19 @@ PictureShape ShapeOf(const ObservationFormat& format) {
           .stack = format.frame_stack};
 }
 
-ObservationCoding::ObservationCoding(const ObservationFormat& format,
-                                     std::optional<Compression> compression)
-    : compression_(compression),
+ObservationCoding::ObservationCoding(const ObservationFormat& format, Encoding encoding)
+    : encoding_(encoding),
       shape_(ShapeOf(format)),
       drawn_bytes_(static_cast<int64_t>(format.bytes())),
-      sent_bytes_max_(
-          compression.has_value()
-              ? static_cast<int64_t>(ObservationEncoder::EncodedBytesMax(shape_, *compression))
-              : drawn_bytes_) {}
+      sent_bytes_max_(encoding == Encoding::kRaw
+                          ? drawn_bytes_
+                          : static_cast<int64_t>(ObservationEncoder::EncodedBytesMax(shape_))) {}
 
 std::unique_ptr<ObservationEncoder> ObservationCoding::MakeEncoder(int32_t env_count) const {
-  if (!compression_.has_value()) {
+  if (encoding_ == Encoding::kRaw) {
     return nullptr;
   }
-  return std::make_unique<ObservationEncoder>(shape_, env_count, *compression_);
+  return std::make_unique<ObservationEncoder>(shape_, env_count);
 }
 
 }  // namespace procgen

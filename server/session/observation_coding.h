@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "envcore/pool/pool.h"
+#include "server/encoding/encoding.h"
 #include "server/encoding/observation_encoder.h"
 
 namespace procgen {
@@ -16,11 +16,9 @@ PictureShape ShapeOf(const ObservationFormat& format);
 // How the observations of a pool are sent, and what they take.
 class ObservationCoding {
  public:
-  // `compression`: of what has changed in them; none: they are sent as they are drawn.
-  explicit ObservationCoding(const ObservationFormat& format,
-                             std::optional<Compression> compression = std::nullopt);
+  explicit ObservationCoding(const ObservationFormat& format, Encoding encoding = Encoding::kRaw);
 
-  std::optional<Compression> compression() const { return compression_; }
+  Encoding encoding() const { return encoding_; }
   // Bytes of one observation as it is drawn.
   int64_t drawn_bytes() const { return drawn_bytes_; }
   // Bytes that one takes at most as it is sent; several together take no more than so many times
@@ -31,7 +29,7 @@ class ObservationCoding {
   std::unique_ptr<ObservationEncoder> MakeEncoder(int32_t env_count) const;
 
  private:
-  std::optional<Compression> compression_;
+  Encoding encoding_;
   PictureShape shape_;
   int64_t drawn_bytes_ = 0;
   int64_t sent_bytes_max_ = 0;

@@ -20,11 +20,11 @@ constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
                          absl::Duration lease_duration, const PoolSurroundings& surroundings,
-                         std::optional<Compression> compression, const SharedFolder* shared_folder)
+                         Encoding encoding, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
-      coding_(pool_->options().observation_format, compression),
+      coding_(pool_->options().observation_format, encoding),
       surroundings_(surroundings),
       create_time_(surroundings.lease_alarm->Now()),
       shared_ring_(shared_folder == nullptr

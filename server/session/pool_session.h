@@ -15,7 +15,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
-#include "server/encoding/compressor.h"
+#include "server/encoding/encoding.h"
 #include "server/session/attach_options.h"
 #include "server/session/episode_log.h"
 #include "server/session/hosted_pool.h"
@@ -54,13 +54,11 @@ class PoolSession {
   using TakeState = HostedPool::TakeState;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
-  // closed. `compression`: of the observations; none: they are sent as they are drawn.
-  // `shared_folder`: where it shares memory with learners; null: it shares none. REQUIRES: at most
-  // one of the two.
+  // closed. `shared_folder`: where it shares memory with learners; null: it shares none, which is
+  // REQUIRED unless `encoding` is kRaw.
   PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
               absl::Duration lease_duration, const PoolSurroundings& surroundings,
-              std::optional<Compression> compression = std::nullopt,
-              const SharedFolder* shared_folder = nullptr);
+              Encoding encoding = Encoding::kRaw, const SharedFolder* shared_folder = nullptr);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
   PoolSession(const PoolSession&) = delete;

@@ -221,7 +221,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
                           {&owners_, &executor_, &lease_alarm_, &kept_answer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
-                          terms.compression, terms.shares_memory ? shared_folder_.get() : nullptr),
+                          terms.encoding, terms.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {
             executor_.Run(freed->owner(), [this, freed] {
               delete freed;

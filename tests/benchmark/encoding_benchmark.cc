@@ -41,10 +41,9 @@ constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
 constexpr PictureShape kShape = {
     .rows = kObservationSidePx, .columns = kObservationSidePx, .pixel_bytes = 3};
 
-enum class Way { kRaw, kZstd, kLz4 };
+enum class Way { kRaw, kZstd };
 
-constexpr std::pair<Way, const char*> kWays[] = {
-    {Way::kRaw, "raw"}, {Way::kZstd, "zstd"}, {Way::kLz4, "lz4"}};
+constexpr std::pair<Way, const char*> kWays[] = {{Way::kRaw, "raw"}, {Way::kZstd, "zstd"}};
 
 // From observations to what is sent, and back. Raw observations are copied, as the others are.
 class Line {
@@ -67,9 +66,6 @@ class RawLine final : public Line {
 
 class EncodedLine final : public Line {
  public:
-  explicit EncodedLine(Compression compression)
-      : encoder_(kShape, kEnvCount, compression), decoder_(DecoderFor(compression)) {}
-
   std::string Encode(absl::Span<const uint8_t> observations) override {
     return encoder_.Encode(0, kEnvCount, observations);
   }
@@ -78,51 +74,38 @@ class EncodedLine final : public Line {
   }
 
  private:
-  static procgen_client::ObservationDecoder DecoderFor(Compression compression) {
+  static procgen_client::ObservationDecoder MakeDecoder() {
     procgen::v1::Pool pool;
     pool.mutable_spec()->set_env_count(kEnvCount);
-    pool.mutable_spec()->set_encoding(compression == Compression::kZstd
-                                          ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
-                                          : procgen::v1::ENCODING_LZ4_DIFFERENCE);
+    pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
     return procgen_client::ObservationDecoder::Make(pool).value();
   }
 
-  ObservationEncoder encoder_;
-  procgen_client::ObservationDecoder decoder_;
+  ObservationEncoder encoder_{kShape, kEnvCount};
+  procgen_client::ObservationDecoder decoder_ = MakeDecoder();
 };
 
-// What is compressed with, unless it is nothing.
-std::optional<Compression> CompressionOf(Way way) {
-  if (way == Way::kRaw) {
-    return std::nullopt;
-  }
-  return way == Way::kZstd ? Compression::kZstd : Compression::kLz4;
-}
-
 std::unique_ptr<Line> MakeLine(Way way) {
-  if (const std::optional<Compression> compression = CompressionOf(way)) {
-    return std::make_unique<EncodedLine>(*compression);
+  if (way == Way::kRaw) {
+    return std::make_unique<RawLine>();
   }
-  return std::make_unique<RawLine>();
+  return std::make_unique<EncodedLine>();
 }
 
 // What encoding is compared with: each byte less the byte before at its place, compressed.
 class PlainEncoder {
  public:
-  explicit PlainEncoder(Compression compression)
-      : compressor_(Compressor::Make(compression)),
-        before_(kEnvCount * kShape.bytes()),
-        difference_(before_.size()) {}
+  PlainEncoder() : before_(kEnvCount * kShape.bytes()), difference_(before_.size()) {}
 
   std::string Encode(absl::Span<const uint8_t> observations) {
     std::transform(observations.begin(), observations.end(), before_.begin(), difference_.begin(),
                    std::minus<>());
     std::copy(observations.begin(), observations.end(), before_.begin());
-    return compressor_->Compress({}, difference_);
+    return compressor_.Compress({}, difference_);
   }
 
  private:
-  std::unique_ptr<Compressor> compressor_;
+  Compressor compressor_;
   std::vector<uint8_t> before_;
   std::vector<uint8_t> difference_;
 };
@@ -155,8 +138,8 @@ class Trip {
       : learner_(std::move(learner)),
         line_(MakeLine(way)),
         decoded_(learner_.observations().size()) {
-    if (const std::optional<Compression> compression = CompressionOf(way)) {
-      plain_.emplace(*compression);
+    if (way != Way::kRaw) {
+      plain_.emplace();
     }
   }
 

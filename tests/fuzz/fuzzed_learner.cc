@@ -23,8 +23,6 @@ constexpr char kPoolId[] = "answers";
 constexpr char kPool[] = "pools/answers";
 
 v1::PoolSpec SpecFor(const LearnerOptions& options) {
-  constexpr v1::Encoding kEncodings[] = {v1::ENCODING_RAW, v1::ENCODING_ZSTD_DIFFERENCE,
-                                         v1::ENCODING_LZ4_DIFFERENCE, v1::ENCODING_RAW};
   v1::PoolSpec spec;
   spec.add_games("maze");
   spec.set_env_count(kEnvCount);
@@ -32,7 +30,7 @@ v1::PoolSpec SpecFor(const LearnerOptions& options) {
   spec.mutable_options()->set_rand_seed(5);
   spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
   spec.mutable_observation_format()->set_width_px(kSizePx);
-  spec.set_encoding(kEncodings[options.observations]);
+  spec.set_encoding(options.observations == 1 ? v1::ENCODING_ZSTD_DIFFERENCE : v1::ENCODING_RAW);
   if (options.observations == 3) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }

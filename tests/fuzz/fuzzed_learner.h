@@ -17,7 +17,7 @@ struct LearnerOptions {
   explicit LearnerOptions(uint8_t byte)
       : observations(byte & 3), uses_stream((byte & 4) == 0), resumes((byte & 8) != 0) {}
 
-  int observations;  // 0: raw, 1: zstd, 2: LZ4, 3: raw, in shared memory
+  int observations;  // 0, 2: raw, 1: zstd, 3: raw, in shared memory
   bool uses_stream;  // False: the methods beside the stream are called.
   bool resumes;      // The stream reconnects after UNAVAILABLE.
 };

@@ -1,7 +1,5 @@
 #include "tests/fuzz/fuzzed_server.h"
 
-#include <optional>
-
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "server/rpc/grpc_status.h"
@@ -46,9 +44,9 @@ void FuzzedServer::ResetPools() {
   for (const Sessions::Numbered& listed : sessions_.List("", 0, 100)) {
     Require(sessions_.Delete("", listed.pool->name()).ok(), "a pool that is listed can be deleted");
   }
-  for (const auto& [id, game, env_count, episode_end, compression] :
-       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep, std::optional<Compression>()),
-        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled, std::optional(Compression::kZstd))}) {
+  for (const auto& [id, game, env_count, episode_end, encoding] :
+       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep, Encoding::kRaw),
+        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled, Encoding::kDeltaZstd)}) {
     PoolOptions options;
     options.games = {game};
     options.env_count = env_count;
@@ -56,7 +54,7 @@ void FuzzedServer::ResetPools() {
     options.environment.rand_seed = 7;
     options.episode_end = episode_end;
     absl::Notification done;
-    sessions_.Create("", id, options, {.compression = compression},
+    sessions_.Create("", id, options, {.encoding = encoding},
                      [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
                        Require(made.ok(), "there is room for pools", made.status());
                        done.Notify();

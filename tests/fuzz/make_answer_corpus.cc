@@ -109,11 +109,11 @@ void EndEpisodes(std::vector<Piece>* pieces) {
 void WriteAll(const std::string& address, const std::filesystem::path& folder) {
   constexpr uint8_t kBeside = 4;
   constexpr uint8_t kResumes = 8;
-  const char* const names[] = {"raw", "zstd", "lz4", "shared"};
-  for (uint8_t observations = 0; observations < 4; ++observations) {
+  for (const auto& [observations, name] :
+       {std::pair<uint8_t, std::string>(0, "raw"), {1, "zstd"}, {3, "shared"}}) {
     std::vector<Piece> pieces = AnswersTo(address, LearnerOptions(observations));
     MoveSharedMemory(&pieces);
-    Write(folder / names[observations], observations, pieces);
+    Write(folder / name, observations, pieces);
     // Pool, attached, batch; then the connection breaks, and another stream attaches.
     Piece again = pieces[1];
     v1::StepPoolResponse attached;
@@ -122,8 +122,7 @@ void WriteAll(const std::string& address, const std::filesystem::path& folder) {
     again.bytes = attached.SerializeAsString();
     std::vector<Piece> resumed = pieces;
     resumed.insert(resumed.begin() + 3, {{true, ""}, again});
-    Write(folder / (std::string("resumed_") + names[observations]),
-          static_cast<uint8_t>(observations | kResumes), resumed);
+    Write(folder / ("resumed_" + name), static_cast<uint8_t>(observations | kResumes), resumed);
     if (observations == 0) {
       EndEpisodes(&pieces);
       Write(folder / "ended", observations, pieces);

@@ -1,7 +1,7 @@
 // Writes the inputs that observation_fuzz begins with: what a server sends after the first
 // observation, as it is and without its last stage.
 //
-//   procgen-make-observation-corpus FOLDER    writes FOLDER/<encoding>_<form>, over what is there
+//   procgen-make-observation-corpus FOLDER    writes FOLDER/<stage>_zstd_<form>, over what is there
 
 #include <cstdint>
 #include <fstream>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "procgen/v1/pools.pb.h"
 #include "procgen_client/frame_content.h"
 #include "server/encoding/observation_encoder.h"
 
@@ -55,23 +54,16 @@ int main(int argument_count, char** arguments) {
   }
   const std::string folder = std::string(arguments[1]) + "/";
   for (uint8_t form = 0; form < 4; ++form) {
-    for (const bool lz4 : {false, true}) {
-      procgen::ObservationEncoder encoder(
-          kShapes[form], kEnvCount, lz4 ? procgen::Compression::kLz4 : procgen::Compression::kZstd);
-      encoder.Encode(0, kEnvCount, Stripes(kShapes[form], 0));
-      const std::string frame = encoder.Encode(0, kEnvCount, Stripes(kShapes[form], 1));
-      const std::string content =
-          procgen_client::FrameContent(
-              lz4 ? procgen::v1::ENCODING_LZ4_DIFFERENCE : procgen::v1::ENCODING_ZSTD_DIFFERENCE,
-              frame, kContentBytesMax)
-              .value();
-      const auto choice = static_cast<uint8_t>(form << 2 | (lz4 ? 1 : 0));
-      const std::string name = absl::StrCat(lz4 ? "lz4_" : "zstd_", static_cast<int>(form));
-      if (!Write(absl::StrCat(folder, "frame_", name), choice | 2, frame) ||
-          !Write(absl::StrCat(folder, "content_", name), choice, content)) {
-        std::cerr << "procgen-make-observation-corpus: cannot write in " << folder << "\n";
-        return kBadUse;
-      }
+    procgen::ObservationEncoder encoder(kShapes[form], kEnvCount);
+    encoder.Encode(0, kEnvCount, Stripes(kShapes[form], 0));
+    const std::string frame = encoder.Encode(0, kEnvCount, Stripes(kShapes[form], 1));
+    const std::string content = procgen_client::FrameContent(frame, kContentBytesMax).value();
+    const auto choice = static_cast<uint8_t>(form << 2);
+    const std::string name = absl::StrCat("zstd_", static_cast<int>(form));
+    if (!Write(absl::StrCat(folder, "frame_", name), choice | 2, frame) ||
+        !Write(absl::StrCat(folder, "content_", name), choice, content)) {
+      std::cerr << "procgen-make-observation-corpus: cannot write in " << folder << "\n";
+      return kBadUse;
     }
   }
   return 0;

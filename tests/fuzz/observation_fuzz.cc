@@ -1,9 +1,9 @@
-// Fuzz target: bytes that may be encoded observations are decoded by the C++ client, as a frame of
-// zstd or LZ4 and as the content of one. Aborts where
+// Fuzz target: bytes that may be encoded observations are decoded by the C++ client, as a zstd
+// frame and as the content of one. Aborts where
 //   bytes are refused with a code that is not promised;
 //   what was refused has changed what is decoded next.
 //
-// An input is one byte that chooses encoding and form, and what is decoded.
+// An input is one byte that chooses stage and form, and what is decoded.
 
 #include <cstddef>
 #include <cstdint>
@@ -36,9 +36,7 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status) {
 
 // What the first byte of an input chooses.
 struct Choice {
-  explicit Choice(uint8_t byte)
-      : compression((byte & 1) != 0 ? Compression::kLz4 : Compression::kZstd),
-        whole_frame((byte & 2) != 0) {
+  explicit Choice(uint8_t byte) : whole_frame((byte & 2) != 0) {
     static constexpr PictureShape kShapes[] = {
         {.rows = 64, .columns = 64, .pixel_bytes = 3},
         {.rows = 19, .columns = 19, .pixel_bytes = 3},
@@ -53,8 +51,7 @@ struct Choice {
     procgen::v1::Pool pool;
     procgen::v1::PoolSpec& spec = *pool.mutable_spec();
     spec.set_env_count(kEnvCount);
-    spec.set_encoding(compression == Compression::kZstd ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
-                                                        : procgen::v1::ENCODING_LZ4_DIFFERENCE);
+    spec.set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
     procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
     format.set_width_px(shape.columns);
     format.set_frame_stack(shape.stack);
@@ -67,18 +64,16 @@ struct Choice {
     return pool;
   }
 
-  Compression compression;
   bool whole_frame;
   int form = 0;
   PictureShape shape;
 };
 
 void TryToDecode(const Choice& choice, absl::Span<const uint8_t> bytes) {
-  const std::string encoded = choice.whole_frame
-                                  ? std::string(bytes.begin(), bytes.end())
-                                  : Compressor::Make(choice.compression)->Compress(bytes, {});
+  const std::string encoded = choice.whole_frame ? std::string(bytes.begin(), bytes.end())
+                                                 : Compressor().Compress(bytes, {});
   ObservationDecoder decoder = ObservationDecoder::Make(choice.Pool()).value();
-  ObservationEncoder encoder(choice.shape, kEnvCount, choice.compression);
+  ObservationEncoder encoder(choice.shape, kEnvCount);
   std::vector<uint8_t> shown(kEnvCount * choice.shape.bytes(), 7);
   std::vector<uint8_t> decoded(shown.size());
   const auto decode = [&](absl::string_view from) {

@@ -17,8 +17,6 @@ TEST_F(BrokenConnectionTest, NothingIsLostInFiftyBreaks) {
 TEST_F(BrokenConnectionTest, NothingIsLostOfWhatIsToldByDifferences) {
   ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40,
                       {.encoding = v1::ENCODING_ZSTD_DIFFERENCE});
-  ExpectNothingIsLost(server_->address(), /*seed=*/9, /*break_count=*/40,
-                      {.encoding = v1::ENCODING_LZ4_DIFFERENCE});
 }
 
 }  // namespace

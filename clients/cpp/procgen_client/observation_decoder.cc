@@ -107,9 +107,10 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
                      side, " in stacks of ", stack, "; decoded are sides of 1 to ", kSideMax,
                      " and stacks of 1 to ", kStackMax));
   }
-  if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE &&
-      spec.encoding() != procgen::v1::ENCODING_LZ4_DIFFERENCE) {
-    return FrameContent(spec.encoding(), {}, 0).status();
+  if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE) {
+    return absl::InvalidArgumentError(absl::StrCat("encoding is ",
+                                                   static_cast<int>(spec.encoding()),
+                                                   "; decoded is ENCODING_ZSTD_DIFFERENCE"));
   }
   const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
   const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;
@@ -118,12 +119,11 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
   sheet.columns = side;
   sheet.pixel_bytes = planes ? 1 : channels;
   sheet.stack = stack;
-  return ObservationDecoder(sheet, spec.env_count(), spec.encoding());
+  return ObservationDecoder(sheet, spec.env_count());
 }
 
-ObservationDecoder::ObservationDecoder(const Sheet& sheet, int32_t env_count,
-                                       procgen::v1::Encoding encoding)
-    : sheet_(sheet), encoding_(encoding), env_count_(env_count), basis_(sheet.bytes()) {}
+ObservationDecoder::ObservationDecoder(const Sheet& sheet, int32_t env_count)
+    : sheet_(sheet), env_count_(env_count), basis_(sheet.bytes()) {}
 
 int32_t ObservationDecoder::block_columns() const {
   return (sheet_.columns + kBlockSide - 1) / kBlockSide;
@@ -291,8 +291,7 @@ absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::stri
                                                    count, " observations have ",
                                                    static_cast<size_t>(count) * sheet_.bytes()));
   }
-  const absl::StatusOr<std::string> bytes =
-      FrameContent(encoding_, encoded, ContentBytesMax(count));
+  const absl::StatusOr<std::string> bytes = FrameContent(encoded, ContentBytesMax(count));
   if (!bytes.ok()) {
     return bytes.status();
   }

@@ -52,7 +52,7 @@ class ObservationDecoder {
   struct Content;
   struct Block;
 
-  ObservationDecoder(const Sheet& sheet, int32_t env_count, procgen::v1::Encoding encoding);
+  ObservationDecoder(const Sheet& sheet, int32_t env_count);
 
   int32_t block_columns() const;
   int32_t block_count() const;
@@ -71,7 +71,6 @@ class ObservationDecoder {
                    uint8_t* observation) const;
 
   Sheet sheet_;
-  procgen::v1::Encoding encoding_;
   int32_t env_count_;
   // Of the environments up to the last one that was decoded, so that memory follows what a server
   // sends and not what it says of its pool.

@@ -17,7 +17,6 @@ export function decoderFor(pool: Pool): ObservationDecoder | undefined {
 // Needs all encoded observations of a learner's answers, each once, in the order of their sequence numbers, and remembers
 // each environment's last one. After an error nothing has changed.
 export class ObservationDecoder {
-  readonly #encoding: Encoding;
   readonly #rows: number;
   readonly #columns: number;
   readonly #pixelBytes: number;
@@ -29,9 +28,8 @@ export class ObservationDecoder {
   constructor(pool: Pool) {
     const spec = pool.spec!;
     const format = spec.observationFormat;
-    this.#encoding = spec.encoding;
-    if (this.#encoding !== Encoding.ZSTD_DIFFERENCE && this.#encoding !== Encoding.LZ4_DIFFERENCE) {
-      throw new InvalidArgumentError(`encoding is ${this.#encoding}; decoded are ZSTD_DIFFERENCE and LZ4_DIFFERENCE`);
+    if (spec.encoding !== Encoding.ZSTD_DIFFERENCE) {
+      throw new InvalidArgumentError(`encoding is ${spec.encoding}; decoded is ZSTD_DIFFERENCE`);
     }
     const channels = format?.color === Color.GRAYSCALE ? 1 : 3;
     const isPlanes = format?.layout === Layout.CHW;
@@ -49,7 +47,7 @@ export class ObservationDecoder {
     if (first < 0 || count < 1 || first + count > this.#ages.length) {
       throw new InvalidArgumentError(`environments ${first} and ${count} from there; the pool has ${this.#ages.length}`);
     }
-    const content = this.#read(first, count, frameContent(this.#encoding, encoded, this.#contentBytesMax(count)));
+    const content = this.#read(first, count, frameContent(encoded, this.#contentBytesMax(count)));
     const bytes = this.#basis.length;
     const observations = new Uint8Array(count * bytes);
     for (let i = 0; i < count; i += 1) {

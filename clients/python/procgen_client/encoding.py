@@ -56,40 +56,14 @@ class _Zstd:
             raise _damaged(f"not one whole frame of zstd: {error}") from error
 
 
-class _Lz4:
-    """Content of one LZ4 frame."""
-
-    def __init__(self) -> None:
-        self._frame = _module("lz4.frame", "python3-lz4")
-
-    def content(self, frame: bytes, size_max: int) -> bytes:
-        try:
-            size = self._frame.get_frame_info(frame)["content_size"]
-            if not 0 < size <= size_max:
-                raise _damaged(f"content of {size} bytes, there can be {size_max} at most")
-            reader = self._frame.LZ4FrameDecompressor()
-            content = reader.decompress(frame, max_length=size)
-        except RuntimeError as error:
-            raise _damaged(f"not one whole frame of LZ4: {error}") from error
-        if len(content) != size or not reader.eof or reader.unused_data:
-            raise _damaged("not one whole frame of LZ4")
-        return content
-
-
-_DECOMPRESSORS: dict[int, type[_Zstd] | type[_Lz4]] = {
-    pools_pb2.ENCODING_ZSTD_DIFFERENCE: _Zstd,
-    pools_pb2.ENCODING_LZ4_DIFFERENCE: _Lz4,
-}
-
-
 def check_decodable(encoding: int) -> None:
     """Sees that observations of this encoding can be decoded here, if it is one that is known.
 
     Raises:
         UnimplementedError: The package that decompresses it is not installed.
     """
-    if encoding in _DECOMPRESSORS:
-        _DECOMPRESSORS[encoding]()
+    if encoding == pools_pb2.ENCODING_ZSTD_DIFFERENCE:
+        _Zstd()
 
 
 def decoder_for(pool: pools_pb2.Pool) -> ObservationDecoder | None:
@@ -173,12 +147,11 @@ class ObservationDecoder:
             UnimplementedError: The package that decompresses it is not installed.
         """
         spec = pool.spec
-        if spec.encoding not in _DECOMPRESSORS:
+        if spec.encoding != pools_pb2.ENCODING_ZSTD_DIFFERENCE:
             raise InvalidArgumentError(
-                f"encoding is {spec.encoding}; decoded are ENCODING_ZSTD_DIFFERENCE and "
-                "ENCODING_LZ4_DIFFERENCE"
+                f"encoding is {spec.encoding}; decoded is ENCODING_ZSTD_DIFFERENCE"
             )
-        self._decompressor = _DECOMPRESSORS[spec.encoding]()
+        self._decompressor = _Zstd()
         layout = spec.observation_format
         side = layout.width_px or layout.height_px or 64
         channels = 1 if layout.color == pools_pb2.COLOR_GRAYSCALE else 3

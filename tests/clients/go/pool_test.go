@@ -199,9 +199,9 @@ func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
 	}
 }
 
-func TestWhatThisClientCannotReadIsRefused(t *testing.T) {
+func TestTheEncodingThatWasRemovedIsRefused(t *testing.T) {
 	client := connected(t, Options{})
-	spec := &pb.PoolSpec{Games: []string{"maze"}, EnvCount: 1, Encoding: pb.Encoding_ENCODING_LZ4_DIFFERENCE}
+	spec := &pb.PoolSpec{Games: []string{"maze"}, EnvCount: 1, Encoding: 3}
 	_, err := client.CreatePool(testContext(t), "", spec, HoldOptions{})
-	expectError(t, err, codes.Unimplemented)
+	expectError(t, err, codes.InvalidArgument)
 }

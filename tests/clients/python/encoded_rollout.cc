@@ -1,7 +1,7 @@
 // Writes what a server would send of a game's observations, and what a client must make of it, for
 // the tests of clients in other languages.
 //
-//   encoded_rollout GAME zstd|lz4 rgb|grey hwc|chw SIDE STACK ANSWER_COUNT
+//   encoded_rollout GAME rgb|grey hwc|chw SIDE STACK ANSWER_COUNT
 //
 // On standard output, all numbers int32 and little-endian: the size of a procgen.v1.Pool, the Pool;
 // then for each answer: first environment, environment count, size of the encoded observations,
@@ -17,7 +17,7 @@
 namespace {
 
 constexpr int kBadUse = 2;
-constexpr int kArgumentCount = 8;
+constexpr int kArgumentCount = 7;
 
 void WriteNumber(int32_t number) {
   std::cout.write(reinterpret_cast<const char*>(&number), sizeof(number));
@@ -42,7 +42,7 @@ void Write(procgen::EncodedPlay& play, int answer_count) {
 
 int main(int argument_count, char** arguments) {
   if (argument_count != kArgumentCount) {
-    std::cerr << "usage: encoded_rollout GAME zstd|lz4 rgb|grey hwc|chw SIDE STACK ANSWER_COUNT\n";
+    std::cerr << "usage: encoded_rollout GAME rgb|grey hwc|chw SIDE STACK ANSWER_COUNT\n";
     return kBadUse;
   }
   const auto is = [&](int index, const char* word) {
@@ -50,12 +50,11 @@ int main(int argument_count, char** arguments) {
   };
   procgen::EncodedPlayOptions options;
   options.game = arguments[1];
-  options.compression = is(2, "lz4") ? procgen::Compression::kLz4 : procgen::Compression::kZstd;
-  options.format.frame.color = is(3, "grey") ? procgen::Color::kGrayscale : procgen::Color::kRgb;
-  options.format.frame.layout = is(4, "chw") ? procgen::Layout::kChw : procgen::Layout::kHwc;
-  options.format.frame.side_px = std::atoi(arguments[5]);
-  options.format.frame_stack = std::atoi(arguments[6]);
+  options.format.frame.color = is(2, "grey") ? procgen::Color::kGrayscale : procgen::Color::kRgb;
+  options.format.frame.layout = is(3, "chw") ? procgen::Layout::kChw : procgen::Layout::kHwc;
+  options.format.frame.side_px = std::atoi(arguments[4]);
+  options.format.frame_stack = std::atoi(arguments[5]);
   procgen::EncodedPlay play(options);
-  Write(play, std::atoi(arguments[7]));
+  Write(play, std::atoi(arguments[6]));
   return std::cout.flush() ? 0 : 1;
 }

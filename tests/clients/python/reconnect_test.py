@@ -68,7 +68,6 @@ def _trace(pool: Pool, count: int) -> list[int]:
     [
         ("raw", 150, 120_000, 30),
         ("zstd_difference", 300, 40_000, 5),
-        ("lz4_difference", 300, 40_000, 5),
     ],
 )
 def test_nothing_is_lost_on_a_bad_network(

@@ -26,7 +26,7 @@ EncodedPlay::EncodedPlay(const EncodedPlayOptions& options)
     : options_(options),
       pool_(PoolOf(options)),
       encoder_(
-          ObservationCoding(options.format, options.compression).MakeEncoder(options.env_count)),
+          ObservationCoding(options.format, Encoding::kDeltaZstd).MakeEncoder(options.env_count)),
       random_(5),
       observations_(static_cast<size_t>(options.env_count) * options.format.bytes()) {}
 
@@ -58,9 +58,7 @@ procgen::v1::Pool EncodedPlay::pool() const {
   procgen::v1::PoolSpec& spec = *pool.mutable_spec();
   spec.add_games(options_.game);
   spec.set_env_count(options_.env_count);
-  spec.set_encoding(options_.compression == Compression::kZstd
-                        ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
-                        : procgen::v1::ENCODING_LZ4_DIFFERENCE);
+  spec.set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
   procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
   format.set_color(options_.format.frame.color == Color::kRgb ? procgen::v1::COLOR_RGB
                                                               : procgen::v1::COLOR_GRAYSCALE);

@@ -18,7 +18,6 @@ struct EncodedPlayOptions {
   std::string game;
   DistributionMode mode = DistributionMode::kHard;
   ObservationFormat format = {};
-  Compression compression = Compression::kZstd;
   int32_t env_count = 4;
   int worker_count = 1;  // the calling thread is one of them
 };

@@ -21,21 +21,14 @@ using Picture = std::vector<uint8_t>;
 
 constexpr PictureShape kShape = {.rows = 64, .columns = 64, .pixel_bytes = 3};
 
-class ObservationEncoderTest : public testing::TestWithParam<Compression> {
- protected:
-  static ObservationEncoder NewEncoder(int32_t env_count = 1) {
-    return {kShape, env_count, GetParam()};
-  }
+ObservationEncoder NewEncoder(int32_t env_count = 1) { return {kShape, env_count}; }
 
-  static ObservationDecoder NewDecoder(int32_t env_count = 1) {
-    procgen::v1::Pool pool;
-    pool.mutable_spec()->set_env_count(env_count);
-    pool.mutable_spec()->set_encoding(GetParam() == Compression::kZstd
-                                          ? procgen::v1::ENCODING_ZSTD_DIFFERENCE
-                                          : procgen::v1::ENCODING_LZ4_DIFFERENCE);
-    return ObservationDecoder::Make(pool).value();
-  }
-};
+ObservationDecoder NewDecoder(int32_t env_count = 1) {
+  procgen::v1::Pool pool;
+  pool.mutable_spec()->set_env_count(env_count);
+  pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
+  return ObservationDecoder::Make(pool).value();
+}
 
 // A picture in which no two places are alike.
 Picture Noise(int64_t seed, size_t count = 1) {
@@ -77,14 +70,14 @@ MATCHER_P(Shows, picture, "is OK and shows the picture") {
   return arg.ok() && *arg == picture;
 }
 
-TEST_P(ObservationEncoderTest, WhatDidNotChangeTakesNextToNothing) {
+TEST(ObservationEncoderTest, WhatDidNotChangeTakesNextToNothing) {
   ObservationEncoder encoder = NewEncoder(64);
   const Picture pictures = Noise(1, 64);
   Encode(encoder, pictures);
   EXPECT_LT(Encode(encoder, pictures).size(), 64);
 }
 
-TEST_P(ObservationEncoderTest, AViewThatMovedIsToldByItsMoveAndItsNewEdge) {
+TEST(ObservationEncoderTest, AViewThatMovedIsToldByItsMoveAndItsNewEdge) {
   const Picture world = Noise(2, 4);
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
@@ -100,31 +93,31 @@ TEST_P(ObservationEncoderTest, AViewThatMovedIsToldByItsMoveAndItsNewEdge) {
   }
 }
 
-TEST_P(ObservationEncoderTest, WhatCannotBeCompressedStaysWithinTheBound) {
+TEST(ObservationEncoderTest, WhatCannotBeCompressedStaysWithinTheBound) {
   ObservationEncoder encoder = NewEncoder(3);
   ObservationDecoder decoder = NewDecoder(3);
   for (int64_t seed = 0; seed < 4; ++seed) {
     const Picture noise = Noise(seed, 3);
     const std::string encoded = Encode(encoder, noise);
-    EXPECT_LE(encoded.size(), 3 * ObservationEncoder::EncodedBytesMax(kShape, GetParam()));
+    EXPECT_LE(encoded.size(), 3 * ObservationEncoder::EncodedBytesMax(kShape));
     const auto decoded = Decode(decoder, encoded, 0, 3);
     ASSERT_THAT(decoded, IsOk());
     EXPECT_EQ(*decoded, noise);
   }
 }
 
-TEST_P(ObservationEncoderTest, ManyTogetherTakeNoMoreThanSoManyTimesOne) {
+TEST(ObservationEncoderTest, ManyTogetherTakeNoMoreThanSoManyTimesOne) {
   for (const PictureShape& shape : {PictureShape{.rows = 16, .columns = 16, .pixel_bytes = 1},
                                     kShape, PictureShape{512 * 3 * 16, 512, 1, 16}}) {
     const size_t content = shape.bytes() + static_cast<size_t>(shape.block_count());
-    const size_t one = Compressor::FrameBytesMax(GetParam(), content);
+    const size_t one = Compressor::FrameBytesMax(content);
     for (const size_t count : {2, 3, 10, 341, 4096}) {
-      EXPECT_LE(Compressor::FrameBytesMax(GetParam(), count * content), count * one) << count;
+      EXPECT_LE(Compressor::FrameBytesMax(count * content), count * one) << count;
     }
   }
 }
 
-TEST_P(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
+TEST(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
   ObservationEncoder encoder = NewEncoder(2);
   ObservationDecoder decoder = NewDecoder(2);
   ASSERT_THAT(Decode(decoder, Encode(encoder, Noise(1, 2)), 0, 2), IsOk());
@@ -134,7 +127,7 @@ TEST_P(ObservationEncoderTest, ADecoderWithAPastUnderstandsANewEncoder) {
   EXPECT_THAT(Decode(decoder, Encode(other, Noise(4, 2)), 0, 2), Shows(Noise(4, 2)));
 }
 
-TEST_P(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {
+TEST(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
   const std::string first = Encode(encoder, Noise(1));
@@ -151,7 +144,7 @@ TEST_P(ObservationEncoderTest, AnswersThatAreMissingOrComeTwiceAreFound) {
   EXPECT_THAT(Decode(decoder, third), Shows(Noise(3)));
 }
 
-TEST_P(ObservationEncoderTest, AgesGoRoundWithoutANewBeginning) {
+TEST(ObservationEncoderTest, AgesGoRoundWithoutANewBeginning) {
   ObservationEncoder encoder = NewEncoder();
   ObservationDecoder decoder = NewDecoder();
   Picture picture = Noise(1);
@@ -165,8 +158,8 @@ TEST_P(ObservationEncoderTest, AgesGoRoundWithoutANewBeginning) {
   }
 }
 
-TEST_P(ObservationEncoderTest, DamagedBytesAreRefusedOrChangeNothing) {
-  EncodedPlay play({.game = "coinrun", .compression = GetParam(), .env_count = 2});
+TEST(ObservationEncoderTest, DamagedBytesAreRefusedOrChangeNothing) {
+  EncodedPlay play({.game = "coinrun", .env_count = 2});
   ObservationDecoder decoder = ObservationDecoder::Make(play.pool()).value();
   for (int step = 0; step < 12; ++step) {
     const EncodedAnswer answer = play.Next();
@@ -190,7 +183,7 @@ TEST_P(ObservationEncoderTest, DamagedBytesAreRefusedOrChangeNothing) {
   }
 }
 
-TEST_P(ObservationEncoderTest, EnvironmentsThatThePoolHasNotAreRefused) {
+TEST(ObservationEncoderTest, EnvironmentsThatThePoolHasNotAreRefused) {
   ObservationEncoder encoder = NewEncoder(2);
   ObservationDecoder decoder = NewDecoder(2);
   const std::string encoded = Encode(encoder, Noise(1, 2));
@@ -204,12 +197,6 @@ TEST_P(ObservationEncoderTest, EnvironmentsThatThePoolHasNotAreRefused) {
   EXPECT_THAT(decoder.Decode(0, 2, encoded, absl::MakeSpan(small)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("room for 7 bytes")));
 }
-
-INSTANTIATE_TEST_SUITE_P(All, ObservationEncoderTest,
-                         testing::Values(Compression::kZstd, Compression::kLz4),
-                         [](const auto& info) {
-                           return info.param == Compression::kZstd ? "Zstd" : "Lz4";
-                         });
 
 TEST(ObservationDecoderTest, OtherEncodingsAreRefused) {
   procgen::v1::Pool pool;

@@ -46,14 +46,14 @@ class ResumedSessionTest : public testing::Test {
   }
 
   static std::unique_ptr<PoolSession> Make(TestSurroundings* surroundings, absl::Duration lease,
-                                           std::optional<Compression> compression = {}) {
+                                           Encoding encoding = Encoding::kRaw) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings->Host(*std::move(pool)), lease,
-                                         surroundings->Get(), compression);
+                                         surroundings->Get(), encoding);
   }
 
   // Executes request `number`. An answer: it was executed before.
@@ -177,7 +177,7 @@ TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
 }
 
 TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
-  session_ = Make(&surroundings_, absl::InfiniteDuration(), Compression::kZstd);
+  session_ = Make(&surroundings_, absl::InfiniteDuration(), Encoding::kDeltaZstd);
   Attach(kResumable);
   EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(),
             2 * kEnvCount * (session_->coding().sent_bytes_max() + 12288 + 512));

@@ -34,7 +34,7 @@ class SharedSessionTest : public testing::Test {
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
                                          absl::InfiniteDuration(), surroundings_.Get(),
-                                         std::nullopt, shared_folder_.get());
+                                         Encoding::kRaw, shared_folder_.get());
   }
 
   absl::Status Attach(const AttachOptions& options) {
