@@ -18,9 +18,6 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-const connectTimeoutDefault = 10 * time.Second
-const reconnectTimeoutDefault = 60 * time.Second
-
 // Options is what a client connects with; the zero value will do.
 type Options struct {
 	// How long a pool's stream whose connection broke tries to go on, each time; the server keeps its answers meanwhile.
@@ -179,7 +176,7 @@ func (c *Client) firstCatalog(ctx context.Context) (*pb.Catalog, error) {
 
 // Why the connection fails, in gRPC's words.
 func (c *Client) reason() string {
-	ctx, cancel := context.WithTimeout(context.Background(), time.Second)
+	ctx, cancel := context.WithTimeout(context.Background(), reasonTimeout)
 	defer cancel()
 	if _, err := c.catalogs.GetCatalog(c.with(ctx), &pb.GetCatalogRequest{}); err != nil {
 		return fromRPC(context.Background(), err).(*Error).Message
@@ -214,13 +211,13 @@ func dialOptions(address string, shown Credentials) ([]grpc.DialOption, error) {
 		grpc.WithInitialWindowSize(8 << 20),
 		grpc.WithInitialConnWindowSize(8 << 20),
 		// A connection that is silent is asked for a sign of life, so that a dead one is found.
-		grpc.WithKeepaliveParams(keepalive.ClientParameters{Time: 20 * time.Second, Timeout: 10 * time.Second}),
+		grpc.WithKeepaliveParams(keepalive.ClientParameters{Time: keepaliveTime, Timeout: keepaliveTimeout}),
 		// A server that is just starting is found soon.
 		grpc.WithConnectParams(grpc.ConnectParams{
 			Backoff: backoff.Config{
-				BaseDelay: 20 * time.Millisecond, Multiplier: 1.6, Jitter: 0.2, MaxDelay: time.Second,
+				BaseDelay: channelBackoffMin, Multiplier: 1.6, Jitter: 0.2, MaxDelay: channelBackoffMax,
 			},
-			MinConnectTimeout: 5 * time.Second,
+			MinConnectTimeout: channelConnectTimeout,
 		}),
 	}
 	if strings.HasPrefix(address, "unix:") {

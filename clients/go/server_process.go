@@ -11,10 +11,6 @@ import (
 	"google.golang.org/grpc/codes"
 )
 
-// How long a server may take to listen, and to end.
-const startTimeout = 30 * time.Second
-const stopTimeout = 15 * time.Second
-
 // ServerProcess is a procgen-server that is started on this machine, and stopped by Stop. Its log lines are thrown away.
 type ServerProcess struct {
 	// Where it listens, for Connect.

@@ -15,11 +15,6 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// Between tries to go on after a connection broke: doubled from try to try, and each a half to one and a half of it, so that
-// many learners do not come at once.
-const backoffMin = 20 * time.Millisecond
-const backoffMax = 2 * time.Second
-
 // A server that drains says so in its trailers, and that it is not to be asked again.
 const drainsKey = "procgen-drains"
 

@@ -11,6 +11,7 @@ import {
   type Pool as PoolMessage, type PoolSpecSchema,
 } from "./generated/procgen/v1/pools_pb.js";
 import { Pool, type HoldOptions } from "./pool.js";
+import { callTimeoutDefaultMs, connectTimeoutDefaultMs, reasonTimeoutMs, reconnectTimeoutDefaultMs } from "./timing.js";
 import { checkPool, poolPagesMax } from "./validation.js";
 
 export interface ClientOptions {
@@ -41,9 +42,9 @@ export class Client {
   static async connect(
     address: string,
     {
-      timeoutMs = 10_000,
-      callTimeoutMs = 60_000,
-      reconnectTimeoutMs = 60_000,
+      timeoutMs = connectTimeoutDefaultMs,
+      callTimeoutMs = callTimeoutDefaultMs,
+      reconnectTimeoutMs = reconnectTimeoutDefaultMs,
       credentials = credentialsFromEnvironment(),
     }: ClientOptions = {},
   ): Promise<Client> {
@@ -162,7 +163,7 @@ export class Client {
   // Why the connection fails, in gRPC's words.
   async #reason(): Promise<string> {
     try {
-      await this.#connection.unary(CatalogService.method.getCatalog, {}, { timeoutMs: 1000 });
+      await this.#connection.unary(CatalogService.method.getCatalog, {}, { timeoutMs: reasonTimeoutMs });
     } catch (error) {
       return (error as ProcgenError).message;
     }

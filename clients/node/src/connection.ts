@@ -9,6 +9,7 @@ import { callMetadata, channelCredentials, isThisMachine, type Credentials } fro
 import { CancelledError, fromServiceError, InvalidArgumentError, UnavailableError } from "./errors.js";
 import { StepPoolRequestSchema, StepService, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
 import { newestOf } from "./newest.js";
+import { channelBackoffMaxMs, channelBackoffMinMs, keepaliveTimeMs, keepaliveTimeoutMs } from "./timing.js";
 import { readResponse, type Response } from "./wire.js";
 
 export type StepPoolCall = ClientDuplexStream<StepPoolRequest, Response>;
@@ -161,12 +162,12 @@ function channelOptions(address: string): ChannelOptions {
     // A connection of its own for each client, so that several in one process do not share one.
     "grpc.use_local_subchannel_pool": 1,
     // A connection that is silent is asked for a sign of life, so that a dead one is found.
-    "grpc.keepalive_time_ms": 20_000,
-    "grpc.keepalive_timeout_ms": 10_000,
+    "grpc.keepalive_time_ms": keepaliveTimeMs,
+    "grpc.keepalive_timeout_ms": keepaliveTimeoutMs,
     // A server that is just starting is found soon.
-    "grpc.initial_reconnect_backoff_ms": 20,
-    "grpc.min_reconnect_backoff_ms": 20,
-    "grpc.max_reconnect_backoff_ms": 1000,
+    "grpc.initial_reconnect_backoff_ms": channelBackoffMinMs,
+    "grpc.min_reconnect_backoff_ms": channelBackoffMinMs,
+    "grpc.max_reconnect_backoff_ms": channelBackoffMaxMs,
     // This very machine is never behind a proxy, whatever http_proxy says.
     ...(isThisMachine(address) ? { "grpc.enable_http_proxy": 0 } : {}),
   };

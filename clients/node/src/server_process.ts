@@ -4,6 +4,7 @@ import { spawn, type ChildProcess } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
 import { UnavailableError } from "./errors.js";
+import { startTimeoutDefaultMs, stopTimeoutDefaultMs } from "./timing.js";
 
 export interface ServerProcessOptions {
   // The program. Default: what PROCGEN_SERVER_BINARY says, else procgen-server in PATH.
@@ -23,7 +24,7 @@ export class ServerProcess {
     readonly process: ChildProcess,
   ) {}
 
-  static async start({ binary, flags = [], startTimeoutMs = 30_000 }: ServerProcessOptions = {}): Promise<ServerProcess> {
+  static async start({ binary, flags = [], startTimeoutMs = startTimeoutDefaultMs }: ServerProcessOptions = {}): Promise<ServerProcess> {
     const program = binary ?? (process.env["PROCGEN_SERVER_BINARY"] || "procgen-server");
     const child = spawn(program, ["--address=127.0.0.1:0", ...flags], { stdio: ["ignore", "pipe", "ignore"] });
     const timer = setTimeout(() => child.kill("SIGKILL"), startTimeoutMs);
@@ -35,7 +36,7 @@ export class ServerProcess {
   }
 
   // Asks it to drain and end, and waits; kills it after a while. Gives its exit status; stopping again gives that again.
-  async stop(timeoutMs = 15_000): Promise<number | null> {
+  async stop(timeoutMs = stopTimeoutDefaultMs): Promise<number | null> {
     if (this.process.exitCode === null && this.process.signalCode === null) {
       const exited = once(this.process, "exit");
       const timer = setTimeout(() => this.process.kill("SIGKILL"), timeoutMs);

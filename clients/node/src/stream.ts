@@ -16,13 +16,10 @@ import {
   type Attach, type Attached, type StepPoolRequest,
 } from "./generated/procgen/v1/step_pb.js";
 import type { Pool } from "./generated/procgen/v1/pools_pb.js";
+import { backoffMaxMs, backoffMinMs } from "./timing.js";
 import { checkAttached, checkPart } from "./validation.js";
 import { isPart, type Response } from "./wire.js";
 
-// Between tries to go on after a connection broke, in milliseconds: doubled from try to try, and each a half to one and a
-// half of it, so that many learners do not come at once.
-const backoffMinMs = 20;
-const backoffMaxMs = 2000;
 // A server that drains says so, and that it is not to be asked again.
 const drainsKey = "procgen-drains";
 // So many responses of kinds that are not known are ignored before an answer.
