@@ -186,6 +186,7 @@ void Fleet::Watch() {
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;
+    leftovers_.OnChange();  // which connects to new nodes, so that pools can be divided to them
     for (FleetPool* pool : pools_) {
       pool->Look();
     }

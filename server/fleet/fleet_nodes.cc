@@ -117,7 +117,6 @@ FleetNodes::FleetNodes(FleetOptions options) : options_(std::move(options)) {}
 std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) const {
   const std::vector<NodeStatus> nodes = options_.nodes();
   std::vector<Room> rooms;
-  std::vector<Room> suspects;
   {
     absl::MutexLock lock(&mutex_);
     const absl::Time now = options_.clock();
@@ -135,22 +134,35 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
       if (suspect != suspects_.end() && suspect->second.excluded_until > now) {
         continue;
       }
-      const bool is_suspect = suspect != suspects_.end() && suspect->second.until > now;
-      (is_suspect ? suspects : rooms)
-          .push_back({node.node_id, node.environment_capacity - std::max<int64_t>(used, 0)});
+      rooms.push_back({.node_id = node.node_id,
+                       .free = node.environment_capacity - std::max<int64_t>(used, 0),
+                       .is_connected = clients_.contains(node.node_id),
+                       .is_suspect = suspect != suspects_.end() && suspect->second.until > now});
     }
-  }
-  if (rooms.empty()) {
-    rooms.swap(suspects);
   }
   std::stable_sort(rooms.begin(), rooms.end(),
                    [](const Room& left, const Room& right) { return left.free > right.free; });
   return rooms;
 }
 
-absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
+absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(int32_t env_count) const {
+  std::vector<Room> rooms = Rooms({});
+  const auto is_suspect = [](const Room& room) { return room.is_suspect; };
+  if (!std::all_of(rooms.begin(), rooms.end(), is_suspect)) {
+    std::erase_if(rooms, is_suspect);
+  }
+  return DivideAmong(std::move(rooms), env_count);
+}
+
+absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAgain(
     int32_t env_count, const std::vector<Share>& own) const {
   std::vector<Room> rooms = Rooms(own);
+  std::erase_if(rooms, [](const Room& room) { return room.Rank() > 0; });
+  return DivideAmong(std::move(rooms), env_count);
+}
+
+absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAmong(std::vector<Room> rooms,
+                                                                       int32_t env_count) {
   if (rooms.empty()) {
     return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
   }
@@ -183,8 +195,12 @@ absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(
 
 absl::StatusOr<FleetNodes::Seat> FleetNodes::Take(int32_t env_count, const std::string& preferred) {
   std::vector<Room> rooms = Rooms({});
-  std::stable_partition(rooms.begin(), rooms.end(),
-                        [&](const Room& room) { return room.node_id == preferred; });
+  std::stable_sort(rooms.begin(), rooms.end(), [&](const Room& left, const Room& right) {
+    const auto rank = [&](const Room& room) {
+      return room.node_id == preferred && !room.is_suspect ? -1 : room.Rank();
+    };
+    return rank(left) < rank(right);
+  });
   for (const Room& room : rooms) {
     if (room.free >= env_count) {
       absl::MutexLock lock(&mutex_);
@@ -211,6 +227,18 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
       return found->second;
     }
   }
+  absl::StatusOr<std::shared_ptr<NodeClient>> connected = MakeClient(*node);
+  if (!connected.ok()) {
+    Suspect(node_id);
+    return connected.status();
+  }
+  std::shared_ptr<NodeClient> last = *connected;  // goes outside the lock
+  absl::MutexLock lock(&mutex_);
+  clients_[node_id].swap(last);
+  return connected;
+}
+
+absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::MakeClient(const NodeStatus& node) {
   absl::StatusOr<procgen_client::Credentials> credentials = ReadCredentials(options_.credentials);
   if (!credentials.ok()) {
     return credentials.status();
@@ -223,23 +251,19 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::Connect(const std::strin
   options.keepalive_timeout = kKeepaliveTimeout;
   options.call_timeout = kCallTimeout;
   const bool has_tls = !options_.credentials.ca.empty();
-  auto client = procgen_client::Client::Connect(node->address, options);
+  auto client = procgen_client::Client::Connect(node.address, options);
   if (!client.ok()) {
-    return NodeError(*node, has_tls, client.status());
+    return NodeError(node, has_tls, client.status());
   }
   absl::StatusOr<v1::Catalog> catalog = (*client)->GetCatalog();
   if (!catalog.ok()) {
-    return NodeError(*node, has_tls, catalog.status());
+    return NodeError(node, has_tls, catalog.status());
   }
   if (absl::Status status = CheckNodeLimits(catalog->limits()); !status.ok()) {
-    return Distrust(node_id, status);
+    return Distrust(node.node_id, status);
   }
-  auto connected = std::make_shared<NodeClient>(
-      NodeClient{node_id, node->address, *std::move(client), catalog->limits()});
-  std::shared_ptr<NodeClient> last = connected;  // goes outside the lock
-  absl::MutexLock lock(&mutex_);
-  clients_[node_id].swap(last);
-  return connected;
+  return std::make_shared<NodeClient>(
+      NodeClient{node.node_id, node.address, *std::move(client), catalog->limits()});
 }
 
 void FleetNodes::Suspect(const std::string& node_id) {
@@ -284,6 +308,11 @@ bool FleetNodes::IsUsable(const std::string& node_id) const {
   return std::any_of(nodes.begin(), nodes.end(), [&](const NodeStatus& node) {
     return node.node_id == node_id && MayHaveShards(node);
   });
+}
+
+bool FleetNodes::IsConnected(const std::string& node_id) const {
+  absl::MutexLock lock(&mutex_);
+  return clients_.contains(node_id);
 }
 
 bool FleetNodes::IsPresent(const std::string& node_id) const {

@@ -64,14 +64,17 @@ class FleetNodes {
 
   explicit FleetNodes(FleetOptions options);
 
-  // Deals `env_count` environments to the nodes by the room that they have; of `own`, what of them
-  // is there already counts as room. Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they
-  // have too little room.
-  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count,
-                                            const std::vector<Share>& own = {}) const;
+  // Divides the `env_count` environments of a new pool among the nodes by the room that they have.
+  // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little room.
+  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count) const;
+  // The same for a pool that runs, whose environments are where `own` says, which counts as room.
+  // Only among nodes that this process is connected to: a node that is announced but cannot be
+  // reached never moves a pool. Errors: as Divide.
+  absl::StatusOr<std::vector<Share>> DivideAgain(int32_t env_count,
+                                                 const std::vector<Share>& own) const;
 
-  // Takes a place on `preferred`, or if that is not to be had where there is most room. Errors:
-  // UNAVAILABLE there is none for the moment.
+  // Takes a place on `preferred`, or if that is not to be had on the node with most room, nodes
+  // that have been reached before others. Errors: UNAVAILABLE there is none for the moment.
   absl::StatusOr<Seat> Take(int32_t env_count, const std::string& preferred);
   // A connection to the node of that id, made anew if there is none. Errors: PERMISSION_DENIED it
   // does not let this server in; UNAVAILABLE, others of the node.
@@ -85,6 +88,8 @@ class FleetNodes {
 
   // Whether shards may stay there: it is there, healthy and does not drain.
   bool IsUsable(const std::string& node_id) const;
+  // Whether a connection to it was made and has not failed since.
+  bool IsConnected(const std::string& node_id) const;
   // Whether it is there, in whatever state.
   bool IsPresent(const std::string& node_id) const;
   // Those that are there, whether or not shards may be put on them.
@@ -109,13 +114,21 @@ class FleetNodes {
   struct Room {
     std::string node_id;
     int64_t free = 0;
+    bool is_connected = false;
+    bool is_suspect = false;  // others are preferred
+
+    // Lower is better. A node that was connected and failed once comes before one that nobody has
+    // reached: its next connection tells.
+    int Rank() const { return (is_connected ? 0 : 2) + (is_suspect ? 1 : 0); }
   };
 
   // REQUIRES: it is used now. Those of long ago are forgotten.
   Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Nodes that shards may be put on, those with most room first; suspects not, unless there are no
-  // others; none that is excluded.
+  // Nodes that shards may be put on, those with most room first; none that is excluded.
   std::vector<Room> Rooms(const std::vector<Share>& own) const;
+  static absl::StatusOr<std::vector<Share>> DivideAmong(std::vector<Room> rooms, int32_t env_count);
+  // A connection that is made now. Errors: as Connect.
+  absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
 
   const FleetOptions options_;
 

@@ -105,7 +105,7 @@ bool FleetPool::IsWorthDividing(const std::vector<FleetNodes::Share>& now) const
     }
     counts[share.node_id] += share.env_count;
   }
-  const auto better = terms_->nodes->Divide(env_count(), now);
+  const auto better = terms_->nodes->DivideAgain(env_count(), now);
   if (!better.ok()) {
     return false;
   }
@@ -153,7 +153,7 @@ void FleetPool::Divide(const ShardBase& base) {
   for (const std::unique_ptr<Shard>& shard : shards_) {
     now.push_back({shard->node_id(), shard->range().count});
   }
-  const auto shares = terms_->nodes->Divide(env_count(), now);
+  const auto shares = terms_->nodes->DivideAgain(env_count(), now);
   if (!shares.ok()) {
     return;  // nodes have gone in the meantime
   }

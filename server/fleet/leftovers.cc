@@ -1,5 +1,6 @@
 #include "server/fleet/leftovers.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -35,7 +36,7 @@ void Leftovers::BeginUse(const std::string& pool_id) {
 void Leftovers::EndUse(const std::string& pool_id, const std::string& node_id) {
   absl::MutexLock lock(&mutex_);
   used_.erase(pool_id);
-  unclean_.insert(node_id);
+  unclean_.insert({node_id, 0});
   changed_ = true;
   wakes_.NotifyAll();
 }
@@ -46,10 +47,22 @@ void Leftovers::OnChange() {
   wakes_.NotifyAll();
 }
 
+std::vector<std::string> Leftovers::Todo() {
+  std::vector<std::pair<int32_t, std::string>> by_failures;
+  for (const auto& [node, failures] : unclean_) {
+    by_failures.emplace_back(failures, node);
+  }
+  std::sort(by_failures.begin(), by_failures.end());
+  std::vector<std::string> todo;
+  for (auto& [failures, node] : by_failures) {
+    todo.push_back(std::move(node));
+  }
+  return todo;
+}
+
 void Leftovers::Run() {
   bool stops = false;
   while (!stops) {
-    std::set<std::string> todo;
     {
       absl::MutexLock lock(&mutex_);
       wakes_.AwaitUntil(&mutex_, unclean_.empty() ? absl::InfiniteFuture() : SteadyNow() + kRetry,
@@ -59,30 +72,34 @@ void Leftovers::Run() {
       stops = stops_;
     }
     const std::vector<std::string> nodes = nodes_->Present();
+    std::vector<std::string> todo;
     {
       absl::MutexLock lock(&mutex_);
       for (const std::string& node : nodes) {
         if (!present_.contains(node)) {
-          unclean_.insert(node);
+          unclean_.insert({node, 0});
         }
       }
       present_ = {nodes.begin(), nodes.end()};
-      for (const std::string& node : unclean_) {
-        if (present_.contains(node)) {
-          todo.insert(node);
-        }
-      }
       // Those that are gone are looked through when they come again.
-      unclean_ = todo;
+      std::erase_if(unclean_, [&](const auto& node) { return !present_.contains(node.first); });
+      todo = Todo();
     }
     for (const std::string& node : todo) {
+      if (stops && !nodes_->IsConnected(node)) {
+        continue;  // nobody waits for it to connect
+      }
+      int32_t failures = 0;
       {
         absl::MutexLock lock(&mutex_);
-        unclean_.erase(node);
+        if (!stops && (stops_ || changed_)) {
+          break;  // one that is new goes first
+        }
+        failures = unclean_.extract(node).mapped();
       }
       if (!Clean(node)) {
         absl::MutexLock lock(&mutex_);
-        unclean_.insert(node);
+        unclean_[node] = failures + 1;
       }
     }
   }

@@ -34,11 +34,14 @@ class Leftovers {
   void BeginUse(const std::string& pool_id);
   // It is not in use any more.
   void EndUse(const std::string& pool_id, const std::string& node_id);
-  // Nodes came, or went: who is new is looked through.
+  // Nodes may have come, or gone: who is new is connected to and looked through.
   void OnChange();
 
  private:
   void Run();
+  // What to look through now: nodes that failed least often first, so that those that nobody can
+  // reach keep nobody waiting for long.
+  std::vector<std::string> Todo() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Deletes the pools of a node that begin with the prefix and are in no use; false: it could not
   // be asked.
   bool Clean(const std::string& node_id);
@@ -47,8 +50,9 @@ class Leftovers {
   FleetNodes* const nodes_;
 
   absl::Mutex mutex_;
-  std::set<std::string> used_ ABSL_GUARDED_BY(mutex_);     // ids of pools
-  std::set<std::string> unclean_ ABSL_GUARDED_BY(mutex_);  // nodes to be looked through
+  std::set<std::string> used_ ABSL_GUARDED_BY(mutex_);  // ids of pools
+  // Nodes to be looked through, and how often that has failed.
+  std::map<std::string, int32_t> unclean_ ABSL_GUARDED_BY(mutex_);
   std::set<std::string> present_ ABSL_GUARDED_BY(mutex_);  // nodes, when it last looked
   bool changed_ ABSL_GUARDED_BY(mutex_) = true;
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;

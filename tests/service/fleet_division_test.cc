@@ -2,11 +2,14 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
@@ -18,6 +21,32 @@
 
 namespace procgen {
 namespace {
+
+// The pools on nodes. The name of a shard ends with its number in the life of its pool and its
+// epoch.
+std::set<std::string> ShardsOn(const std::vector<NodeStatus>& nodes) {
+  std::set<std::string> shards;
+  for (const NodeStatus& node : nodes) {
+    const auto client = procgen_client::Client::Connect(node.address);
+    EXPECT_THAT(client.status(), IsOk());
+    const auto pools = (*client)->ListPools();
+    EXPECT_THAT(pools, IsOk());
+    for (const v1::Pool& shard : *pools) {
+      shards.insert(shard.name());
+    }
+  }
+  return shards;
+}
+
+NodeStatus ForgedNode(int number, const std::string& address) {
+  NodeStatus forged;
+  forged.node_id = absl::StrCat("forged-", number);
+  forged.address = address;
+  forged.environment_capacity = 1'000'000;  // the best of all, as it says
+  forged.worker_count = 1;
+  forged.healthy = true;
+  return forged;
+}
 
 class FleetDivisionTest : public FleetTest {};
 
@@ -66,6 +95,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   const auto shares = nodes.Divide(pool.env_count());
   look_until_done([&](HostedPool::Done done) { pool.Begin(*shares, std::move(done)); });
   StartNode("b");
+  ASSERT_THAT(nodes.Connect("b"), IsOk());
   Request request;
   request.kind = Request::Kind::kStep;
   request.count = pool.env_count();
@@ -78,16 +108,75 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
     });
   }
   others_wait = false;
-  std::vector<std::string> shards;  // their numbers in the life of the pool, and their epochs
-  for (const NodeStatus& node : list_.Nodes()) {
-    const auto pools = Connect(node.address)->ListPools();
-    ASSERT_THAT(pools, IsOk());
-    for (const v1::Pool& shard : *pools) {
-      shards.push_back(shard.name());
-    }
-  }
+  const std::set<std::string> shards = ShardsOn(list_.Nodes());
   EXPECT_THAT(shards, testing::IsSupersetOf({"pools/fleet-test-2-1", "pools/fleet-test-3-1"}));
   EXPECT_THAT(shards, testing::Not(testing::Contains(testing::HasSubstr("-4-"))));
+}
+
+TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomCounts) {
+  StartNode("a");
+  StartNode("b");
+  for (NodeStatus node : list_.Nodes()) {
+    node.environment_capacity = 24;
+    node.environment_count = node.node_id == "a" ? 24 : 0;
+    list_.Set(node);
+  }
+  list_.Set(ForgedNode(1, "127.0.0.1:1"));
+  FleetOptions options;
+  options.nodes = [this] { return list_.Nodes(); };
+  FleetNodes nodes(options);
+  const auto counts = [&nodes] {
+    std::map<std::string, int32_t> counts;
+    const auto shares = nodes.DivideAgain(24, {{"a", 24}});
+    EXPECT_THAT(shares, IsOk());
+    for (const FleetNodes::Share& share : *shares) {
+      counts[share.node_id] = share.env_count;
+    }
+    return counts;
+  };
+  EXPECT_THAT(nodes.DivideAgain(24, {{"a", 24}}),
+              StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  ASSERT_THAT(nodes.Connect("a"), IsOk());
+  EXPECT_THAT(nodes.Connect("forged-1"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 24}}));
+  ASSERT_THAT(nodes.Connect("b"), IsOk());
+  EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 12}, {"b", 12}}));
+}
+
+// A participant of the cluster announces nodes that nobody can reach.
+TEST_F(FleetDivisionTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
+  look_interval_ = absl::Milliseconds(20);
+  StartNode("a");
+  StartNode("b");
+  const std::vector<NodeStatus> real = list_.Nodes();
+  StartFleet();
+  std::set<std::string> before;
+  std::set<std::string> after;
+  absl::Time killed;
+  absl::Duration pause;
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 50) {
+      before = ShardsOn(real);
+      for (int i = 0; i < 100; ++i) {
+        list_.Set(ForgedNode(i, "127.0.0.1:1"));
+      }
+    }
+    if (index > 50 && index < 250) {
+      absl::SleepFor(absl::Milliseconds(10));  // a learner that thinks, while nodes are looked at
+    }
+    if (index == 300) {
+      after = ShardsOn(real);
+      nodes_.erase("b");
+      killed = SteadyNow();
+    }
+    if (index == 310) {
+      pause = SteadyNow() - killed;
+    }
+  });
+  EXPECT_EQ(before.size(), 2);
+  EXPECT_EQ(after, before) << "shards have moved";
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 1\n"));
+  EXPECT_LT(pause, absl::Seconds(1)) << "it was tried to reach forged nodes before the real one";
 }
 
 }  // namespace

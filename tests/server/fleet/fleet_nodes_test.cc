@@ -45,9 +45,8 @@ Counts CountsOf(const absl::StatusOr<std::vector<FleetNodes::Share>>& shares) {
   return counts;
 }
 
-Counts Divide(const std::vector<NodeStatus>& nodes, int32_t env_count,
-              const std::vector<FleetNodes::Share>& own = {}) {
-  return CountsOf(FleetNodes(OptionsOf(nodes)).Divide(env_count, own));
+Counts Divide(const std::vector<NodeStatus>& nodes, int32_t env_count) {
+  return CountsOf(FleetNodes(OptionsOf(nodes)).Divide(env_count));
 }
 
 TEST(DivideTest, EqualNodesHaveEqualShares) {
@@ -89,11 +88,6 @@ TEST(DivideTest, FewEnvironmentsStayTogether) {
 TEST(DivideTest, FewEnvironmentsPartWhereThereIsNoRoomOtherwise) {
   EXPECT_THAT(Divide({Node("a", 3), Node("b", 3), Node("c", 3)}, 8),
               ElementsAre(Pair("a", 3), Pair("b", 3), Pair("c", 2)));
-}
-
-TEST(DivideTest, WhatThePoolHasThereAlreadyIsRoom) {
-  EXPECT_THAT(Divide({Node("a", 24, 24), Node("b", 24)}, 24, {{"a", 24}}),
-              ElementsAre(Pair("a", 12), Pair("b", 12)));
 }
 
 TEST(DivideTest, ErrorsTellWhatThereIs) {
