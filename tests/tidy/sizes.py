@@ -9,6 +9,7 @@ from source_tree import Violation
 LINE_LENGTH_MAX = 100
 FUNCTION_LINES_MAX = 70
 FILE_LINES_MAX = 500
+CLASS_LINES_MAX = 600
 
 _SOURCES = (".h", ".cc", ".py", ".sh", ".proto", ".ts", ".js", ".go", "CMakeLists.txt", ".cmake")
 
@@ -56,6 +57,26 @@ def check_cpp_function_length(tree):
                 yield from _judge(path, name, first, last)
 
 
+def check_class_length(tree):
+    """A C++ class, its methods in all files of its folder included, has at most 600 lines."""
+    sizes = {}  # (folder, class): [lines, where it is declared]
+    for path in cpp_files(tree):
+        folder = path.rpartition("/")[0]
+        for name, first, last in cpp_classes(tree.text(path)):
+            size = sizes.setdefault((folder, name), [0, (path, first)])
+            size[0] += last - first + 1
+            size[1] = (path, first)
+        for name, first, last in cpp_functions(tree.text(path)):
+            owner = name.rpartition("::")[0].rpartition("::")[2]
+            if owner:
+                size = sizes.setdefault((folder, owner), [0, (path, first)])
+                size[0] += last - first + 1
+    for (_, name), (count, (path, line)) in sizes.items():
+        if count > CLASS_LINES_MAX:
+            yield Violation(path, line, f"{name} has {count} lines in all its files, at most "
+                                        f"{CLASS_LINES_MAX} are allowed; give a duty of it a class")
+
+
 def _may_be_long(path):
     return path.startswith("tests/") and path.endswith(("_test.cc", "_test.py"))
 
@@ -83,9 +104,7 @@ def cpp_functions(text):
     before it since the last ';', '{' or '}' has a parameter list and opens no type or namespace.
     What lies inside of a function (blocks, lambdas, local types) belongs to it.
     """
-    text = _DIGIT_SEPARATOR.sub("", text)
-    text = _NOT_CODE.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
-    text = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", _blank, text, flags=re.MULTILINE)
+    text = _code_of(text)
     depth, function, head_start = 0, None, 0
     for match in re.finditer(r"[{};]", text):
         sign = match.group()
@@ -104,9 +123,34 @@ def cpp_functions(text):
         head_start = match.end()
 
 
+_CLASS = re.compile(r"\b(?:class|struct)\s+([\w:]+)(?:\s+final)?\s*(?::[^;{}()]*)?\{")
+
+
+def cpp_classes(text):
+    """Yields (name, first line, last line) of the classes with a body that are in no other one."""
+    text = _code_of(text)
+    end = 0
+    for match in _CLASS.finditer(text):
+        if match.start() < end:
+            continue
+        depth, end = 1, match.end()
+        while depth > 0 and end < len(text):
+            depth += {"{": 1, "}": -1}.get(text[end], 0)
+            end += 1
+        yield (match.group(1).rpartition("::")[2], text.count("\n", 0, match.start()) + 1,
+               text.count("\n", 0, end) + 1)
+
+
+def _code_of(text):
+    """The text without comments, literals and preprocessor lines, each character in its place."""
+    text = _DIGIT_SEPARATOR.sub("", text)
+    text = _NOT_CODE.sub(_blank, text)
+    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", _blank, text, flags=re.MULTILINE)
+
+
 def _blank(match):
     return re.sub(r"[^\n]", " ", match.group())
 
 
-RULES = (check_line_length, check_file_length, check_python_function_length,
+RULES = (check_line_length, check_file_length, check_class_length, check_python_function_length,
          check_cpp_function_length)
