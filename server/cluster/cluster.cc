@@ -11,17 +11,11 @@
 #include "server/cluster/dds_log.h"
 #include "server/cluster/participant.h"
 #include "server/cluster/subscribers.h"
+#include "server/cluster/timing.h"
 #include "server/concurrency/steady_time.h"
 
 namespace procgen {
 namespace {
-
-// How soon what ends without a word (a lifespan, a rate) is noticed.
-constexpr absl::Duration kLookInterval = absl::Milliseconds(200);
-// How often the addresses of peers are asked for again.
-constexpr absl::Duration kResolveInterval = absl::Seconds(3);
-// How long a participant that is to take the place of another may take to hear of the same nodes.
-constexpr absl::Duration kTakeOverTimeout = absl::Seconds(3);
 
 // Of all peers, sorted. `complains`: tells the log which have none.
 std::vector<std::string> ResolvePeers(const ClusterOptions& options, const HostResolver& resolve,

@@ -13,15 +13,9 @@
 #include "server/cluster/cluster_options.h"
 #include "server/cluster/node_status.h"
 #include "server/cluster/subscription.h"
+#include "server/cluster/timing.h"
 
 namespace procgen {
-
-// A node that dies, or cannot be heard, is gone for the others after this.
-inline constexpr absl::Duration kNodeLease = absl::Milliseconds(1500);
-// One that is heard, but has published nothing for this long, is gone, too: it hangs.
-inline constexpr absl::Duration kStatusLifespan = absl::Seconds(4);
-// How quick changes are told of in a row; the first is told at once.
-inline constexpr absl::Duration kTellIntervalMin = absl::Milliseconds(100);
 
 // The addresses (IPv4) of a host, in any order; none if it has none, now. May block.
 using HostResolver = std::function<std::vector<std::string>(const std::string& host)>;

@@ -13,14 +13,12 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster.h"
+#include "server/cluster/timing.h"
 
 namespace procgen {
 namespace {
 
 constexpr absl::string_view kLoopback = "127.0.0.1";
-// How often a node says that it is there: often enough for the lease to hold where two such
-// messages are lost. Also how soon one that could not be heard for a while is seen again.
-constexpr absl::Duration kPresenceInterval = absl::Milliseconds(400);
 
 std::string TextOf(const in_addr& address) {
   char text[INET_ADDRSTRLEN] = {};

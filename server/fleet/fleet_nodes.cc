@@ -11,22 +11,12 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "server/fleet/node_answers.h"
+#include "server/fleet/timing.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
 
-// A node is asked for a sign of life after this long in silence, and is lost after that.
-constexpr absl::Duration kKeepaliveTime = absl::Seconds(1);
-constexpr absl::Duration kKeepaliveTimeout = absl::Seconds(2);
-constexpr absl::Duration kConnectTimeout = absl::Seconds(1);
-constexpr absl::Duration kCallTimeout = absl::Seconds(20);
-// How long others are preferred to a node that did not serve.
-constexpr absl::Duration kSuspicion = absl::Seconds(2);
-// How long a node gets no shards that has answered wrongly: at first, and at most. After the latter
-// without another wrong answer all is forgotten.
-constexpr absl::Duration kExclusionMin = absl::Seconds(1);
-constexpr absl::Duration kExclusionMax = absl::Minutes(5);
 // Fewer environments are not worth a node of their own, unless there is no room otherwise.
 constexpr int32_t kShareMin = 4;
 
@@ -244,12 +234,12 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::MakeClient(const NodeSta
     return credentials.status();
   }
   procgen_client::ConnectOptions options;
-  options.timeout = kConnectTimeout;
+  options.timeout = kNodeConnectTimeout;
   options.response_bytes_max = std::numeric_limits<int32_t>::max();
   options.credentials = *std::move(credentials);
-  options.keepalive_time = kKeepaliveTime;
-  options.keepalive_timeout = kKeepaliveTimeout;
-  options.call_timeout = kCallTimeout;
+  options.keepalive_time = kNodeKeepaliveTime;
+  options.keepalive_timeout = kNodeKeepaliveTimeout;
+  options.call_timeout = kNodeCallTimeout;
   const bool has_tls = !options_.credentials.ca.empty();
   auto client = procgen_client::Client::Connect(node.address, options);
   if (!client.ok()) {
@@ -269,7 +259,7 @@ absl::StatusOr<std::shared_ptr<NodeClient>> FleetNodes::MakeClient(const NodeSta
 void FleetNodes::Suspect(const std::string& node_id) {
   std::shared_ptr<NodeClient> last;  // goes outside the lock
   absl::MutexLock lock(&mutex_);
-  SuspicionOf(node_id)->until = options_.clock() + kSuspicion;
+  SuspicionOf(node_id)->until = options_.clock() + kNodeSuspicion;
   if (const auto found = clients_.find(node_id); found != clients_.end()) {
     last = std::move(found->second);
     clients_.erase(found);
@@ -277,7 +267,7 @@ void FleetNodes::Suspect(const std::string& node_id) {
 }
 
 FleetNodes::Suspicion* FleetNodes::SuspicionOf(const std::string& node_id) {
-  const absl::Time forgotten = options_.clock() - kExclusionMax;
+  const absl::Time forgotten = options_.clock() - kNodeExclusionMax;
   std::erase_if(suspects_, [forgotten](const auto& suspect) {
     return std::max(suspect.second.until, suspect.second.excluded_until) < forgotten;
   });
@@ -285,12 +275,12 @@ FleetNodes::Suspicion* FleetNodes::SuspicionOf(const std::string& node_id) {
 }
 
 absl::Status FleetNodes::Distrust(const std::string& node_id, const absl::Status& why) {
-  absl::Duration excluded = kExclusionMin;
+  absl::Duration excluded = kNodeExclusionMin;
   {
     absl::MutexLock lock(&mutex_);
     Suspicion* const suspicion = SuspicionOf(node_id);
-    for (int32_t i = suspicion->wrong_answer_count; i > 0 && excluded < kExclusionMax; --i) {
-      excluded = std::min(2 * excluded, kExclusionMax);
+    for (int32_t i = suspicion->wrong_answer_count; i > 0 && excluded < kNodeExclusionMax; --i) {
+      excluded = std::min(2 * excluded, kNodeExclusionMax);
     }
     ++suspicion->wrong_answer_count;
     suspicion->excluded_until = options_.clock() + excluded;

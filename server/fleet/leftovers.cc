@@ -7,15 +7,10 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "server/fleet/timing.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
-namespace {
-
-constexpr absl::Duration kRetry = absl::Seconds(1);
-
-}  // namespace
-
 Leftovers::Leftovers(std::string prefix, FleetNodes* nodes)
     : prefix_(std::move(prefix)), nodes_(nodes), thread_([this] { Run(); }) {}
 
@@ -65,9 +60,9 @@ void Leftovers::Run() {
   while (!stops) {
     {
       absl::MutexLock lock(&mutex_);
-      wakes_.AwaitUntil(&mutex_, unclean_.empty() ? absl::InfiniteFuture() : SteadyNow() + kRetry,
-                        [this]()
-                            ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
+      wakes_.AwaitUntil(
+          &mutex_, unclean_.empty() ? absl::InfiniteFuture() : SteadyNow() + kLeftoversRetry,
+          [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
       changed_ = false;
       stops = stops_;
     }

@@ -8,15 +8,11 @@
 #include "server/concurrency/start_thread.h"
 #include "server/fleet/node_answers.h"
 #include "server/fleet/shard_request.h"
+#include "server/fleet/timing.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
-
-// How often something is tried that fails for another reason than that a node is lost.
-constexpr int kAttemptsMax = 3;
-// How long to wait between tries to find a node, if nothing changes.
-constexpr absl::Duration kPlaceRetry = absl::Milliseconds(200);
 
 // Whether an error may be of the node, so that another may do better; otherwise it would come
 // again.
@@ -228,7 +224,7 @@ absl::Status Shard::Do(Task* task) {
     // A pool that is being made need not wait for nodes that let nobody in.
     const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
     attempts += IsOfNode(status) && !is_refused ? 0 : 1;
-    gives_up_ = attempts == kAttemptsMax;
+    gives_up_ = attempts == kShardAttemptsMax;
     if (Stops() || gives_up_) {
       return status;
     }
@@ -236,7 +232,7 @@ absl::Status Shard::Do(Task* task) {
       return TimeIsUp(status);
     }
     if (!was_placed) {
-      terms_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kPlaceRetry));
+      terms_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kShardPlaceRetry));
     }
   }
   if (paused && asked_position_ > 0) {

@@ -5,13 +5,12 @@
 #include "absl/strings/str_cat.h"
 #include "server/fleet/node_answers.h"
 #include "server/fleet/shard.h"
+#include "server/fleet/timing.h"
 #include "server/session/event_log.h"
 
 namespace procgen {
 namespace {
 
-// How long a node keeps a shard that nobody holds.
-constexpr int64_t kLeaseSeconds = 60;
 // How many requests are sent ahead where they are repeated.
 constexpr int32_t kRepeatedAhead = 16;
 
@@ -65,7 +64,7 @@ absl::Status Shard::Fill(Placement* placement) {
   spec.set_env_count(range_.count);
   spec.set_first_environment(spec.first_environment() + range_.first);
   spec.mutable_lease_duration()->set_seconds(
-      std::min(kLeaseSeconds, limits.lease_duration_max().seconds()));
+      std::min(kShardLeaseSeconds, limits.lease_duration_max().seconds()));
   if (base_->sampler != nullptr) {
     *spec.mutable_level_sampler() = *base_->sampler;
   }
