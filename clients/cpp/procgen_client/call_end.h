@@ -9,11 +9,9 @@
 #include "absl/time/time.h"
 #include "grpcpp/alarm.h"
 #include "grpcpp/client_context.h"
+#include "procgen_client/timing.h"
 
 namespace procgen_client {
-
-// How long a server may take to end a stream that is over.
-inline constexpr absl::Duration kEndTimeout = absl::Seconds(10);
 
 // Cancels a call when time is up, until this ends. Machines whose clock is set change nothing.
 class CallTimer {

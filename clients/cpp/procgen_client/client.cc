@@ -9,6 +9,7 @@
 #include "grpcpp/security/credentials.h"
 #include "procgen_client/answer_validation.h"
 #include "procgen_client/grpc_error.h"
+#include "procgen_client/timing.h"
 
 namespace procgen_client {
 namespace {
@@ -19,10 +20,6 @@ namespace v1 = procgen::v1;
 constexpr int64_t kRequestBytesAlways = 65536;
 // What a state has in a request besides its own bytes, at most: a tag and a length.
 constexpr int64_t kStateOverheadBytes = 8;
-
-// How soon after a failure gRPC connects again.
-constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
-constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
 
 // How many bytes of a stream may be under way on this machine. Few, so that what one core sends the
 // other finds in a cache: 64 environments take 0.6 of the time that they take where gRPC finds out

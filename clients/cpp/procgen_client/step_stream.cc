@@ -10,14 +10,10 @@
 #include "procgen_client/call_end.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
+#include "procgen_client/timing.h"
 
 namespace procgen_client {
 namespace {
-
-// Between tries to go on after a connection broke: doubled from try to try, and each a half to one
-// and a half of it, so that many learners do not come at once.
-constexpr absl::Duration kBackoffMin = absl::Milliseconds(20);
-constexpr absl::Duration kBackoffMax = absl::Seconds(2);
 
 // Where server and learner share all cores of a machine, slices that are smaller than this, in
 // bytes of observations, cost more than they save (procgen-benchmark-stream, step/...); and more of
@@ -50,12 +46,12 @@ class Backoff {
  public:
   absl::Duration Next() {
     const absl::Duration delay = delay_ * std::uniform_real_distribution<>(0.5, 1.5)(random_);
-    delay_ = std::min(2 * delay_, kBackoffMax);
+    delay_ = std::min(2 * delay_, kResumeBackoffMax);
     return delay;
   }
 
  private:
-  absl::Duration delay_ = kBackoffMin;
+  absl::Duration delay_ = kResumeBackoffMin;
   std::minstd_rand random_{std::random_device()()};
 };
 
