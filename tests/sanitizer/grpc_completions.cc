@@ -110,14 +110,42 @@ int grpc_byte_buffer_reader_init(grpc_byte_buffer_reader* reader, grpc_byte_buff
 }
 
 namespace grpc::internal {
+namespace {
+
+// Calls a reactor's OnCancel, and makes the sanitizer see that what the library does after it comes
+// after it: it counts the callback down, and the last one calls OnDone.
+class CancelledReactor final : public ServerReactor {
+ public:
+  CancelledReactor(ServerReactor* reactor, void* call) : reactor_(reactor), call_(call) {}
+
+  void OnCancel() override {
+    reactor_->OnCancel();
+    __tsan_release(call_);
+    delete this;
+  }
+  void OnDone() override {}
+
+ private:
+  ServerReactor* const reactor_;
+  void* const call_;
+};
+
+}  // namespace
+
+void ServerCallbackCall::CallOnCancel(ServerReactor* reactor) {
+  static auto* const next = procgen::LibraryFunction<void(ServerCallbackCall*, ServerReactor*)>(
+      kCppLibrary, "_ZN4grpc8internal18ServerCallbackCall12CallOnCancelEPNS0_13ServerReactorE");
+  next(this, new CancelledReactor(reactor, this));
+}
 
 // Called when the last callback of a call on the server is over. The callbacks count themselves
-// down, the one that was a cancellation in the library, unseen; the load makes the sanitizer see
-// that this comes after all others.
+// down, that of a cancellation in the library, unseen; the load and the acquire make the sanitizer
+// see that this comes after all others.
 void ServerCallbackCall::ScheduleOnDone(bool inline_ondone) {
   static auto* const next = procgen::LibraryFunction<void(ServerCallbackCall*, bool)>(
       kCppLibrary, "_ZN4grpc8internal18ServerCallbackCall14ScheduleOnDoneEb");
   callbacks_outstanding_.load(std::memory_order_acquire);
+  __tsan_acquire(this);
   next(this, inline_ondone);
 }
 
