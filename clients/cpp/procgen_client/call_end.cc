@@ -11,10 +11,15 @@ CallTimer::CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::
   const gpr_timespec time =
       gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
                    gpr_time_from_millis(absl::ToInt64Milliseconds(timeout), GPR_TIMESPAN));
-  alarm_.Set(time, [context, is_due = is_due_](bool rings) {
-    if (rings) {
-      *is_due = true;
-      context->TryCancel();
+  // Weak, so that what the context holds (a stream and its channel) is not freed by a thread of
+  // gRPC each time that a timer ends.
+  alarm_.Set(time, [weak = std::weak_ptr(context), is_due = is_due_](bool rings) {
+    if (!rings) {
+      return;
+    }
+    *is_due = true;
+    if (const std::shared_ptr<grpc::ClientContext> call = weak.lock(); call != nullptr) {
+      call->TryCancel();
     }
   });
 }
