@@ -301,12 +301,11 @@ void StepStream::OnLineOpened(std::shared_ptr<DirectLine> line) {
       std::make_unique<PipeTransport>(std::move(line), this, &context_.sessions->metrics());
   {
     absl::MutexLock lock(&mutex_);
-    if (phase_ == Phase::kEnded) {
-      pipes->HangUp();
-      return;
-    }
     pipes_ = std::move(pipes);
     requests_.AbandonRead();
+    if (phase_ == Phase::kEnded) {
+      pipes_->HangUp();  // of which OnLineInput reports
+    }
   }
   Drive();
 }
