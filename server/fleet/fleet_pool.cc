@@ -298,9 +298,18 @@ void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done,
   AnswerPart();
 }
 
-void FleetPool::SetLevelSampler(std::shared_ptr<const LevelSampler> /*level_sampler*/, Done done) {
+void FleetPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {
   // BeginRequest has it in the log.
-  StepAsync({}, {}, std::move(done), nullptr);
+  StepAsync(
+      {}, {},
+      [this, sampler = std::move(level_sampler),
+       done = std::move(done)](absl::Status status) mutable {
+        if (status.ok()) {
+          held_sampler_ = std::move(sampler);
+        }
+        done(std::move(status));
+      },
+      nullptr);
 }
 
 void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {

@@ -122,11 +122,13 @@ class FleetPool final : public HostedPool {
   RequestLog log_;
   std::vector<bool> awaits_reset_;                   // [N]
   std::shared_ptr<const v1::LevelSampler> sampler_;  // in force; null: none
-  std::unique_ptr<Journal> journal_;                 // null: it is not kept
-  int64_t again_number_ = 0;                         // of the last request that was repeated
-  int32_t shard_number_ = 0;                         // of the last shard that was made
-  std::optional<SavedBase> division_;                // all states at one moment, to divide from
-  std::vector<std::unique_ptr<Shard>> shards_;       // changed under shards_mutex_
+  // The one that the learner has sent, which counts among its owner's buffers; null: none.
+  std::shared_ptr<const LevelSampler> held_sampler_;
+  std::unique_ptr<Journal> journal_;            // null: it is not kept
+  int64_t again_number_ = 0;                    // of the last request that was repeated
+  int32_t shard_number_ = 0;                    // of the last shard that was made
+  std::optional<SavedBase> division_;           // all states at one moment, to divide from
+  std::vector<std::unique_ptr<Shard>> shards_;  // changed under shards_mutex_
 
   absl::Mutex shards_mutex_;  // of who changes them, and who looks on without having the turn
   int32_t looks_worth_dividing_ ABSL_GUARDED_BY(shards_mutex_) = 0;  // one after the other

@@ -58,8 +58,9 @@ class FleetTest : public testing::Test {
   void SetUp() override { single_ = StartServer({}); }
 
   static std::unique_ptr<Server> StartServer(
-      std::function<std::unique_ptr<PoolHost>(Metrics*)> make_host) {
+      std::function<std::unique_ptr<PoolHost>(Metrics*)> make_host, const Limits& limits = {}) {
     ServerOptions options;
+    options.limits = limits;
     options.address = "127.0.0.1:0";
     options.worker_count = 1;
     options.clone_sources = *CloneSources::Parse("local");
@@ -92,8 +93,8 @@ class FleetTest : public testing::Test {
     return hostile_nodes_.emplace_back(std::move(node)).get();
   }
 
-  void StartFleet(int64_t snapshot_requests = 50) {
-    server_ = StartServer([&](Metrics* metrics) {
+  void StartFleet(int64_t snapshot_requests = 50, const Limits& limits = {}) {
+    const auto make_host = [&](Metrics* metrics) {
       FleetOptions options;
       options.nodes = [this] { return list_.Nodes(); };
       options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
@@ -106,7 +107,8 @@ class FleetTest : public testing::Test {
         adjust_(&options);
       }
       return std::make_unique<Fleet>(options, metrics);
-    });
+    };
+    server_ = StartServer(make_host, limits);
   }
 
   static std::unique_ptr<procgen_client::Client> Connect(const Server& server) {

@@ -298,6 +298,37 @@ TEST_F(FleetTest, WithoutNodesThereIsNoPool) {
               StatusIs(absl::StatusCode::kUnavailable, testing::HasSubstr("no node")));
 }
 
+TEST_F(FleetTest, LevelSamplersOfStreamsCountAmongTheBuffersOfTheirOwner) {
+  Limits limits;
+  limits.owner_buffer_bytes_max = 16 << 20;
+  StartNode("a");
+  StartFleet(/*snapshot_requests=*/50, limits);
+  const auto client = Connect(*server_);
+  v1::StepPoolRequest request;
+  for (int32_t i = 0; i < 200'000; ++i) {  // 3 MB
+    request.mutable_level_sampler()->add_level_seeds(i);
+    request.mutable_level_sampler()->add_weights(1);
+  }
+  std::vector<std::unique_ptr<procgen_client::StepStream>> streams;
+  absl::Status status;
+  while (status.ok() && streams.size() < 10) {
+    v1::PoolSpec spec;
+    spec.add_games("maze");
+    spec.set_env_count(1);
+    const auto pool = client->CreatePool(spec);
+    ASSERT_THAT(pool, IsOk());
+    auto stream = client->Attach(pool->name());
+    ASSERT_THAT(stream, IsOk());
+    procgen_client::Batch batch;
+    ASSERT_THAT((*stream)->Step({4}, &batch), IsOk());
+    status = (*stream)->Call(request, &batch);
+    streams.push_back(*std::move(stream));
+  }
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted,
+                               testing::HasSubstr("limit owner_buffer_bytes_max is 16777216")));
+  EXPECT_GT(streams.size(), 2);
+}
+
 TEST_F(FleetTest, NodesAreShownATokenInTls) {
   const Certificates certificates;
   certificates.MakeAuthority("authority");
