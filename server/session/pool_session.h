@@ -127,10 +127,10 @@ class PoolSession {
 
   // Executes a request of the stream: takes a turn, validates it, fills in its count, has the
   // environments carry it out part by part, keeps the answer of a resumable stream and ends the
-  // turn. `request` and what its spans refer to must stay valid until Done of
-  // `sink`, which tells of all else (ResponseSink). Errors, which change nothing: those of
-  // TakeTurn; INVALID_ARGUMENT; FAILED_PRECONDITION an answer that is not kept, an environment that
-  // must be reset, or no batch of shared memory that is free; those of the pool.
+  // turn. `request` and what its spans refer to must stay valid until PartDone of the last part, or
+  // Done. Errors, which change nothing: those of TakeTurn; INVALID_ARGUMENT; FAILED_PRECONDITION an
+  // answer that is not kept, an environment that must be reset, or no batch of shared memory that
+  // is free; those of the pool.
   void Execute(Request* request, std::shared_ptr<ResponseSink> sink) {
     executor_.Execute(request, std::move(sink));
   }

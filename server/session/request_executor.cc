@@ -96,6 +96,8 @@ bool RequestExecutor::Begin() {
     return End(sink_->Recall(**accepted));
   }
   begin_time_ = SteadyNow();
+  arrival_time_ = request_->arrival_time;
+  sequence_number_ = request_->sequence_number;
   rest_ = request_->count;
   part_ = {request_->first, 0};
   parts_left_ = rest_ == 0 ? 0
@@ -226,26 +228,27 @@ void RequestExecutor::RunPart() {
 bool RequestExecutor::EndPart() {
   if (!part_status_.ok()) {
     if (of_stream_) {
-      next_sequence_number_ = request_->sequence_number;
+      next_sequence_number_ = sequence_number_;
     }
     return End(part_status_);
   }
+  rest_ -= part_.count;
   absl::Cord kept = sink_->PartDone(part_, keeps_);
   if (keeps_) {
     answer_.push_back(std::move(kept));
   }
-  rest_ -= part_.count;
   if (rest_ > 0) {
     SelectNextPart();
     return Prepare();
   }
+  // From here on the request may be gone: its answer may have been sent.
   if (keeps_) {
-    context_.resume_buffer->Keep(request_->sequence_number, std::exchange(answer_, {}));
+    context_.resume_buffer->Keep(sequence_number_, std::exchange(answer_, {}));
   }
   if (of_stream_) {
     const absl::Time now = SteadyNow();
-    context_.metrics->AddRequest(begin_time_ - request_->arrival_time, now - begin_time_);
-    request_times_.Add(now - request_->arrival_time);
+    context_.metrics->AddRequest(begin_time_ - arrival_time_, now - begin_time_);
+    request_times_.Add(now - arrival_time_);
   }
   return End(absl::OkStatus());
 }

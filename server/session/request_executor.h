@@ -95,6 +95,8 @@ class RequestExecutor {
   bool keeps_ = false;      // its answer
   Answer answer_;           // as far as it goes
   absl::Time begin_time_;
+  absl::Time arrival_time_;  // of the request, as is its number: both outlive it
+  int64_t sequence_number_ = 0;
   Part part_;               // the next, or that which runs
   int32_t rest_ = 0;        // environments from part_ on
   int32_t parts_left_ = 0;  // after part_

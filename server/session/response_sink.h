@@ -32,7 +32,8 @@ class ResponseSink {
   // waits for memory. A good moment to send what is ready.
   virtual void Flush() {}
   // The values of the part are written. Returns the response as it is sent, if `keep`: the pool
-  // keeps it, so that it can be asked for again.
+  // keeps it, so that it can be asked for again. After the last part the request is not used any
+  // more.
   virtual absl::Cord PartDone(Part part, bool keep) = 0;
   // The answer to a request that was executed before. Errors end the request.
   virtual absl::Status Recall(const Answer& answer) = 0;

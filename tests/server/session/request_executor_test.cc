@@ -144,6 +144,36 @@ TEST_F(RequestExecutorTest, ARequestThatIsNotWantedWhenItsTurnComesIsNotExecuted
   EXPECT_EQ(session->next_sequence_number(), 1);
 }
 
+TEST_F(RequestExecutorTest, AnAnswerIsKeptThoughItsRequestIsGoneAfterTheLastPart) {
+  class Forgetful final : public ResponseSink {
+   public:
+    absl::StatusOr<std::optional<Batch>> PreparePart(Part /*part*/) override { return Batch(); }
+    absl::Cord PartDone(Part /*part*/, bool keep) override {
+      EXPECT_TRUE(keep);
+      request = Request();  // as when the response was sent, and the next request was read
+      return absl::Cord("answer");
+    }
+    absl::Status Recall(const Answer& /*answer*/) override { return absl::OkStatus(); }
+    void Done(const absl::Status& status) override {
+      EXPECT_THAT(status, IsOk());
+      done.Notify();
+    }
+
+    Request request;
+    absl::Notification done;
+  };
+  const auto session = Make(kEnvCount);
+  session->Attach(
+      {.resumable = true}, [](StreamEnd, const absl::Status&) {},
+      [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
+  const auto sink = std::make_shared<Forgetful>();
+  sink->request.sequence_number = 1;
+  session->Execute(&sink->request, sink);
+  sink->done.WaitForNotification();
+  EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
+  session->Detach();
+}
+
 // Executes one request after the other in one turn, each begun when the one before is done.
 class Series final : public ResponseSink, public std::enable_shared_from_this<Series> {
  public:
