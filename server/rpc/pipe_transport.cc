@@ -47,12 +47,18 @@ void PipeTransport::Await() {
     }
     polls_to_skip_ = kPollsSkipped;
   }
+  Watch();
+}
+
+void PipeTransport::Watch() {
+  is_watched_ = true;
   line_->Watch();
 }
 
 void PipeTransport::OnInput() {
-  if (!Poll()) {
-    line_->Watch();
+  // The pipe's thread also comes when the pipes were hung up, while another thread may poll.
+  if (is_watched_.exchange(false) && !Poll()) {
+    Watch();
   }
 }
 

@@ -1,6 +1,7 @@
 #ifndef SERVER_RPC_PIPE_TRANSPORT_H_
 #define SERVER_RPC_PIPE_TRANSPORT_H_
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,7 +23,7 @@ class PipeTransport final : public StreamTransport {
   // `user` and `metrics` must outlive it.
   PipeTransport(std::shared_ptr<DirectLine> line, StreamTransportUser* user, Metrics* metrics);
 
-  // As those of DirectLineUser: there is input for a read that was awaited.
+  // As that of DirectLineUser: there may be input for a read that was awaited.
   void OnInput();
   // Ends the pipes for both sides.
   void HangUp() { line_->HangUp(); }
@@ -35,13 +36,16 @@ class PipeTransport final : public StreamTransport {
  private:
   // Receives a request, if one is there, and reports it.
   bool Poll();
+  // Has OnInput called when there is one.
+  void Watch();
 
   const std::shared_ptr<DirectLine> line_;
   StreamTransportUser* const user_;
   Metrics* const metrics_;
   // Of the read that is under way:
   absl::StatusOr<std::optional<absl::string_view>> received_;
-  int polls_to_skip_ = 0;  // set after a fruitless spin
+  int polls_to_skip_ = 0;                 // set after a fruitless spin
+  std::atomic<bool> is_watched_ = false;  // the read is left to OnInput
   // Of the write that is under way; its memory is kept.
   std::string serialized_;
 };
