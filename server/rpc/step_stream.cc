@@ -73,14 +73,17 @@ StepStream::Action StepStream::NextAction() {
     responses_.BeginWrite();
     return Action::kWrite;
   }
-  if (requests_.CanRead() && (pipes_ != nullptr || !grpc_reads_)) {
+  // What is read from is decided here: pipes may be opened at any time.
+  if (pipes_ != nullptr && requests_.CanRead()) {
     requests_.BeginRead();
-    grpc_reads_ = grpc_reads_ || pipes_ == nullptr;
-    return Action::kRead;
+    return Action::kReadPipes;
   }
-  if (pipes_ != nullptr && !grpc_reads_) {
+  if (!grpc_reads_ && (pipes_ != nullptr || requests_.CanRead())) {
     grpc_reads_ = true;
-    return Action::kReadEnd;
+    if (pipes_ == nullptr) {
+      requests_.BeginRead();
+    }
+    return Action::kReadStream;
   }
   const bool is_idle = requests_.IsOver() && running_ == nullptr;
   if (read_waits_ && running_ == nullptr && !is_idle) {
@@ -117,13 +120,16 @@ void StepStream::Act(Action action) {
     case Action::kWrite:
       Write();
       return;
-    case Action::kRead:
-      Read();
+    case Action::kReadPipes:
+      if (!pipes_->Read()) {
+        absl::MutexLock lock(&mutex_);
+        read_waits_ = true;
+      }
       return;
     case Action::kAwait:
       pipes_->Await();
       return;
-    case Action::kReadEnd:
+    case Action::kReadStream:
       context_.transport->Read();
       return;
     case Action::kDetach:
@@ -132,22 +138,6 @@ void StepStream::Act(Action action) {
     case Action::kEnd:
       End();
       return;
-  }
-}
-
-StreamTransport* StepStream::transport() {
-  return pipes_ != nullptr ? pipes_.get() : context_.transport;
-}
-
-void StepStream::Read() {
-  StreamTransport* from = nullptr;
-  {
-    absl::MutexLock lock(&mutex_);
-    from = transport();
-  }
-  if (!from->Read()) {
-    absl::MutexLock lock(&mutex_);
-    read_waits_ = true;
   }
 }
 
@@ -439,7 +429,7 @@ void StepStream::Write() {
   {
     absl::MutexLock lock(&mutex_);
     outgoing = responses_.writing();
-    to = transport();
+    to = pipes_ != nullptr ? pipes_.get() : context_.transport;
   }
   to->Write(outgoing);
 }

@@ -99,27 +99,24 @@ class StepStream final : public ResponseSink,
     kPoolClosed,  // there is no pool any more
   };
   enum class Action : uint8_t {
-    kWait,     // for an event
-    kExecute,  // the next request
-    kResume,   // the execution, for which a response is free now
-    kWrite,    // the first of responses_
-    kRead,     // the next request
-    kAwait,    // it, since there is nothing else to do
-    kReadEnd,  // of gRPC's stream, beside the pipes
-    kDetach,   // from the pool
-    kEnd,      // the stream
+    kWait,        // for an event
+    kExecute,     // the next request
+    kResume,      // the execution, for which a response is free now
+    kWrite,       // the first of responses_
+    kReadPipes,   // the next request
+    kAwait,       // it, since there is nothing else to do
+    kReadStream,  // the next request or, beside pipes, the end of gRPC's stream
+    kDetach,      // from the pool
+    kEnd,         // the stream
   };
 
   void Drive();
   Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Act(Action action);
 
-  void Read();
   void Write();
   void Detach();
   void End();
-  // What carries the messages: the pipes, or gRPC's stream.
-  StreamTransport* transport() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   void OnAttachTimeout();
   void Attach(StreamRequest* request, absl::Status status);
