@@ -26,10 +26,11 @@ constexpr absl::Duration kWarningInterval = absl::Minutes(1);
 constexpr size_t kUnidentifiedCountMin = 16;
 constexpr int kNetworkBytes = 8;  // of an address of IPv6
 
-// The inode of an open file; 0: it is not open.
-ino_t InodeOf(int file) {
-  struct stat facts = {};
-  return fstat(file, &facts) == 0 ? facts.st_ino : 0;
+// The inode of an open file; 0: it is not open. The file may be closed, and its number taken by
+// another, at any time, which ThreadSanitizer would report of fstat.
+uint64_t InodeOf(int file) {
+  struct statx facts = {};
+  return statx(file, "", AT_EMPTY_PATH, STATX_INO, &facts) == 0 ? facts.stx_ino : 0;
 }
 
 // An address as gRPC writes it, and the part of it that shares a bound.
@@ -80,7 +81,7 @@ int64_t ReceivedBytes(int connection) {
 
 // Shuts a connection down and discards what has arrived on it. gRPC may close the descriptor at any
 // time, so a duplicate is made and checked first: nobody else's file is touched.
-void ShutDown(int connection, ino_t inode) {
+void ShutDown(int connection, uint64_t inode) {
   const int same = fcntl(connection, F_DUPFD_CLOEXEC, 0);
   if (same < 0) {
     return;

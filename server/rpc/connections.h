@@ -65,7 +65,7 @@ class Connections {
 
  private:
   struct Connection {
-    ino_t inode = 0;      // of its socket; another one: the descriptor is another file's by now
+    uint64_t inode = 0;   // of its socket; another one: the descriptor is another file's by now
     std::string peer;     // as gRPC names it; empty: a socket of the file system
     std::string address;  // that it shares a bound with: of IPv6, the network of 64 bits
     bool is_identified = false;

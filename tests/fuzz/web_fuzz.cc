@@ -83,7 +83,7 @@ class CheckedOutbox final : public web::Outbox {
   bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-// What all viewers of the run share.
+// What a viewer needs of its server. Ends after it.
 struct Surroundings {
   web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
   web::JoinedThreads watch_threads{kThreadsMax};
@@ -100,8 +100,8 @@ struct Surroundings {
 };
 
 void Play(const std::vector<Piece>& pieces) {
-  static Surroundings& surroundings = *new Surroundings();
   TheFuzzedServer().ResetPools();
+  Surroundings surroundings;
   const auto outbox = std::make_shared<CheckedOutbox>();
   const auto viewer = std::make_shared<web::Viewer>(surroundings.terms, outbox);
   std::thread thread([viewer] { viewer->Run(); });

@@ -76,8 +76,7 @@ class PoolSessionTest : public testing::Test {
   }
 
   static Request StepOf(int64_t sequence_number, const std::vector<int32_t>& actions) {
-    Request request;
-    request.sequence_number = sequence_number;
+    Request request = RequestOf(sequence_number);
     request.kind = Request::Kind::kStep;
     request.actions = actions;
     return request;

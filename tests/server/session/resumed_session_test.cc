@@ -58,8 +58,7 @@ class ResumedSessionTest : public testing::Test {
 
   // Executes request `number`. An answer: it was executed before.
   absl::StatusOr<std::optional<Answer>> Ask(int64_t number, int64_t acknowledged = 0) {
-    Request request;
-    request.sequence_number = number;
+    Request request = RequestOf(number);
     request.acknowledged = acknowledged;
     const auto sink = std::make_shared<TestSink>(Batch(), "answer to " + std::to_string(number));
     session_->Execute(&request, sink);

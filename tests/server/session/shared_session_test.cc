@@ -56,8 +56,7 @@ class SharedSessionTest : public testing::Test {
 
   // The batch that request `number` is given; -1: it is answered again.
   absl::StatusOr<int32_t> Ask(int64_t number, const std::vector<int32_t>& released = {}) {
-    Request request;
-    request.sequence_number = number;
+    Request request = RequestOf(number);
     request.released = released;
     const auto sink = std::make_shared<TestSink>();
     session_->Execute(&request, sink);

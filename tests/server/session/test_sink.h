@@ -11,7 +11,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
 #include "absl/synchronization/notification.h"
+#include "server/concurrency/steady_time.h"
 #include "server/session/pool_session.h"
+#include "server/session/request.h"
 #include "server/session/response_sink.h"
 
 namespace procgen {
@@ -54,6 +56,14 @@ class TestSink final : public ResponseSink {
   absl::Status status_;
   absl::Notification done_;
 };
+
+// A request that arrives now: the times that requests take are added up.
+inline Request RequestOf(int64_t sequence_number) {
+  Request request;
+  request.sequence_number = sequence_number;
+  request.arrival_time = SteadyNow();
+  return request;
+}
 
 // Executes a request, and waits for its end.
 inline absl::Status Execute(PoolSession* session, Request request, const Batch& batch = {}) {
