@@ -36,7 +36,7 @@ class Database {
 
   const std::string& path() const { return path_; }
   const absl::Status& status() const { return status_; }
-  void Fail(absl::Status status) { status_.Update(status); }
+  void Fail(const absl::Status& status) { status_.Update(status); }
 
   // Executes one statement with `values` in its places, and passes each row to `visit`.
   void Run(

@@ -44,11 +44,13 @@ void Leftovers::OnChange() {
 
 std::vector<std::string> Leftovers::Todo() {
   std::vector<std::pair<int32_t, std::string>> by_failures;
+  by_failures.reserve(unclean_.size());
   for (const auto& [node, failures] : unclean_) {
     by_failures.emplace_back(failures, node);
   }
   std::sort(by_failures.begin(), by_failures.end());
   std::vector<std::string> todo;
+  todo.reserve(by_failures.size());
   for (auto& [failures, node] : by_failures) {
     todo.push_back(std::move(node));
   }

@@ -90,10 +90,11 @@ void Shard::Save(std::vector<int32_t> environments, std::vector<std::string>* sn
                  Done done) {
   const auto save = [this, environments = std::move(environments), snapshots]() -> absl::Status {
     absl::StatusOr<std::vector<std::string>> states = FetchStates(environments);
-    if (states.ok()) {
-      *snapshots = *std::move(states);
+    if (!states.ok()) {
+      return states.status();
     }
-    return states.status();
+    *snapshots = *std::move(states);
+    return absl::OkStatus();
   };
   Start({std::nullopt, save, std::move(done)});
 }

@@ -197,10 +197,11 @@ absl::Status StepStream::HoldLarge(StreamRequest* request) const {
   }
   absl::StatusOr<Owners::Share> share = context_.callers->HoldBytes(
       caller_.owner, static_cast<int64_t>(request->message.SpaceUsedLong()));
-  if (share.ok()) {
-    request->share = *std::move(share);
+  if (!share.ok()) {
+    return share.status();
   }
-  return share.status();
+  request->share = *std::move(share);
+  return absl::OkStatus();
 }
 
 absl::Status StepStream::Understand(StreamRequest* request) const {

@@ -89,10 +89,11 @@ class UnaryCall final : public OneRequestStream {
 
   absl::Status Hold(size_t bytes, Owners::Share* share) {
     absl::StatusOr<Owners::Share> taken = callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
-    if (taken.ok()) {
-      *share = *std::move(taken);
+    if (!taken.ok()) {
+      return taken.status();
     }
-    return taken.status();
+    *share = *std::move(taken);
+    return absl::OkStatus();
   }
 
   absl::Status Serialize() {

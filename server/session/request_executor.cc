@@ -254,7 +254,8 @@ bool RequestExecutor::EndPart() {
 }
 
 bool RequestExecutor::End(const absl::Status& status) {
-  const absl::Status ended = status;  // which may be of the request that comes next
+  // A copy: the next request, which begins here, may set what `status` refers to.
+  const absl::Status ended = status;  // NOLINT(performance-unnecessary-copy-initialization)
   const std::shared_ptr<ResponseSink> sink = std::move(sink_);
   if (!of_stream_) {
     sink->Done(ended);  // may begin the next request, for which Advance is due then

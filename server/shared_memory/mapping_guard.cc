@@ -19,18 +19,18 @@ struct MappingGuard::Range {
   std::atomic<bool> was_replaced = false;
   Range* next = nullptr;
 
-  static std::atomic<Range*> first;
+  static std::atomic<Range*> first_;
 
   // A range that nobody uses, or a new one.
   static Range* Take() {
-    for (Range* range = first; range != nullptr; range = range->next) {
+    for (Range* range = first_; range != nullptr; range = range->next) {
       if (bool free = false; range->is_taken.compare_exchange_strong(free, true)) {
         return range;
       }
     }
     auto* const made = new Range;
-    made->next = first;
-    while (!first.compare_exchange_weak(made->next, made)) {
+    made->next = first_;
+    while (!first_.compare_exchange_weak(made->next, made)) {
     }
     return made;
   }
@@ -38,7 +38,7 @@ struct MappingGuard::Range {
   // In a handler, so it makes one system call, and that directly: ThreadSanitizer takes libc's mmap
   // for a write to the whole mapping. Whether the address is in a guarded mapping.
   static bool Replace(uintptr_t address) {
-    for (Range* range = first; range != nullptr; range = range->next) {
+    for (Range* range = first_; range != nullptr; range = range->next) {
       const uintptr_t begin = range->begin;
       const uintptr_t end = range->end;
       if (begin == 0 || address < begin || address >= end) {
@@ -51,12 +51,12 @@ struct MappingGuard::Range {
     return false;
   }
 
-  static struct sigaction before;  // the handler that was there
+  static struct sigaction before_;  // the handler that was there
 
   static void OnBusError(int signal, siginfo_t* info, void* /*context*/) {
     const int error = errno;
     if (!Replace(reinterpret_cast<uintptr_t>(info->si_addr))) {
-      sigaction(signal, &before, nullptr);  // it comes again, and goes there
+      sigaction(signal, &before_, nullptr);  // it comes again, and goes there
     }
     errno = error;
   }
@@ -66,12 +66,12 @@ struct MappingGuard::Range {
     action.sa_sigaction = OnBusError;
     action.sa_flags = SA_SIGINFO;
     sigemptyset(&action.sa_mask);
-    return sigaction(SIGBUS, &action, &before) == 0;
+    return sigaction(SIGBUS, &action, &before_) == 0;
   }
 };
 
-std::atomic<MappingGuard::Range*> MappingGuard::Range::first = nullptr;
-struct sigaction MappingGuard::Range::before = {};
+std::atomic<MappingGuard::Range*> MappingGuard::Range::first_ = nullptr;
+struct sigaction MappingGuard::Range::before_ = {};
 
 MappingGuard::MappingGuard(void* memory, size_t bytes) : range_(Range::Take()) {
   [[maybe_unused]] static const bool is_installed = Range::Install();

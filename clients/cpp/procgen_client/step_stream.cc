@@ -381,8 +381,7 @@ absl::StatusOr<bool> StepStream::ReadAnswer(Batch* batch) {
   }
   procgen::v1::StepPoolResponse* response = &batch->response_;
   while (true) {
-    absl::StatusOr<bool> is_there =
-        connection->ReadAnswer(answered_sequence_number_ + 1, response);
+    absl::StatusOr<bool> is_there = connection->ReadAnswer(answered_sequence_number_ + 1, response);
     if (!is_there.ok() || !*is_there) {
       return is_there;
     }
