@@ -1,8 +1,6 @@
 #include "server/rpc/convert_step.h"
 
 #include <algorithm>
-#include <cstring>
-#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -88,31 +86,6 @@ absl::Status ReadSampler(const v1::LevelSampler& message, StreamRequest* request
   return absl::OkStatus();
 }
 
-// Memory for `count` numbers of an array.
-template <typename Number>
-absl::Span<Number> Sized(google::protobuf::RepeatedField<Number>* array, int32_t count) {
-  array->Resize(count, Number());
-  return absl::MakeSpan(array->mutable_data(), static_cast<size_t>(count));
-}
-
-absl::Span<uint8_t> Sized(google::protobuf::RepeatedField<bool>* array, int32_t count) {
-  static_assert(sizeof(bool) == 1);
-  array->Resize(count, false);
-  return absl::MakeSpan(reinterpret_cast<uint8_t*>(array->mutable_data()),
-                        static_cast<size_t>(count));
-}
-
-// The bits of unsigned numbers, in an array of signed ones.
-absl::Span<uint64_t> SizedBits(google::protobuf::RepeatedField<int64_t>* array, int32_t count) {
-  const absl::Span<int64_t> numbers = Sized(array, count);
-  return absl::MakeSpan(reinterpret_cast<uint64_t*>(numbers.data()), numbers.size());
-}
-
-absl::Span<uint8_t> Sized(std::string* bytes, int64_t size) {
-  bytes->resize(static_cast<size_t>(size));
-  return absl::MakeSpan(reinterpret_cast<uint8_t*>(bytes->data()), bytes->size());
-}
-
 }  // namespace
 
 absl::Status ReadStreamRequest(StreamRequest* request) {
@@ -166,63 +139,6 @@ absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& 
         " is ", response_bytes_max));
   }
   return static_cast<int32_t>(std::min<int64_t>(rows, INT32_MAX));
-}
-
-Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
-                      FrameRing* frames, Response* response) {
-  response->message.set_sequence_number(request.sequence_number);
-  if (request.kind == Request::Kind::kSample) {
-    response->message.mutable_done();
-    return {};
-  }
-  const int64_t picture_bytes = part.count * observation_bytes;
-  const int32_t slice_end = request.first + request.count;
-  v1::Batch* message = response->message.mutable_batch();
-  message->set_first_environment(part.first);
-  message->set_environment_count(part.count);
-  message->set_last(part.first + part.count == slice_end);
-  Batch batch;
-  batch.rewards = Sized(message->mutable_rewards(), part.count);
-  batch.first = Sized(message->mutable_first(), part.count);
-  batch.terminated = Sized(message->mutable_terminated(), part.count);
-  batch.truncated = Sized(message->mutable_truncated(), part.count);
-  batch.level_seeds = Sized(message->mutable_level_seeds(), part.count);
-  batch.prev_level_seeds = Sized(message->mutable_prev_level_seeds(), part.count);
-  batch.prev_level_complete = Sized(message->mutable_prev_level_complete(), part.count);
-  batch.episode_returns = Sized(message->mutable_episode_returns(), part.count);
-  batch.episode_lengths = Sized(message->mutable_episode_lengths(), part.count);
-  batch.fingerprints = SizedBits(message->mutable_fingerprints(), part.count);
-  batch.final_observations = Sized(message->mutable_final_observations(),
-                                   request.with_final_observations ? picture_bytes : 0);
-  response->observations = grpc::Slice();  // goes back to `frames` before another is taken
-  Frames observations =
-      frames->Take(static_cast<size_t>(request.with_observations ? picture_bytes : 0));
-  batch.observations = observations.bytes;
-  response->observations = std::move(observations.slice);
-  return batch;
-}
-
-void CompleteResponse(int64_t observation_bytes, const Batch& batch,
-                      v1::StepPoolResponse* response) {
-  const auto picture_bytes = static_cast<size_t>(observation_bytes);
-  uint8_t* const pictures = batch.final_observations.data();
-  const bool has_pictures = !batch.final_observations.empty();
-  size_t kept = 0;
-  for (size_t row = 0; row < batch.terminated.size(); ++row) {
-    if (batch.terminated[row] == 0 && batch.truncated[row] == 0) {
-      continue;
-    }
-    batch.fingerprints[kept] = batch.fingerprints[row];
-    if (has_pictures && row != kept) {
-      std::memcpy(pictures + kept * picture_bytes, pictures + row * picture_bytes, picture_bytes);
-    }
-    ++kept;
-  }
-  if (response->has_batch() && !response->batch().has_shared_batch()) {
-    v1::Batch* message = response->mutable_batch();
-    message->mutable_fingerprints()->Truncate(static_cast<int>(kept));
-    message->mutable_final_observations()->resize(has_pictures ? kept * picture_bytes : 0);
-  }
 }
 
 }  // namespace procgen

@@ -8,10 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "envcore/pool/pool.h"
 #include "procgen/v1/step.pb.h"
-#include "server/rpc/frame_ring.h"
-#include "server/rpc/response.h"
 #include "server/session/observation_coding.h"
 #include "server/session/owners.h"
 #include "server/session/request.h"
@@ -40,17 +37,6 @@ absl::Status ReadStreamRequest(StreamRequest* request);
 absl::StatusOr<int32_t> ResponseRowsMax(absl::string_view limit, const Request& request,
                                         const ObservationCoding& coding,
                                         int64_t response_bytes_max);
-
-// Makes `response` the answer for `part` of `request`, and returns where its values are to be
-// written: observations in memory of `frames`, all else in its message, whose memory is kept from
-// answer to answer.
-Batch PrepareResponse(const Request& request, Part part, int64_t observation_bytes,
-                      FrameRing* frames, Response* response);
-
-// Once the values of `batch` are written: puts the fingerprints and final observations of episodes
-// that ended one behind the other, and leaves no others in `response`, if it bears them itself.
-void CompleteResponse(int64_t observation_bytes, const Batch& batch,
-                      v1::StepPoolResponse* response);
 
 }  // namespace procgen
 

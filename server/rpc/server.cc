@@ -18,6 +18,7 @@
 #include "server/rpc/listener.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services.h"
+#include "server/rpc/tls_credentials.h"
 #include "server/session/event_log.h"
 #include "server/session/sessions.h"
 #include "server/shared_memory/direct_lines.h"
@@ -99,14 +100,14 @@ ServerGauges GaugesOf(const Load& load) {
 class GrpcServer final : public Server {
  public:
   GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
-      : tls_(options.tls),
+      : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
         is_fleet_(options.make_host != nullptr),
         sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
                   options.shared_folder,
                   options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
-        callers_(options.tokens, tls_ != nullptr && tls_->asks_clients(),
+        callers_(options.tokens, options.tls != nullptr && options.tls->asks_clients(),
                  options.limits.attach_timeout, connections_.get(), &sessions_.owners(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
@@ -131,7 +132,7 @@ class GrpcServer final : public Server {
     }
     grpc::ServerBuilder builder;
     Acceptor acceptor = AddAcceptor(
-        tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->MakeServerCredentials(),
+        tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(),
         &builder);
     auto listener_within = Listener::ListenWithin(std::make_shared<Connections>(
         options.limits.connection_count_max, absl::InfiniteDuration()));
@@ -264,7 +265,7 @@ class GrpcServer final : public Server {
     builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, Milliseconds(kIdleTimeout));
   }
 
-  const std::shared_ptr<TlsFiles> tls_;  // before server_, which reads it with each connection
+  const std::unique_ptr<TlsCredentials> tls_;  // null: plain text
   const bool is_fleet_;                  // steps nothing itself
   std::string address_;
   std::string advertised_address_;

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "grpc/grpc.h"
 #include "openssl/err.h"
 #include "openssl/pem.h"
 #include "openssl/x509.h"
@@ -53,24 +52,6 @@ absl::StatusOr<std::string> ReadFor(absl::string_view flag, WatchedFile* file) {
   }
   return bytes;
 }
-
-// gRPC's credentials with a certificate that can change, which its C++ interface does not offer
-// without files of half a pair being used.
-class ReloadedCredentials final : public grpc::ServerCredentials {
- public:
-  explicit ReloadedCredentials(grpc_server_credentials* credentials) : credentials_(credentials) {}
-  ~ReloadedCredentials() override { grpc_server_credentials_release(credentials_); }
-
-  void SetAuthMetadataProcessor(
-      const std::shared_ptr<grpc::AuthMetadataProcessor>& /*processor*/) override {}
-
- private:
-  int AddPortToServer(const std::string& address, grpc_server* server) override {
-    return grpc_server_add_http2_port(server, address.c_str(), credentials_);
-  }
-
-  grpc_server_credentials* const credentials_;
-};
 
 }  // namespace
 
@@ -128,20 +109,6 @@ absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
   return Contents{*std::move(certificate), *std::move(key), *std::move(client_ca)};
 }
 
-std::shared_ptr<grpc::ServerCredentials> TlsFiles::MakeServerCredentials() {
-  const grpc_ssl_client_certificate_request_type request =
-      asks_clients_ ? GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY
-                    : GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
-  return std::make_shared<ReloadedCredentials>(grpc_ssl_server_credentials_create_with_options(
-      grpc_ssl_server_credentials_create_options_using_config_fetcher(request, &TlsFiles::Fetch,
-                                                                      this)));
-}
-
-grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
-    void* files, grpc_ssl_server_certificate_config** config) {
-  return static_cast<TlsFiles*>(files)->Fetch(config);
-}
-
 void TlsFiles::Refresh() {
   const bool has_changed =
       certificate_.HasChanged() || key_.HasChanged() || (asks_clients_ && client_ca_.HasChanged());
@@ -161,21 +128,6 @@ std::pair<TlsFiles::Contents, int64_t> TlsFiles::Current() {
   absl::MutexLock lock(&mutex_);
   Refresh();
   return {contents_, version_};
-}
-
-grpc_ssl_certificate_config_reload_status TlsFiles::Fetch(
-    grpc_ssl_server_certificate_config** config) {
-  absl::MutexLock lock(&mutex_);
-  Refresh();
-  if (fetched_version_ == version_) {
-    return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
-  }
-  fetched_version_ = version_;
-  // gRPC wants roots also where it will ask no client for a certificate.
-  const grpc_ssl_pem_key_cert_pair pair = {contents_.key.c_str(), contents_.certificate.c_str()};
-  *config = grpc_ssl_server_certificate_config_create(
-      (asks_clients_ ? contents_.client_ca : contents_.certificate).c_str(), &pair, 1);
-  return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
 }
 
 }  // namespace procgen

@@ -10,8 +10,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
-#include "grpc/grpc_security.h"
-#include "grpcpp/security/server_credentials.h"
 #include "server/rpc/watched_file.h"
 
 namespace procgen {
@@ -37,9 +35,6 @@ class TlsFiles {
   // Clients must show a certificate (mutual TLS).
   bool asks_clients() const { return asks_clients_; }
 
-  // Credentials of a server that speaks TLS with these files, which must outlive that server.
-  std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials();
-
   struct Contents {
     std::string certificate;
     std::string key;
@@ -54,9 +49,6 @@ class TlsFiles {
   // Reads again what has changed.
   void Refresh() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<Contents> Read() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  static grpc_ssl_certificate_config_reload_status Fetch(
-      void* files, grpc_ssl_server_certificate_config** config);
-  grpc_ssl_certificate_config_reload_status Fetch(grpc_ssl_server_certificate_config** config);
 
   const bool asks_clients_;
   absl::Mutex mutex_;
@@ -64,8 +56,7 @@ class TlsFiles {
   WatchedFile key_ ABSL_GUARDED_BY(mutex_);
   WatchedFile client_ca_ ABSL_GUARDED_BY(mutex_);
   Contents contents_ ABSL_GUARDED_BY(mutex_);
-  int64_t version_ ABSL_GUARDED_BY(mutex_) = 1;          // of contents_
-  int64_t fetched_version_ ABSL_GUARDED_BY(mutex_) = 0;  // that gRPC has
+  int64_t version_ ABSL_GUARDED_BY(mutex_) = 1;  // of contents_
 };
 
 }  // namespace procgen

@@ -6,6 +6,8 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "server/rpc/frame_ring.h"
+#include "server/rpc/response.h"
 #include "server/session/limits.h"
 #include "tests/status_matchers.h"
 
@@ -120,58 +122,6 @@ TEST(ConvertStepTest, RowsLeaveRoomForObservationsThatCannotBeCompressed) {
   const int64_t with_final = *ResponseRowsMax("limit", request.request, coding, kLimit);
   EXPECT_LE(with_final * (coding.sent_bytes_max() + kObservationBytes), kLimit);
   EXPECT_GT(with_final, 150) << "final observations are never encoded";
-}
-
-TEST(ConvertStepTest, OnlyFinalObservationsOfEndsAreKept) {
-  StreamRequest request = WholeStep(4);
-  request.request.with_final_observations = true;
-  FrameRing frames;
-  Response response;
-  const Batch batch =
-      PrepareResponse(request.request, {0, 4}, kObservationBytes, &frames, &response);
-  for (size_t row = 0; row < 4; ++row) {
-    std::fill_n(batch.final_observations.begin() + static_cast<ptrdiff_t>(row * kObservationBytes),
-                kObservationBytes, static_cast<uint8_t>(row));
-  }
-  batch.terminated[1] = 1;
-  batch.truncated[3] = 1;
-  CompleteResponse(kObservationBytes, batch, &response.message);
-  const std::string& kept = response.message.batch().final_observations();
-  ASSERT_EQ(kept.size(), 2U * kObservationBytes);
-  EXPECT_EQ(kept.front(), 1);
-  EXPECT_EQ(kept.back(), 3);
-}
-
-TEST(ConvertStepTest, OnlyFingerprintsOfEndsAreKept) {
-  const StreamRequest request = WholeStep(5);
-  FrameRing frames;
-  Response response;
-  const Batch batch =
-      PrepareResponse(request.request, {0, 5}, kObservationBytes, &frames, &response);
-  ASSERT_EQ(batch.fingerprints.size(), 5U);
-  for (size_t row = 0; row < 5; ++row) {
-    batch.fingerprints[row] = UINT64_MAX - row;
-  }
-  batch.terminated[1] = 1;
-  batch.truncated[2] = 1;
-  batch.terminated[4] = 1;
-  CompleteResponse(kObservationBytes, batch, &response.message);
-  EXPECT_THAT(response.message.batch().fingerprints(), testing::ElementsAre(-2, -3, -5));
-}
-
-TEST(ConvertStepTest, ResponseMemoryIsReused) {
-  const StreamRequest request = WholeStep(8);
-  FrameRing frames;
-  Response response;
-  const uint8_t* const before =
-      PrepareResponse(request.request, {0, 8}, kObservationBytes, &frames, &response)
-          .observations.data();
-  EXPECT_EQ(PrepareResponse(request.request, {0, 8}, kObservationBytes, &frames, &response)
-                .observations.data(),
-            before);
-  EXPECT_EQ(PrepareResponse(request.request, {0, 3}, kObservationBytes, &frames, &response)
-                .observations.data(),
-            before);
 }
 
 }  // namespace
