@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/cluster/cluster.h"
 #include "server/fleet/fleet.h"
-#include "server/rpc/address.h"
+#include "server/net/address.h"
 
 namespace procgen {
 namespace {

@@ -8,9 +8,9 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/cluster/cluster_options.h"
-#include "server/fleet/fleet_options.h"
+#include "server/fleet/nodes/fleet_options.h"
+#include "server/logging/event_log.h"
 #include "server/rpc/server.h"
-#include "server/session/event_log.h"
 
 namespace procgen {
 

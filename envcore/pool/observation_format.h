@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "envcore/render/frame_format.h"
+#include "envcore/render/output/frame_format.h"
 
 namespace procgen {
 

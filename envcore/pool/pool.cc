@@ -9,7 +9,7 @@
 #include "envcore/pool/frame_stack.h"
 #include "envcore/pool/patience.h"
 #include "envcore/pool/pool_input.h"
-#include "envcore/render/rasteriser.h"
+#include "envcore/render/scene/rasteriser.h"
 
 namespace procgen {
 namespace {

@@ -4,9 +4,9 @@
 
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/released_pictures.h"
-#include "envcore/render/art_folder.h"
-#include "envcore/render/art_pack.h"
-#include "envcore/render/game_art.h"
+#include "envcore/render/art/art_folder.h"
+#include "envcore/render/art/art_pack.h"
+#include "envcore/render/art/game_art.h"
 
 namespace procgen {
 

@@ -4,7 +4,7 @@
 
 #include "envcore/environment/environment.h"
 #include "envcore/level/generated_art.h"
-#include "envcore/render/rasteriser.h"
+#include "envcore/render/scene/rasteriser.h"
 #include "envcore/scene/scene.h"
 #include "envcore/world/grid.h"
 

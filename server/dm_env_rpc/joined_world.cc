@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/session/alarm.h"
-#include "server/session/batch_sink.h"
+#include "server/concurrency/alarm.h"
+#include "server/session/pool/batch_sink.h"
 
 namespace procgen {
 

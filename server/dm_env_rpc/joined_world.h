@@ -13,7 +13,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "server/dm_env_rpc/world_settings.h"
-#include "server/session/pool_session.h"
+#include "server/session/pool/pool_session.h"
 
 namespace procgen {
 

@@ -10,7 +10,7 @@
 #include "envcore/pool/pool.h"
 #include "google/protobuf/map.h"
 #include "server/dm_env_rpc/tensor.h"
-#include "server/session/limits.h"
+#include "server/session/quota/limits.h"
 #include "server/session/sessions.h"
 
 namespace procgen {

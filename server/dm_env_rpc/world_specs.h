@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "server/dm_env_rpc/tensor.h"
-#include "server/session/pool_session.h"
+#include "server/session/pool/pool_session.h"
 
 namespace procgen {
 

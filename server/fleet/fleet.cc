@@ -6,10 +6,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
-#include "server/fleet/shard_request.h"
-#include "server/rpc/convert_observation.h"
-#include "server/rpc/convert_pool.h"
-#include "server/session/event_log.h"
+#include "server/fleet/log/shard_request.h"
+#include "server/logging/event_log.h"
+#include "server/wire/convert_observation.h"
+#include "server/wire/convert_pool.h"
 
 namespace procgen {
 namespace {

@@ -10,14 +10,14 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "server/concurrency/background_executor.h"
 #include "server/concurrency/steady_time.h"
-#include "server/fleet/fleet_nodes.h"
-#include "server/fleet/fleet_options.h"
-#include "server/fleet/fleet_pool.h"
-#include "server/fleet/leftovers.h"
+#include "server/fleet/nodes/fleet_nodes.h"
+#include "server/fleet/nodes/fleet_options.h"
+#include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/pool/fleet_pool.h"
 #include "server/metrics/metrics.h"
-#include "server/session/background_executor.h"
-#include "server/session/hosted_pool.h"
+#include "server/session/host/hosted_pool.h"
 
 namespace procgen {
 

@@ -10,18 +10,18 @@
 #include "grpc/support/log.h"
 #include "grpcpp/grpcpp.h"
 #include "server/concurrency/start_thread.h"
-#include "server/rpc/address.h"
-#include "server/rpc/answer_replay.h"
-#include "server/rpc/connections.h"
-#include "server/rpc/convert_pool.h"
-#include "server/rpc/grpc_deadline.h"
-#include "server/rpc/listener.h"
+#include "server/logging/event_log.h"
+#include "server/net/address.h"
+#include "server/net/connections.h"
+#include "server/net/listener.h"
+#include "server/rpc/auth/tls_credentials.h"
+#include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
-#include "server/rpc/services.h"
-#include "server/rpc/tls_credentials.h"
-#include "server/session/event_log.h"
+#include "server/rpc/services/services.h"
+#include "server/rpc/step/answer_replay.h"
 #include "server/session/sessions.h"
 #include "server/shared_memory/direct_lines.h"
+#include "server/wire/convert_pool.h"
 
 namespace procgen {
 namespace {
@@ -131,9 +131,8 @@ class GrpcServer final : public Server {
           absl::StrCat("cannot listen on ", options.address, ": ", listener.status().message()));
     }
     grpc::ServerBuilder builder;
-    Acceptor acceptor = AddAcceptor(
-        tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(),
-        &builder);
+    Acceptor acceptor =
+        AddAcceptor(tls_ == nullptr ? grpc::InsecureServerCredentials() : tls_->Make(), &builder);
     auto listener_within = Listener::ListenWithin(std::make_shared<Connections>(
         options.limits.connection_count_max, absl::InfiniteDuration()));
     if (!listener_within.ok()) {
@@ -266,7 +265,7 @@ class GrpcServer final : public Server {
   }
 
   const std::unique_ptr<TlsCredentials> tls_;  // null: plain text
-  const bool is_fleet_;                  // steps nothing itself
+  const bool is_fleet_;                        // steps nothing itself
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};

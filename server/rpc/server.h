@@ -14,11 +14,11 @@
 #include "procgen/v1/pools.pb.h"
 #include "server/cluster/cluster.h"
 #include "server/metrics/metrics.h"
-#include "server/rpc/clone_sources.h"
-#include "server/rpc/tls_files.h"
-#include "server/rpc/token_file.h"
-#include "server/session/hosted_pool.h"
-#include "server/session/limits.h"
+#include "server/net/tls_files.h"
+#include "server/rpc/auth/token_file.h"
+#include "server/rpc/services/clone_sources.h"
+#include "server/session/host/hosted_pool.h"
+#include "server/session/quota/limits.h"
 #include "server/shared_memory/shared_folder.h"
 
 namespace procgen {

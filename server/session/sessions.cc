@@ -8,8 +8,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "server/session/event_log.h"
-#include "server/session/local_pool.h"
+#include "server/logging/event_log.h"
+#include "server/session/host/local_pool.h"
 
 namespace procgen {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "procgen_client/client.h"
-#include "server/rpc/tls_files.h"
+#include "server/net/tls_files.h"
 
 namespace procgen::web {
 

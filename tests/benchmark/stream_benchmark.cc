@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/synchronization/mutex.h"
-#include "server/session/event_log.h"
+#include "server/logging/event_log.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/stream_courses.h"
 #include "tests/benchmark/time_now.h"

@@ -2,7 +2,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
-#include "server/rpc/grpc_status.h"
+#include "server/rpc/grpc/grpc_status.h"
 
 namespace procgen {
 namespace {

@@ -6,9 +6,9 @@
 #include "absl/status/status.h"
 #include "grpcpp/grpcpp.h"
 #include "server/cluster/cluster.h"
-#include "server/rpc/caller.h"
-#include "server/rpc/connections.h"
-#include "server/rpc/services.h"
+#include "server/net/connections.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/services/services.h"
 #include "server/session/sessions.h"
 #include "tests/fuzz/pieces.h"
 

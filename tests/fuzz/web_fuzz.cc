@@ -15,9 +15,9 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "procgen_client/client.h"
-#include "server/web/joined_threads.h"
-#include "server/web/pool_news.h"
-#include "server/web/viewer.h"
+#include "server/concurrency/joined_threads.h"
+#include "server/web/session/pool_news.h"
+#include "server/web/session/viewer.h"
 #include "tests/fuzz/fuzzed_server.h"
 
 namespace procgen {

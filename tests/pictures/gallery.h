@@ -9,9 +9,9 @@
 #include "absl/types/span.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/shared_art.h"
-#include "envcore/render/game_art.h"
-#include "envcore/render/image.h"
-#include "envcore/render/rasteriser.h"
+#include "envcore/render/art/game_art.h"
+#include "envcore/render/raster/image.h"
+#include "envcore/render/scene/rasteriser.h"
 #include "envcore/scene/art_slot.h"
 #include "nlohmann/json.hpp"
 

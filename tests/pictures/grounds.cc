@@ -9,8 +9,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "envcore/environment/environment_options.h"
-#include "envcore/render/rasteriser.h"
-#include "envcore/render/sharp_picture.h"
+#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/scene/rasteriser.h"
 
 namespace procgen {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/render/game_art.h"
+#include "envcore/render/art/game_art.h"
 #include "tests/pictures/cast.h"
 #include "tests/pictures/legibility.h"
 

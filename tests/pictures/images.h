@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "envcore/render/image.h"
+#include "envcore/render/raster/image.h"
 
 namespace procgen {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "envcore/render/pixel.h"
+#include "envcore/render/output/pixel.h"
 
 namespace procgen {
 

@@ -8,7 +8,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "envcore/pool/shared_art.h"
-#include "envcore/render/pixel.h"
+#include "envcore/render/output/pixel.h"
 #include "tests/pictures/cast.h"
 
 namespace procgen {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "envcore/render/art_pack.h"
+#include "envcore/render/art/art_pack.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/render/one_colour_png.h"

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "envcore/render/frame.h"
-#include "envcore/render/sharp_picture.h"
-#include "envcore/render/smooth_picture.h"
+#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/smooth_picture.h"
+#include "envcore/render/output/frame.h"
 #include "tests/pictures/images.h"
 
 namespace procgen {

@@ -1,8 +1,8 @@
 #ifndef TESTS_PICTURES_SPRITE_CARD_H_
 #define TESTS_PICTURES_SPRITE_CARD_H_
 
-#include "envcore/render/image.h"
-#include "envcore/render/picture.h"
+#include "envcore/render/art/picture.h"
+#include "envcore/render/raster/image.h"
 
 namespace procgen {
 

@@ -8,7 +8,7 @@
 #include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "gtest/gtest.h"
-#include "server/rpc/convert_pool.h"
+#include "server/wire/convert_pool.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/rpc/convert_pool.h"
+#include "server/wire/convert_pool.h"
 #include "tests/service/episode_replay.h"
 #include "tests/service/service_fixture.h"
 

@@ -14,8 +14,8 @@
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "server/fleet/fleet_pool.h"
-#include "server/rpc/convert_pool.h"
+#include "server/fleet/pool/fleet_pool.h"
+#include "server/wire/convert_pool.h"
 #include "tests/service/fleet_fixture.h"
 #include "tests/status_matchers.h"
 

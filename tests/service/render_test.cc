@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "envcore/render/png_decoding.h"
+#include "envcore/render/art/png_decoding.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/service/service_fixture.h"

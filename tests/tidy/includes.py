@@ -12,8 +12,43 @@ from source_tree import Violation
 # libenv, which is the engine in the host's process or, through the C++ client, a server; and top,
 # which is a program over that client.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
-_BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", "envcore/render",
-                      "envcore/art")
+# Each folder of server/session knows those above it; the pools by name know all.
+_BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",
+                  "server/shared_memory")
+_SESSION = {
+    "server/session/quota": ("server/concurrency",),
+    "server/session/host": _BELOW_SESSION,
+    "server/session/episodes": ("envcore/pool", "server/session/host", "server/session/quota"),
+    "server/session/pool": (*_BELOW_SESSION, "server/session/host", "server/session/episodes",
+                            "server/session/quota"),
+    "server/session/watch": (*_BELOW_SESSION, "server/session/host", "server/session/pool"),
+    "server/session": (*_BELOW_SESSION, "server/logging", "server/session/host",
+                       "server/session/pool", "server/session/quota", "server/session/watch"),
+}
+_BELOW_FRONTS = ("server/concurrency", "server/logging", "server/wire", "proto")
+# gRPC's types, the door, how calls are served; then the stream, watching and the services.
+_BELOW_RPC = ("envcore/pool", *_BELOW_FRONTS, *_SESSION, "server/cluster", "server/encoding",
+              "server/metrics", "server/net", "server/shared_memory")
+_RPC = {
+    "server/rpc/grpc": ("proto",),
+    "server/rpc/auth": ("server/logging", "server/metrics", "server/net", "server/rpc/grpc",
+                        "server/session/quota"),
+    "server/rpc/call": ("server/rpc/auth", "server/rpc/grpc", "server/session"),
+}
+for _folder in ("step", "watch", "dm_env_rpc", "services"):
+    _RPC[f"server/rpc/{_folder}"] = (*_BELOW_RPC, "server/dm_env_rpc", *_RPC)
+_RPC["server/rpc"] = (*_BELOW_RPC, *_RPC)
+# Down from a connection to what is played; each knows those above it.
+_BELOW_WEB = ("envcore/pool", "envcore/trace", "envcore/games", *_BELOW_FRONTS, "server/net",
+              "clients/cpp")
+_WEB = {"server/web/json": _BELOW_WEB}
+for _folder in ("/play", "/session", "/http", ""):
+    _WEB[f"server/web{_folder}"] = (*_BELOW_WEB, *_WEB)
+# The bytes of a frame, the shapes, the pictures, the scene.
+_RENDER = {"envcore/render/output": _BELOW_SCENE}
+for _folder in ("raster", "art", "scene"):
+    _RENDER[f"envcore/render/{_folder}"] = (*_BELOW_SCENE, "envcore/scene", "envcore/art", *_RENDER)
+_BELOW_ENVIRONMENT = (*_BELOW_SCENE, "envcore/scene", "envcore/games", *_RENDER, "envcore/art")
 ARROWS = {
     "envcore/state": (),
     "envcore/random": ("envcore/state",),
@@ -22,35 +57,34 @@ ARROWS = {
     "envcore/scene": _BELOW_SCENE,
     "envcore/games": (*_BELOW_SCENE, "envcore/scene"),
     "envcore/art": (),
-    "envcore/render": (*_BELOW_SCENE, "envcore/scene", "envcore/art"),
+    **_RENDER,
     "envcore/environment": _BELOW_ENVIRONMENT,
     "envcore/pool": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "envcore/trace": (*_BELOW_ENVIRONMENT, "envcore/environment"),
     "proto": (),
-    # How threads start and wait, for all folders of the server.
+    # How threads start and wait, for all folders of the server, and what is logged.
     "server/concurrency": (),
+    "server/logging": ("server/concurrency",),
     "server/cluster": ("server/concurrency",),
     "server/encoding": (),
     "server/metrics": (),
     "server/shared_memory": ("envcore/pool", "server/concurrency"),
-    "server/session": ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",
-                       "server/shared_memory"),
-    "server/dm_env_rpc": ("envcore/pool", "server/concurrency", "server/session",
-                          "server/metrics", "proto"),
-    # A client of other servers, which speaks the same contract as server/rpc, in its conversions.
-    "server/fleet": ("envcore/pool", "server/concurrency", "server/session", "server/cluster",
-                     "server/metrics", "server/rpc", "proto", "clients/cpp"),
-    "server/rpc": ("envcore/pool", "server/cluster", "server/concurrency", "server/dm_env_rpc",
-                   "server/encoding", "server/session", "server/metrics", "server/shared_memory",
-                   "proto"),
-    # A client of the very server that it lives in, so it knows clients/cpp; and of server/rpc the
-    # conversions, addresses, the listener and TLS.
-    "server/web": ("envcore/pool", "envcore/trace", "envcore/games", "server/concurrency",
-                   "server/session", "server/rpc", "proto", "clients/cpp"),
+    "server/net": ("server/concurrency", "server/logging"),
+    **_SESSION,
+    "server/dm_env_rpc": ("envcore/pool", "server/concurrency", *_SESSION, "server/metrics",
+                          "proto"),
+    "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_SESSION,
+                    "server/shared_memory", "proto"),
+    # A client of other servers, which speaks the same contract as server/rpc.
+    "server/fleet": ("envcore/pool", *_BELOW_FRONTS, "server/session/host", "server/cluster",
+                     "server/metrics", "clients/cpp"),
+    **_RPC,
+    # A client of the very server that it lives in, so it knows clients/cpp.
+    **_WEB,
     # The program itself: flags, wiring, signals, shutdown.
-    "server": ("envcore/pool", "server/concurrency", "server/session", "server/rpc",
-               "server/metrics", "server/shared_memory", "server/fleet", "server/cluster",
-               "server/web"),
+    "server": ("envcore/pool", *_BELOW_FRONTS, *_SESSION, "server/rpc", "server/rpc/auth",
+               "server/rpc/services", "server/net", "server/metrics", "server/shared_memory",
+               "server/fleet", "server/cluster", "server/web"),
     "clients/cpp": ("proto",),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients/top": ("proto", "clients/cpp"),
@@ -66,8 +100,9 @@ _GUARDED_HEADERS = (
     # What dm_env_rpc is about are its messages: tensors and what is said of them.
     (r"dm_env_rpc/.*\.pb\.h$", ("server/rpc", "server/dm_env_rpc", "tests"),
      "messages of dm_env_rpc stop at server/dm_env_rpc; give this module what it needs as values"),
-    (r"(?!dm_env_rpc/).*\.pb\.h$", ("server/rpc", "server/fleet", "server/web", "clients", "tests"),
-     "messages of the wire stop at server/rpc; convert them there to a type of this module"),
+    (r"(?!dm_env_rpc/).*\.pb\.h$",
+     ("server/rpc", "server/wire", "server/fleet", "server/web", "clients", "tests"),
+     "messages of the wire stop at server/wire; convert them there to a type of this module"),
     (r"(.*/)?dds/|(.*/)?dds\.h$|server/cluster/topics\.h$", ("server/cluster", "tests"),
      "only server/cluster knows Cyclone DDS"),
     (r"boost/", ("server/web", "tests"),
@@ -190,7 +225,8 @@ def check_link_arrows(tree):
             number = text.count("\n", 0, link.start()) + 1
             for name in _TARGET.findall(link.group(1)):
                 target = f"envcore/{name}"
-                if name in _ENGINE_TARGETS and target not in (folder, *ARROWS[module]):
+                if name in _ENGINE_TARGETS and not any(
+                        _is_under(allowed, (target,)) for allowed in (folder, *ARROWS[module])):
                     yield Violation(path, number, f"{module} must not link procgen::{name}; "
                                                   f"see ARROWS in tests/tidy/includes.py")
 

@@ -38,9 +38,9 @@ _MARK = "TO" + "DO"
 _BROKEN = {
     includes.check_include_arrows: (
         ({"envcore/world/grid.h": _include("envcore/level/maze.h")}, "envcore/world/grid.h:1"),
-        ({"envcore/render/raster.cc": _include("envcore/games/game.h")},
-         "envcore/render/raster.cc:1"),
-        ({"envcore/games/maze.cc": _include("envcore/render/raster.h")}, "envcore/games/maze.cc:1"),
+        ({"envcore/render/raster/x.cc": _include("envcore/games/game.h")},
+         "envcore/render/raster/x.cc:1"),
+        ({"envcore/games/maze.cc": _include("envcore/render/raster/x.h")}, "envcore/games/maze.cc:1"),
         ({"server/rpc/x.cc": _include("envcore/games/game.h")}, "server/rpc/x.cc:1"),
         ({"server/session/x.cc": "\n" + _include("server/rpc/y.h")}, "server/session/x.cc:2"),
         ({"clients/cpp/x.cc": _include("envcore/pool/pool.h")}, "clients/cpp/x.cc:1"),

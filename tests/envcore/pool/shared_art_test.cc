@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/render/art_pack.h"
+#include "envcore/render/art/art_pack.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/pool/painted_art.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "envcore/render/pixel.h"
+#include "envcore/render/output/pixel.h"
 #include "gtest/gtest.h"
 #include "png.h"
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "envcore/render/frame.h"
-#include "envcore/render/image.h"
+#include "envcore/render/output/frame.h"
+#include "envcore/render/raster/image.h"
 
 namespace procgen {
 

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "envcore/render/png_decoding.h"
+#include "envcore/render/art/png_decoding.h"
 #include "gtest/gtest.h"
 #include "tests/status_matchers.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/fleet/journal.h"
+#include "server/fleet/log/journal.h"
 
 namespace procgen {
 

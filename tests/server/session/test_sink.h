@@ -12,9 +12,9 @@
 #include "absl/strings/cord.h"
 #include "absl/synchronization/notification.h"
 #include "server/concurrency/steady_time.h"
-#include "server/session/pool_session.h"
-#include "server/session/request.h"
-#include "server/session/response_sink.h"
+#include "server/session/host/request.h"
+#include "server/session/pool/pool_session.h"
+#include "server/session/pool/response_sink.h"
 
 namespace procgen {
 

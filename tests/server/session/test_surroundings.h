@@ -8,8 +8,8 @@
 
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "server/session/local_pool.h"
-#include "server/session/pool_session.h"
+#include "server/session/host/local_pool.h"
+#include "server/session/pool/pool_session.h"
 
 namespace procgen {
 

@@ -1,0 +1,125 @@
+#include "envcore/render/art/art_folder.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "envcore/render/art/png_decoding.h"
+
+namespace procgen {
+namespace {
+
+// Files that a message names; a folder of another kind lacks hundreds.
+constexpr size_t kNamedFilesMax = 5;
+// The largest of the released pictures has 2 MB.
+constexpr uintmax_t kFileBytesMax = 64 << 20;
+// Of all pictures together; decoded, a pixel has 4 bytes. The released ones have 71 million.
+constexpr int64_t kPixelsMax = 256'000'000;
+
+absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    return absl::NotFoundError("is missing");
+  }
+  const bool is_file = std::filesystem::is_regular_file(path, error);
+  const uintmax_t size = is_file ? std::filesystem::file_size(path, error) : 0;
+  std::string bytes;
+  if (is_file && !error && size <= kFileBytesMax) {
+    std::ifstream file(path, std::ios::binary);
+    bytes.resize(size);
+    if (file.read(bytes.data(), static_cast<std::streamsize>(size))) {
+      return bytes;
+    }
+  }
+  return absl::InvalidArgumentError("cannot be read");
+}
+
+// `pixels_left`: of kPixelsMax; is reduced by the picture's.
+absl::Status CheckPicture(absl::string_view png, const WantedPicture& wanted,
+                          int64_t* pixels_left) {
+  const absl::StatusOr<PngSize> size = CheckPng(png);
+  if (!size.ok()) {
+    return size.status();
+  }
+  if (wanted.width_px != 0 &&
+      (size->width_px != wanted.width_px || size->height_px != wanted.height_px)) {
+    return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
+                                                   " pixels, must be ", wanted.width_px, " x ",
+                                                   wanted.height_px));
+  }
+  *pixels_left -= int64_t{size->width_px} * size->height_px;
+  if (*pixels_left < 0) {
+    return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
+                                                   " pixels, allowed: ", kPixelsMax,
+                                                   " pixels of all pictures together"));
+  }
+  return DecodePng(png, AlphaUse::kIgnored).status();  // as they are decoded later, one by one
+}
+
+// What is wrong with the files of a folder, as one error.
+class Complaints {
+ public:
+  void Add(absl::string_view path, const absl::Status& status) {
+    any_missing_ |= absl::IsNotFound(status);
+    if (count_++ < kNamedFilesMax) {
+      named_.push_back(absl::StrCat(path, " ", status.message()));
+    }
+  }
+
+  absl::Status ToStatus(absl::string_view folder, size_t wanted_count) const {
+    if (count_ == 0) {
+      return absl::OkStatus();
+    }
+    const std::string message = absl::StrCat(
+        "art folder '", folder, "': ", count_, " of ", wanted_count,
+        " pictures cannot be used: ", absl::StrJoin(named_, "; "),
+        count_ > named_.size() ? absl::StrCat("; and ", count_ - named_.size(), " more") : "");
+    return any_missing_ ? absl::NotFoundError(message) : absl::InvalidArgumentError(message);
+  }
+
+ private:
+  std::vector<std::string> named_;
+  size_t count_ = 0;
+  bool any_missing_ = false;
+};
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
+    const std::string& folder, absl::Span<const WantedPicture> wanted) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) {
+    return absl::NotFoundError(absl::StrCat("art folder '", folder, "': there is no such folder"));
+  }
+  // Shared with the pack, whose files are views of these bytes.
+  const auto contents = std::make_shared<std::vector<std::string>>();
+  contents->reserve(wanted.size());
+  std::vector<ArtFile> files;
+  Complaints complaints;
+  int64_t pixels_left = kPixelsMax;
+  for (const WantedPicture& picture : wanted) {
+    absl::StatusOr<std::string> bytes =
+        ReadFile(std::filesystem::path(folder) / std::string(picture.path));
+    const absl::Status status =
+        bytes.ok() ? CheckPicture(*bytes, picture, &pixels_left) : bytes.status();
+    if (!status.ok()) {
+      complaints.Add(picture.path, status);
+      continue;
+    }
+    contents->push_back(*std::move(bytes));
+    files.push_back({std::string(picture.path), contents->back()});
+  }
+  if (absl::Status status = complaints.ToStatus(folder, wanted.size()); !status.ok()) {
+    return status;
+  }
+  return std::make_shared<const ArtPack>(ArtLayout::kReleased, files, contents);
+}
+
+}  // namespace procgen

@@ -1,0 +1,91 @@
+#include "envcore/render/art/art_pack.h"
+
+#include <utility>
+
+#include "absl/base/call_once.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "envcore/art/embedded_art.h"
+#include "envcore/render/art/png_decoding.h"
+
+namespace procgen {
+namespace {
+
+// A picture that is decoded when it is first asked for.
+struct LazyPicture {
+  mutable absl::once_flag once;
+  mutable Picture picture;  // empty: the bytes are no sound PNG
+
+  const Picture* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
+    absl::call_once(once, [&] {
+      absl::StatusOr<Image> image = DecodePng(png, alpha_use);
+      if (image.ok()) {
+        picture = Picture(*std::move(image), levels);
+      }
+    });
+    return picture.empty() ? nullptr : &picture;
+  }
+};
+
+Levels LevelsOf(ArtLayout layout) {
+  return layout == ArtLayout::kOwn ? Levels::kAll : Levels::kOne;
+}
+
+std::string OwnName(absl::string_view game, const ArtSlot& slot) {
+  return absl::StrCat(game, "/", slot.name, "_", slot.theme);
+}
+
+}  // namespace
+
+struct ArtPack::Entry {
+  explicit Entry(absl::string_view png) : png(png) {}
+
+  absl::string_view png;
+  LazyPicture sprite;
+  LazyPicture background;
+};
+
+ArtPack::ArtPack(ArtLayout layout, const std::vector<ArtFile>& files,
+                 std::shared_ptr<const void> bytes)
+    : layout_(layout), bytes_(std::move(bytes)) {
+  for (const ArtFile& file : files) {
+    entries_.emplace(file.name, std::make_unique<Entry>(file.png));
+  }
+}
+
+ArtPack::~ArtPack() = default;
+
+std::shared_ptr<const ArtPack> ArtPack::Embedded() {
+  // Never destroyed: pools may outlive static objects.
+  static const auto* const pack = new std::shared_ptr<const ArtPack>([] {
+    std::vector<ArtFile> files;
+    for (const EmbeddedFile& file : EmbeddedArt()) {
+      files.push_back({std::string(file.name), file.png});
+    }
+    return std::make_shared<const ArtPack>(ArtLayout::kOwn, files);
+  }());
+  return *pack;
+}
+
+const Picture* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) const {
+  const Entry* entry =
+      Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot) : std::string(slot.released));
+  return entry == nullptr
+             ? nullptr
+             : entry->sprite.Get(entry->png, AlphaUse::kPremultiplied, LevelsOf(layout_));
+}
+
+const Picture* ArtPack::Background(const BackgroundSlot& slot) const {
+  const Entry* entry = Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.released));
+  return entry == nullptr
+             ? nullptr
+             : entry->background.Get(entry->png, AlphaUse::kIgnored, LevelsOf(layout_));
+}
+
+const ArtPack::Entry* ArtPack::Find(const std::string& name) const {
+  const auto it = entries_.find(name);
+  return it == entries_.end() ? nullptr : it->second.get();
+}
+
+}  // namespace procgen

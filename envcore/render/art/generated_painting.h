@@ -1,0 +1,15 @@
+#ifndef ENVCORE_RENDER_ART_GENERATED_PAINTING_H_
+#define ENVCORE_RENDER_ART_GENERATED_PAINTING_H_
+
+#include "envcore/level/generated_art.h"
+#include "envcore/render/raster/image.h"
+
+namespace procgen {
+
+// Paints art made from random numbers: an image of side_px x side_px whose pixels are opaque or
+// transparent.
+Image PaintGenerated(const GeneratedArt& art);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_ART_GENERATED_PAINTING_H_

@@ -1,0 +1,85 @@
+#include "envcore/render/art/picture.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+namespace procgen {
+namespace {
+
+// Half the size, rounded up; each pixel the mean of the two by two that it stands for.
+Image Halved(const Image& image) {
+  Image half((image.width() + 1) / 2, (image.height() + 1) / 2);
+  for (int y = 0; y < half.height(); ++y) {
+    const Rgba* upper = image.Row(2 * y);
+    const Rgba* lower = image.Row(std::min(2 * y + 1, image.height() - 1));
+    for (int x = 0; x < half.width(); ++x) {
+      const int left = 2 * x;
+      const int right = std::min(2 * x + 1, image.width() - 1);
+      const auto mean = [&](uint8_t Rgba::*channel) {
+        const int sum = upper[left].*channel + upper[right].*channel + lower[left].*channel +
+                        lower[right].*channel;
+        return static_cast<uint8_t>((sum + 2) / 4);
+      };
+      half.At(x, y) = {mean(&Rgba::red), mean(&Rgba::green), mean(&Rgba::blue), mean(&Rgba::alpha)};
+    }
+  }
+  return half;
+}
+
+}  // namespace
+
+Picture::Picture(Image image, Levels levels) {
+  if (image.empty()) {
+    return;
+  }
+  opaque_ = IsOpaque(image);
+  levels_.push_back(std::move(image));
+  if (levels == Levels::kAll) {
+    while (levels_.back().width() > 1 || levels_.back().height() > 1) {
+      levels_.push_back(Halved(levels_.back()));
+    }
+    scaled_ = std::make_unique<ScaledPictures>();
+  }
+}
+
+const Image& Picture::LevelFor(double width_px, double height_px) const {
+  size_t level = 0;
+  while (level + 1 < levels_.size() && levels_[level + 1].width() >= width_px &&
+         levels_[level + 1].height() >= height_px) {
+    ++level;
+  }
+  return levels_[level];
+}
+
+std::shared_ptr<const ScaledPicture> Picture::ScaledTo(const ScaledSize& size) const {
+  const ScaledPicture* scaled = scaled_->Find(size);
+  return scaled != nullptr ? Unowned(*scaled)
+                           : scaled_->Make(LevelFor(size.width, size.height), size);
+}
+
+std::shared_ptr<const ScaledPicture> Picture::KeptAt(const ScaledSize& size) const {
+  const ScaledPicture* scaled = scaled_->Find(size);
+  if (scaled != nullptr) {
+    return Unowned(*scaled);
+  }
+  return scaled_->HasRoomFor(size) ? scaled_->Make(LevelFor(size.width, size.height), size)
+                                   : nullptr;
+}
+
+Picture Picture::Mirrored() const {
+  Picture mirrored;
+  mirrored.opaque_ = opaque_;
+  mirrored.levels_ = levels_;
+  for (Image& image : mirrored.levels_) {
+    for (int y = 0; y < image.height(); ++y) {
+      std::reverse(image.Row(y), image.Row(y) + image.width());
+    }
+  }
+  if (scaled_ != nullptr) {
+    mirrored.scaled_ = std::make_unique<ScaledPictures>();
+  }
+  return mirrored;
+}
+
+}  // namespace procgen

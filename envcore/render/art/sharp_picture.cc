@@ -1,0 +1,124 @@
+#include "envcore/render/art/sharp_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+
+#include "envcore/render/art/scaled_drawing.h"
+#include "envcore/render/art/turned_picture.h"
+#include "envcore/render/art/upright_picture.h"
+
+namespace procgen {
+namespace {
+
+constexpr double kLargeSidePx = 16;
+// Of a background that is kept scaled, in the largest world that is drawn on 64 x 64 pixels.
+constexpr double kScaledBackdropPixelsMax = 1 << 19;
+constexpr double kHairPx = 1e-6;  // less than this is an error of rounding
+// How many source pixels a pixel of a larger background has at least, on each axis.
+constexpr double kLargeBackdropShare = 0.6;
+
+// The pixels that a rectangle covers, in the frame or not.
+PixelBox Rounded(const ScreenRect& rect) {
+  return {RoundPx(rect.x), RoundPx(rect.y), RoundPx(rect.x + rect.width),
+          RoundPx(rect.y + rect.height)};
+}
+
+// How many pixels a length covers at most, wherever it starts; `covered`: where it starts now.
+int MostPixels(double length, int covered) {
+  return std::max(covered, static_cast<int>(std::ceil(length - kHairPx)));
+}
+
+// Whether the turned rectangle's bounding box has a large picture's size.
+bool IsLarge(const TurnedRect& turned) {
+  const std::array<Point, 4> corners = turned.Corners();
+  const auto [left, right] = std::minmax_element(
+      corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.x < q.x; });
+  const auto [top, bottom] = std::minmax_element(
+      corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.y < q.y; });
+  return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
+}
+
+// The turn of a picture that scales, in [0, kTurnCount).
+int TurnOf(float rotation) {
+  constexpr double kTurnsPerRadian = kTurnCount / (2 * std::numbers::pi);
+  static_assert((kTurnCount & (kTurnCount - 1)) == 0);
+  return RoundPx(static_cast<double>(rotation) * kTurnsPerRadian) & (kTurnCount - 1);
+}
+
+// Draws a picture that scales into the whole pixels that it covers. False: it is too large.
+bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, uint32_t opacity,
+               const Frame& frame) {
+  const PixelBox box = Rounded(rect);
+  ScaledSize size = {box.width(), box.height(), 0};
+  if (size.width > ScaledPictures::kSidePxMax || size.height > ScaledPictures::kSidePxMax) {
+    return false;
+  }
+  if (rotation == 0) {
+    if (!box.IsEmpty()) {
+      DrawScaled(*picture.ScaledTo(size), box.left, box.top, opacity, frame);
+    }
+    return true;
+  }
+  // A turned picture keeps its size from place to place.
+  size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), TurnOf(rotation)};
+  const std::shared_ptr<const ScaledPicture> scaled = picture.ScaledTo(size);
+  DrawScaled(*scaled, RoundPx(rect.x + (rect.width - scaled->image.width()) / 2),
+             RoundPx(rect.y + (rect.height - scaled->image.height()) / 2), opacity, frame);
+  return true;
+}
+
+}  // namespace
+
+void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
+               const Frame& frame) {
+  const uint32_t factor = OpacityFactor(opacity);
+  if (picture.scales() && DrawWhole(picture, rect, rotation, factor, frame)) {
+    return;
+  }
+  const Image& image = picture.LevelFor(rect.width, rect.height);
+  if (rotation == 0) {
+    DrawUpright(image, picture.opaque(), factor, rect, frame);
+    return;
+  }
+  const TurnedRect turned(rect, rotation);
+  if (turned.IsUpright()) {
+    DrawUpright(image, picture.opaque(), factor, rect, frame);
+  } else if (turned.IsHalfTurn()) {
+    DrawHalfTurned(image, picture.opaque(), factor, turned, frame);
+  } else if (IsLarge(turned)) {
+    DrawLargeTurned(image, factor, turned, frame);
+  } else {
+    DrawSmallTurned(image, factor, turned, frame);
+  }
+}
+
+void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
+                        float opacity, const Frame& frame) {
+  DrawGenerated(picture.LevelFor(rect.width, rect.height), OpacityFactor(opacity),
+                TurnedRect(rect, rotation), frame);
+}
+
+void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
+                       const Frame& frame) {
+  const PixelBox box = Rounded(rect);
+  if (frame.Cut(box).IsEmpty()) {
+    return;
+  }
+  if (picture.scales() && rect.width * rect.height <= kScaledBackdropPixelsMax) {
+    // In the most pixels that the rectangle covers anywhere, so that one picture serves all places.
+    const ScaledSize size = {.width = MostPixels(rect.width, box.width()),
+                             .height = MostPixels(rect.height, box.height())};
+    if (const std::shared_ptr<const ScaledPicture> scaled = picture.KeptAt(size)) {
+      DrawScaledBackdrop(*scaled, box, pixels, frame);
+      return;
+    }
+  }
+  // Of a large one a view shows a small part, which should fit the caches.
+  const double share = picture.scales() ? kLargeBackdropShare : 1;
+  DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, pixels, frame);
+}
+
+}  // namespace procgen

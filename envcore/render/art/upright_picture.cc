@@ -1,0 +1,154 @@
+#include "envcore/render/art/upright_picture.h"
+
+#include <array>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+#include "envcore/render/raster/axis_steps.h"
+
+namespace procgen {
+namespace {
+
+constexpr uint32_t kOpaque = 255;
+
+// How a source pixel meets what is below.
+enum class Mix { kCopy, kLayOver, kLayOverFaded };
+
+#if defined(__x86_64__)
+
+// Eight pixels at a time.
+__attribute__((target("avx2"))) int CopyByEights(const Rgba* source, const int32_t* columns,
+                                                 int count, Rgba* pixel) {
+  int i = 0;
+  for (; i + 8 <= count; i += 8) {
+    const __m256i places = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(columns + i));
+    const __m256i pixels =
+        _mm256_i32gather_epi32(reinterpret_cast<const int*>(source), places, sizeof(Rgba));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixel + i), pixels);
+  }
+  return i;
+}
+
+#endif
+
+// Copies pixels, as many at a time as this machine can; returns how many.
+int CopyMany(const Rgba* source, const int32_t* columns, int count, Rgba* pixel) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) {
+    return CopyByEights(source, columns, count, pixel);
+  }
+#endif
+  return 0;
+}
+
+template <Mix kMix>
+void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opacity, Rgba* pixel) {
+  const int done = kMix == Mix::kCopy ? CopyMany(source, columns, count, pixel) : 0;
+  pixel += done;
+  for (int i = done; i < count; ++i, ++pixel) {
+    const Rgba& shown = source[columns[i]];
+    if (kMix == Mix::kCopy || (kMix == Mix::kLayOver && shown.alpha == kOpaque)) {
+      *pixel = shown;
+    } else if constexpr (kMix == Mix::kLayOverFaded) {
+      LayOver(Mul(shown, opacity), *pixel);
+    } else if (shown.alpha != 0) {
+      LayOver(shown, *pixel);
+    }
+  }
+}
+
+using SourceColumns = std::array<int32_t, kFrameSidePxMax>;
+
+void FindColumns(const AxisSteps& across, SourceColumns* columns) {
+  for (int i = 0; i < across.count; ++i) {
+    (*columns)[static_cast<size_t>(i)] = across.SourceAt(across.first + i);
+  }
+}
+
+void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps& across,
+                 const AxisSteps& down, const Frame& frame) {
+  SourceColumns columns;  // NOLINT: all that is read is written first
+  FindColumns(across, &columns);
+  for (int row = down.first; row < down.first + down.count && across.count > 0; ++row) {
+    const Rgba* source = image.Row(down.SourceAt(row));
+    Rgba* pixel = frame.At(across.first, row);
+    switch (mix) {
+      case Mix::kCopy:
+        DrawRow<Mix::kCopy>(source, columns.data(), across.count, opacity, pixel);
+        break;
+      case Mix::kLayOver:
+        DrawRow<Mix::kLayOver>(source, columns.data(), across.count, opacity, pixel);
+        break;
+      case Mix::kLayOverFaded:
+        DrawRow<Mix::kLayOverFaded>(source, columns.data(), across.count, opacity, pixel);
+        break;
+    }
+  }
+}
+
+struct StepsOfBoth {
+  AxisSteps across;
+  AxisSteps down;
+};
+
+StepsOfBoth StepsFor(const Image& image, FirstPosition first_position, const ScreenRect& rect,
+                     int side_px) {
+  if (rect.width == image.width() && rect.height == image.height()) {
+    return {CopiedSteps(rect.x, image.width(), side_px),
+            CopiedSteps(rect.y, image.height(), side_px)};
+  }
+  return {StretchedSteps(rect.x, rect.width, image.width(), side_px, first_position),
+          StretchedSteps(rect.y, rect.height, image.height(), side_px, first_position)};
+}
+
+Mix MixFor(bool opaque, uint32_t opacity) {
+  if (opacity != kOpaque) {
+    return Mix::kLayOverFaded;
+  }
+  return opaque ? Mix::kCopy : Mix::kLayOver;
+}
+
+FirstPosition FirstPositionFor(uint32_t opacity) {
+  return opacity == kOpaque ? FirstPosition::kTruncatedStep : FirstPosition::kExactStep;
+}
+
+}  // namespace
+
+void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
+                 const Frame& frame) {
+  const StepsOfBoth steps = StepsFor(image, FirstPositionFor(opacity), rect, frame.side_px);
+  DrawStepped(image, MixFor(opaque, opacity), opacity, steps.across, steps.down, frame);
+}
+
+void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
+                    const Frame& frame) {
+  const std::array<Point, 4> corners = turned.Corners();
+  const Point& top_left = corners[2];
+  const double width = corners[0].x - top_left.x;
+  const double height = corners[0].y - top_left.y;
+  const FirstPosition first_position = FirstPositionFor(opacity);
+  DrawStepped(image, MixFor(opaque, opacity), opacity,
+              ReversedSteps(top_left.x, width, image.width(), frame.side_px, first_position),
+              ReversedSteps(top_left.y, height, image.height(), frame.side_px, first_position),
+              frame);
+}
+
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
+                  const Frame& frame) {
+  const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.side_px);
+  const AxisSteps& across = steps.across;
+  const AxisSteps& down = steps.down;
+  SourceColumns columns;  // NOLINT: all that is read is written first
+  FindColumns(across, &columns);
+  const PixelBox box = {across.first, down.first, across.first + across.count,
+                        down.first + down.count};
+  ForEachRunToDraw(box, pixels, [&](int row, int first, int end) {
+    const Rgba* source = image.Row(down.SourceAt(row));
+    DrawRow<Mix::kCopy>(source, columns.data() + (first - across.first), end - first, kOpaque,
+                        frame.At(first, row));
+  });
+}
+
+}  // namespace procgen

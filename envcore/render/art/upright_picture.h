@@ -1,0 +1,27 @@
+#ifndef ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_
+#define ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_
+
+#include <cstdint>
+
+#include "envcore/render/output/frame.h"
+#include "envcore/render/raster/image.h"
+#include "envcore/render/raster/pixel_set.h"
+#include "envcore/render/raster/turn.h"
+
+namespace procgen {
+
+// Draws `image` stretched into `rect`, each pixel showing one source pixel. `opaque`: all pixels of
+// the image are; `opacity`: a factor of Mul.
+void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
+                 const Frame& frame);
+// The same upside down. REQUIRES: turned.IsHalfTurn().
+void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
+                    const Frame& frame);
+// Draws a background: its colours are copied as they are. `pixels`: what may be left out and what
+// is done; null: all is drawn.
+void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
+                  const Frame& frame);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_

@@ -1,0 +1,65 @@
+#ifndef ENVCORE_RENDER_OUTPUT_FRAME_H_
+#define ENVCORE_RENDER_OUTPUT_FRAME_H_
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+
+#include "absl/types/span.h"
+#include "envcore/render/output/pixel.h"
+
+namespace procgen {
+
+// The largest side of a picture that can be drawn.
+inline constexpr int kFrameSidePxMax = 2048;
+
+// Pixels [left, right) x [top, bottom).
+struct PixelBox {
+  int width() const { return right - left; }
+  int height() const { return bottom - top; }
+  bool IsEmpty() const { return width() <= 0 || height() <= 0; }
+
+  int left = 0;
+  int top = 0;
+  int right = 0;
+  int bottom = 0;
+};
+
+// The picture that is being drawn: opaque pixels, top row first, Rgba [side_px, side_px]. Four
+// bytes a pixel, so that a pixel is one load and one store. Does not own the memory.
+struct Frame {
+  Rgba* pixels = nullptr;
+  int side_px = 0;
+
+  // The pixel (x, y). REQUIRES: it lies in the frame.
+  Rgba* At(int x, int y) const {
+    return pixels + (static_cast<ptrdiff_t>(y) * side_px + static_cast<ptrdiff_t>(x));
+  }
+
+  // The pixels of the rows [first, end). REQUIRES: they lie in the frame.
+  absl::Span<Rgba> Rows(int first, int end) const {
+    return {At(0, first), static_cast<size_t>(end - first) * static_cast<size_t>(side_px)};
+  }
+
+  // The part of `box` that lies in the frame; may be empty.
+  PixelBox Cut(const PixelBox& box) const {
+    return {std::max(box.left, 0), std::max(box.top, 0), std::min(box.right, side_px),
+            std::min(box.bottom, side_px)};
+  }
+};
+
+// Makes `count` pixels `color`, four at a time: compilers do it one by one.
+inline void FillRun(Rgba* pixels, size_t count, const Rgba& color) {
+  const std::array<Rgba, 4> four = {color, color, color, color};
+  for (; count >= four.size(); count -= four.size(), pixels += four.size()) {
+    std::memcpy(pixels, four.data(), sizeof(four));
+  }
+  for (; count > 0; --count) {
+    *pixels++ = color;
+  }
+}
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_OUTPUT_FRAME_H_

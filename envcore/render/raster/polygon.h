@@ -1,0 +1,16 @@
+#ifndef ENVCORE_RENDER_RASTER_POLYGON_H_
+#define ENVCORE_RENDER_RASTER_POLYGON_H_
+
+#include "absl/types/span.h"
+#include "envcore/render/raster/curve.h"
+#include "envcore/render/raster/runs.h"
+
+namespace procgen {
+
+// Emits the pixels of a canvas of side_px x side_px whose centre lies inside of the closed outline
+// that `curves` make. REQUIRES: the outline is convex.
+void EmitInside(absl::Span<const Curve> curves, int side_px, RunSink sink);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_RASTER_POLYGON_H_

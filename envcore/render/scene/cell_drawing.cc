@@ -1,0 +1,213 @@
+#include "envcore/render/scene/cell_drawing.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "envcore/render/art/scaled_drawing.h"
+#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/raster/flat_rectangle.h"
+
+namespace procgen {
+namespace {
+
+constexpr uint32_t kOpaque = 255;
+
+}  // namespace
+
+void CellDrawing::Begin(const Scene& scene, const GameArt& art, const Viewport& viewport,
+                        const Frame& frame) {
+  cells_ = &scene.cells;
+  art_ = &art;
+  style_ = scene.art_style;
+  viewport_ = &viewport;
+  frame_ = &frame;
+  ++frame_number_;
+  shown_.clear();
+  columns_.clear();
+  rows_.clear();
+  dot_columns_.clear();
+  dot_rows_.clear();
+  if (HasCells()) {
+    FindRanges(viewport);
+    FindCells();
+  }
+}
+
+bool CellDrawing::HasCells() const {
+  const Grid& grid = *cells_->grid;
+  const int first_column = std::max(cells_->first_column, 0);
+  const int last_column = std::min(cells_->last_column, grid.width() - 1);
+  const bool all_in_grid = cells_->first_column >= 0 && cells_->last_column < grid.width() &&
+                           cells_->first_row >= 0 && cells_->last_row < grid.height();
+  if (!all_in_grid && cells_->out_of_bounds_kind != kOutsideKind) {
+    return true;
+  }
+  const int last_row = std::min(cells_->last_row, grid.height() - 1);
+  const int column_count = last_column - first_column + 1;
+  for (int y = std::max(cells_->first_row, 0); y <= last_row && column_count > 0; ++y) {
+    const absl::Span<const int16_t> kinds =
+        grid.Row(y).subspan(static_cast<size_t>(first_column), static_cast<size_t>(column_count));
+    if (std::any_of(kinds.begin(), kinds.end(), [](int kind) { return kind != kEmptyKind; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void CellDrawing::FindRanges(const Viewport& viewport) {
+  const CellDots& dots = cells_->dots;
+  const bool has_dots = dots.kind != kOutsideKind;
+  const auto share = static_cast<double>(dots.share);
+  const auto rest = static_cast<double>(1 - dots.share);
+  const auto add = [&](double from, double length, std::vector<PixelRange>* ranges,
+                       std::vector<PixelRange>* dot_ranges) {
+    ranges->push_back(PixelRange::Of(from, length));
+    if (has_dots) {
+      dot_ranges->push_back(PixelRange::Of(from + length * rest / 2, length * share));
+    }
+  };
+  for (int x = cells_->first_column; x <= cells_->last_column; ++x) {
+    const ScreenRect rect = viewport.OfCell(x, 0);
+    add(rect.x, rect.width, &columns_, &dot_columns_);
+  }
+  for (int y = cells_->first_row; y <= cells_->last_row; ++y) {
+    const ScreenRect rect = viewport.OfCell(0, y);
+    add(rect.y, rect.height, &rows_, &dot_rows_);
+  }
+  dot_.color = {dots.color[0], dots.color[1], dots.color[2], 255};
+  const auto least = [](const std::vector<PixelRange>& ranges) {
+    int size = ScaledPictures::kSidePxMax;
+    for (const PixelRange& range : ranges) {
+      size = std::min(size, range.end - range.first);
+    }
+    return size;
+  };
+  width_min_ = least(columns_);
+  height_min_ = least(rows_);
+  // No two ranges of one axis differ by more than a pixel.
+  scales_ = width_min_ > 0 && width_min_ < ScaledPictures::kSidePxMax && height_min_ > 0 &&
+            height_min_ < ScaledPictures::kSidePxMax;
+}
+
+CellDrawing::Look CellDrawing::FindLook(int kind) const {
+  Look look;
+  look.frame_number = frame_number_;
+  const CellLook& cell = cells_->looks[static_cast<size_t>(kind)];
+  if (cell.image_kind < 0) {
+    return look;
+  }
+  if (style_ == ArtStyle::kMonochrome) {
+    look.way = Look::Way::kFlat;
+    look.color = MonochromeColor(cell.image_kind, cell.theme);
+    look.opaque = true;
+    return look;
+  }
+  look.art = style_ == ArtStyle::kGenerated ? art_->GeneratedOf(cell.image_kind, false)
+                                            : art_->SpriteOf(cell.image_kind, cell.theme, false);
+  look.way = Look::Way::kPicture;
+  if (scales_ && look.art.picture->scales()) {
+    look.way = Look::Way::kScaled;
+    look.opaque = look.art.picture->opaque();
+  }
+  return look;
+}
+
+void CellDrawing::FindCells() {
+  const Grid& grid = *cells_->grid;
+  Look* outside = LookOf(cells_->out_of_bounds_kind);
+  const int column_count = static_cast<int>(columns_.size());
+  const int row_count = static_cast<int>(rows_.size());
+  // The rows of the view that the grid has.
+  const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
+  const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
+  for (int column = 0; column < column_count; ++column) {
+    const auto add_outside = [&](int from, int to) {
+      for (int row = from; row < to && outside != nullptr; ++row) {
+        shown_.push_back({outside, column, row});
+      }
+    };
+    const int x = cells_->first_column + column;
+    if (x < 0 || x >= grid.width()) {
+      add_outside(0, row_count);
+      continue;
+    }
+    add_outside(0, grid_first);
+    for (int row = grid_first; row < grid_end; ++row) {
+      const int kind = grid.At(x, cells_->first_row + row);
+      if (kind == kEmptyKind) {
+        continue;
+      }
+      if (Look* look = LookOf(kind)) {
+        shown_.push_back({look, column, row});
+      }
+    }
+    add_outside(grid_end, row_count);
+  }
+}
+
+void CellDrawing::AddHidden(PixelSet* hidden) {
+  hidden_of_rows_.assign(rows_.size(), 0);
+  for (const Cell& cell : shown_) {
+    if (cell.look->opaque) {
+      const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+      hidden_of_rows_[static_cast<size_t>(cell.row)] |= BitRange(across.first, across.end);
+    }
+  }
+  for (size_t row = 0; row < rows_.size(); ++row) {
+    const int end = std::min(rows_[row].end, frame_->side_px);
+    for (int y = std::max(rows_[row].first, 0); y < end; ++y) {
+      hidden->Add(y, hidden_of_rows_[row]);
+    }
+  }
+}
+
+void CellDrawing::Draw() {
+  for (const Cell& cell : shown_) {
+    const PixelRange across = columns_[static_cast<size_t>(cell.column)];
+    const PixelRange down = rows_[static_cast<size_t>(cell.row)];
+    switch (cell.look->way) {
+      case Look::Way::kNothing:
+        break;
+      case Look::Way::kFlat:
+        FillPixels({across.first, down.first, across.end, down.end}, cell.look->color, *frame_);
+        break;
+      case Look::Way::kScaled:
+        DrawScaledCell(*cell.look, across, down);
+        break;
+      case Look::Way::kPicture:
+        DrawPicture(*cell.look, cell.column, cell.row);
+        break;
+      case Look::Way::kDot:
+        DrawDot(dot_columns_[static_cast<size_t>(cell.column)],
+                dot_rows_[static_cast<size_t>(cell.row)]);
+        break;
+    }
+  }
+}
+
+void CellDrawing::DrawDot(PixelRange across, PixelRange down) const {
+  FillPixels({across.first, down.first, across.end, down.end}, dot_.color, *frame_);
+}
+
+void CellDrawing::DrawPicture(const Look& look, int column, int row) const {
+  const ScreenRect rect = viewport_->OfCell(cells_->first_column + column, cells_->first_row + row);
+  if (look.art.generated) {
+    DrawSharpGenerated(*look.art.picture, rect, 0, 1, *frame_);
+  } else {
+    DrawSharp(*look.art.picture, rect, 0, 1, *frame_);
+  }
+}
+
+void CellDrawing::DrawScaledCell(Look& look, PixelRange across, PixelRange down) const {
+  const int width = across.end - across.first;
+  const int height = down.end - down.first;
+  std::shared_ptr<const ScaledPicture>& scaled =
+      look.scaled[static_cast<size_t>(height - height_min_)]
+                 [static_cast<size_t>(width - width_min_)];
+  if (scaled == nullptr) {
+    scaled = look.art.picture->ScaledTo({.width = width, .height = height});
+  }
+  DrawScaled(*scaled, across.first, down.first, kOpaque, *frame_);
+}
+
+}  // namespace procgen

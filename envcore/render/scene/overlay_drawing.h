@@ -1,0 +1,24 @@
+#ifndef ENVCORE_RENDER_SCENE_OVERLAY_DRAWING_H_
+#define ENVCORE_RENDER_SCENE_OVERLAY_DRAWING_H_
+
+#include "envcore/render/output/frame.h"
+#include "envcore/scene/camera.h"
+#include "envcore/scene/scene.h"
+
+namespace procgen {
+
+// The rows that an overlay may touch, [top, bottom), in the frame or not.
+struct RowRange {
+  int top = 0;
+  int bottom = 0;
+};
+RowRange RowsOf(const Overlay& overlay, const Viewport& viewport);
+
+// Draws a flat shape over the scene, pixel by pixel as the agent sees it.
+void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
+// Draws it for the eye, pixels weighted by the part of them that is covered.
+void DrawOverlaySmooth(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
+
+}  // namespace procgen
+
+#endif  // ENVCORE_RENDER_SCENE_OVERLAY_DRAWING_H_

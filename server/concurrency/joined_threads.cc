@@ -1,0 +1,56 @@
+#include "server/concurrency/joined_threads.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/concurrency/start_thread.h"
+
+namespace procgen::web {
+
+JoinedThreads::~JoinedThreads() {
+  absl::MutexLock lock(&mutex_);
+  for (Entry& entry : entries_) {
+    entry.thread.join();
+  }
+}
+
+absl::Status JoinedThreads::Start(std::function<void()> work) {
+  absl::MutexLock lock(&mutex_);
+  Reap();
+  if (entries_.size() >= count_max_) {
+    return absl::ResourceExhaustedError(absl::StrCat("the server's pages have ", count_max_,
+                                                     " threads of a kind, allowed: no more"));
+  }
+  auto has_ended = std::make_shared<std::atomic<bool>>(false);
+  absl::StatusOr<std::thread> thread = StartThread([work = std::move(work), has_ended]() mutable {
+    work();
+    work = nullptr;  // what it holds ends on this thread, too
+    *has_ended = true;
+  });
+  if (thread.ok()) {
+    entries_.push_back({*std::move(thread), has_ended});
+  }
+  return thread.status();
+}
+
+bool JoinedThreads::HasRoom() const {
+  absl::MutexLock lock(&mutex_);
+  size_t count = 0;
+  for (const Entry& entry : entries_) {
+    count += *entry.has_ended ? 0 : 1;
+  }
+  return count < count_max_;
+}
+
+void JoinedThreads::Reap() {
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    if (*entry->has_ended) {
+      entry->thread.join();
+      entry = entries_.erase(entry);
+    } else {
+      ++entry;
+    }
+  }
+}
+
+}  // namespace procgen::web

@@ -1,0 +1,49 @@
+#ifndef SERVER_CONCURRENCY_JOINED_THREADS_H_
+#define SERVER_CONCURRENCY_JOINED_THREADS_H_
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <memory>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+
+namespace procgen::web {
+
+// Threads that come and go, at most so many at a time, and of which none outlives this. Threads:
+// any method from any thread that is none of them.
+class JoinedThreads {
+ public:
+  explicit JoinedThreads(size_t count_max) : count_max_(count_max) {}
+  // Waits until all have ended.
+  ~JoinedThreads();
+  JoinedThreads(const JoinedThreads&) = delete;
+  JoinedThreads& operator=(const JoinedThreads&) = delete;
+
+  // Runs `work` on a thread of its own. Errors: RESOURCE_EXHAUSTED there are as many as may be, or
+  // the process may have no more threads.
+  absl::Status Start(std::function<void()> work);
+  // Whether one more would start.
+  bool HasRoom() const;
+
+ private:
+  struct Entry {
+    std::thread thread;
+    std::shared_ptr<std::atomic<bool>> has_ended;
+  };
+
+  // Lets go of those that have ended.
+  void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const size_t count_max_;
+  mutable absl::Mutex mutex_;
+  std::list<Entry> entries_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen::web
+
+#endif  // SERVER_CONCURRENCY_JOINED_THREADS_H_

@@ -1,0 +1,43 @@
+#ifndef SERVER_FLEET_LOG_FRAME_STACK_WARMUP_H_
+#define SERVER_FLEET_LOG_FRAME_STACK_WARMUP_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "server/fleet/log/logged_request.h"
+#include "server/session/host/request.h"
+
+namespace procgen {
+
+// Finds out whether the frame stacks of environments can be drawn again from saved states, which
+// hold no frames: of a stack of k frames each environment must have been stepped k - 1 times since,
+// or not at all before, in the episode that it was in then.
+// Threads: compatible.
+class FrameStackWarmup {
+ public:
+  // Environments as they were made.
+  FrameStackWarmup(int32_t env_count, int32_t frame_stack);
+
+  // The log has another entry, with the next number.
+  void Add(int64_t number, const LoggedRequest& logged);
+  // Nothing is known of what was added so far, at least of frames before the next number.
+  void Forget();
+  // Whether states of `range` that were saved after `number` give the stacks of now.
+  bool IsComplete(Part range, int64_t number) const;
+
+ private:
+  void AddBegin(int32_t environment);
+  int64_t& OldestStep(size_t environment) {
+    return steps_[environment * needed_ + next_[environment]];
+  }
+
+  size_t needed_;                     // k - 1; 0: nothing is kept
+  std::vector<int64_t> first_steps_;  // the first since the stack was empty    int64 [N]
+  std::vector<int64_t> steps_;        // the last k - 1, a ring each            int64 [N, k - 1]
+  std::vector<uint8_t> next_;         // the oldest place of each ring          uint8 [N]
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_LOG_FRAME_STACK_WARMUP_H_

@@ -1,0 +1,145 @@
+#ifndef SERVER_FLEET_NODES_FLEET_NODES_H_
+#define SERVER_FLEET_NODES_FLEET_NODES_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "procgen_client/client.h"
+#include "server/cluster/node_status.h"
+#include "server/concurrency/steady_time.h"
+#include "server/fleet/nodes/fleet_options.h"
+
+namespace procgen {
+
+// A connection to a node, and what it takes at most.
+struct NodeClient {
+  std::string node_id;
+  std::string address;
+  std::unique_ptr<procgen_client::Client> client;
+  v1::Limits limits;
+};
+
+// The nodes that shards can be put on: which there are, how much room they have, and connections to
+// them. Threads: any method from any thread; none holds the lock while it talks to a node.
+class FleetNodes {
+ public:
+  // A place for some environments on a node, counted there until it goes.
+  class Seat {
+   public:
+    Seat() = default;
+    Seat(FleetNodes* nodes, std::string node_id, int32_t env_count)
+        : nodes_(nodes), node_id_(std::move(node_id)), env_count_(env_count) {}
+    ~Seat() { Leave(); }
+    Seat(Seat&& other) noexcept { *this = std::move(other); }
+    Seat& operator=(Seat&& other) noexcept;
+    Seat(const Seat&) = delete;
+    Seat& operator=(const Seat&) = delete;
+
+    const std::string& node_id() const { return node_id_; }
+
+   private:
+    void Leave();
+
+    FleetNodes* nodes_ = nullptr;  // null: none
+    std::string node_id_;
+    int32_t env_count_ = 0;
+  };
+
+  // How many environments of a pool a node is to have.
+  struct Share {
+    std::string node_id;
+    int32_t env_count = 0;
+  };
+
+  explicit FleetNodes(FleetOptions options);
+
+  // Divides the `env_count` environments of a new pool among the nodes by the room that they have.
+  // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little room.
+  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count) const;
+  // The same for a pool that runs, whose environments are where `own` says, which counts as room.
+  // Only among nodes that this process is connected to: a node that is announced but cannot be
+  // reached never moves a pool. Errors: as Divide.
+  absl::StatusOr<std::vector<Share>> DivideAgain(int32_t env_count,
+                                                 const std::vector<Share>& own) const;
+
+  // Takes a place on `preferred`, or if that is not to be had on the node with most room, nodes
+  // that have been reached before others. Errors: UNAVAILABLE there is none for the moment.
+  absl::StatusOr<Seat> Take(int32_t env_count, const std::string& preferred);
+  // A connection to the node of that id, made anew if there is none. Errors: PERMISSION_DENIED it
+  // does not let this server in; UNAVAILABLE, others of the node.
+  absl::StatusOr<std::shared_ptr<NodeClient>> Connect(const std::string& node_id);
+  // It did not serve: another connection is made the next time, and others are preferred for a
+  // while.
+  void Suspect(const std::string& node_id);
+  // It has answered wrongly, `why`: it gets no shards for a while, twice as long each time. Logs
+  // that, and returns an error of the node: UNAVAILABLE.
+  absl::Status Distrust(const std::string& node_id, const absl::Status& why);
+
+  // Whether shards may stay there: it is there, healthy and does not drain.
+  bool IsUsable(const std::string& node_id) const;
+  // Whether a connection to it was made and has not failed since.
+  bool IsConnected(const std::string& node_id) const;
+  // Whether it is there, in whatever state.
+  bool IsPresent(const std::string& node_id) const;
+  // Those that are there, whether or not shards may be put on them.
+  std::vector<std::string> Present() const;
+  // Nodes of which it remembers something: shards there, a suspicion, a connection.
+  size_t known_count() const;
+  // Threads of all nodes that step environments.
+  int32_t worker_count() const;
+
+  // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
+  void OnChange();
+  // Waits until OnChange or `until`, a time of SteadyNow.
+  void AwaitChange(absl::Time until) const;
+
+ private:
+  // Of a node that did not serve, or not well.
+  struct Suspicion {
+    absl::Time until;                                  // others are preferred
+    absl::Time excluded_until = absl::InfinitePast();  // it is not used at all
+    int32_t wrong_answer_count = 0;
+  };
+  struct Room {
+    std::string node_id;
+    int64_t free = 0;
+    bool is_connected = false;
+    bool is_suspect = false;  // others are preferred
+
+    // Lower is better. A node that was connected and failed once comes before one that nobody has
+    // reached: its next connection tells.
+    int Rank() const { return (is_connected ? 0 : 2) + (is_suspect ? 1 : 0); }
+  };
+
+  // REQUIRES: it is used now. Those of long ago are forgotten.
+  Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Nodes that shards may be put on, those with most room first; none that is excluded.
+  std::vector<Room> Rooms(const std::vector<Share>& own) const;
+  static absl::StatusOr<std::vector<Share>> DivideAmong(std::vector<Room> rooms, int32_t env_count);
+  // A connection that is made now. Errors: as Connect.
+  absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
+
+  const FleetOptions options_;
+
+  mutable absl::Mutex mutex_;
+  mutable SteadyCondVar changed_;
+  int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, Suspicion> suspects_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_NODES_FLEET_NODES_H_

@@ -1,0 +1,57 @@
+#ifndef SERVER_FLEET_NODES_NODE_ANSWERS_H_
+#define SERVER_FLEET_NODES_NODE_ANSWERS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "procgen/v1/catalog.pb.h"
+#include "procgen/v1/pools.pb.h"
+#include "procgen/v1/render.pb.h"
+#include "procgen/v1/states.pb.h"
+#include "procgen/v1/step.pb.h"
+#include "procgen_client/batch.h"
+#include "procgen_client/step_stream.h"
+#include "server/session/host/request.h"
+
+namespace procgen {
+
+// Checks of what nodes answer, before anything of it is used: a node may be faulty, hostile or of
+// another version. All return DATA_LOSS with what was answered and what was expected.
+
+// The limits of a node's catalog.
+absl::Status CheckNodeLimits(const v1::Limits& limits);
+// The pool that a node made of `spec`, to be called `pool_id`.
+absl::Status CheckNodePool(const v1::Pool& pool, const v1::PoolSpec& spec,
+                           const std::string& pool_id);
+// A stream that was attached to a pool of `env_count` environments, for so many requests in flight.
+absl::Status CheckNodeStream(const procgen_client::StepStream& stream, int32_t env_count,
+                             int32_t requests_in_flight_max);
+
+// The rows that a step, reset or observe asks for.
+struct AskedRows {
+  Part slice;
+  bool observations = false;
+  bool final_observations = false;
+};
+AskedRows AskedRowsOf(const v1::StepPoolRequest& request);
+// The answer to a request for `asked`: exactly its rows, and each array of their size.
+// `observation_bytes`: of one environment.
+absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const AskedRows& asked,
+                            size_t observation_bytes);
+
+// Snapshots of `environments`, in this order; of `env_count` environments, if none is named.
+// Returns them.
+absl::StatusOr<std::vector<std::string>> TakeNodeStates(std::vector<v1::State> states,
+                                                        absl::Span<const int32_t> environments,
+                                                        int32_t env_count);
+// One frame of `bytes` bytes.
+absl::Status CheckNodeFrame(const v1::RenderEnvironmentsResponse& response, size_t bytes);
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_NODES_NODE_ANSWERS_H_

@@ -1,0 +1,43 @@
+#ifndef SERVER_FLEET_POOL_COUNTDOWN_H_
+#define SERVER_FLEET_POOL_COUNTDOWN_H_
+
+#include <cstddef>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "server/session/host/hosted_pool.h"
+
+namespace procgen {
+
+// Waits for several that are done at their own times, and then calls `done` with the first error.
+// Threads: any method from any thread.
+class Countdown {
+ public:
+  Countdown(size_t count, HostedPool::Done done) : left_(count), done_(std::move(done)) {}
+
+  void Count(const absl::Status& status) {
+    bool is_last = false;
+    absl::Status result;
+    {
+      absl::MutexLock lock(&mutex_);
+      status_.Update(status);
+      is_last = --left_ == 0;
+      result = status_;
+    }
+    if (is_last) {
+      done_(std::move(result));
+    }
+  }
+
+ private:
+  absl::Mutex mutex_;
+  size_t left_ ABSL_GUARDED_BY(mutex_);
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
+  HostedPool::Done done_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_POOL_COUNTDOWN_H_

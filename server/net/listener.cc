@@ -1,0 +1,320 @@
+#include "server/net/listener.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <utility>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kWaitingMax = 1024;  // connections that are not accepted yet
+// Accepted before it is looked whether to stop: somebody may always be connecting.
+constexpr int kAcceptedAtOnce = 64;
+// How long to wait for a file descriptor before asking again, in milliseconds.
+constexpr int kDescriptorPollMs = 50;
+
+absl::Status SystemError(absl::string_view what) {
+  return absl::UnavailableError(absl::StrCat(what, ": ", std::strerror(errno)));
+}
+
+// Lets the process have as many files open as so many connections need, and some for other things,
+// if it may.
+void RaiseDescriptorLimit(size_t connection_count_max) {
+  constexpr rlim_t kOtherFiles = 1024;
+  rlimit files = {};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) {
+    return;
+  }
+  const rlim_t wanted = static_cast<rlim_t>(connection_count_max) + kOtherFiles;
+  if (files.rlim_cur < wanted) {
+    files.rlim_cur = std::min(wanted, files.rlim_max);
+    setrlimit(RLIMIT_NOFILE, &files);
+  }
+}
+
+// Which file a path names; zeros: none.
+std::pair<dev_t, ino_t> FileAt(const std::string& path) {
+  struct stat facts = {};
+  return lstat(path.c_str(), &facts) == 0 ? std::pair(facts.st_dev, facts.st_ino)
+                                          : std::pair<dev_t, ino_t>();
+}
+
+// A socket that listens at `address`, or an error.
+absl::StatusOr<int> ListeningSocket(const sockaddr* address, socklen_t length) {
+  const int made = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (made < 0) {
+    return SystemError("socket");
+  }
+  absl::Cleanup close_made = [made] { close(made); };
+  const int on = 1;
+  if (address->sa_family != AF_UNIX) {
+    setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+    setsockopt(made, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));  // its connections inherit it
+  }
+  if (address->sa_family == AF_INET6) {
+    // "[::]" means all addresses of the machine, those of IPv4 too.
+    const int off = 0;
+    setsockopt(made, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof(off));
+  }
+  if (bind(made, address, length) != 0) {
+    return SystemError("bind");
+  }
+  if (listen(made, kWaitingMax) != 0) {
+    return SystemError("listen");
+  }
+  std::move(close_made).Cancel();
+  return made;
+}
+
+uint16_t PortOf(int socket) {
+  sockaddr_storage bound = {};
+  socklen_t length = sizeof(bound);
+  getsockname(socket, reinterpret_cast<sockaddr*>(&bound), &length);
+  return ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6*>(&bound)->sin6_port
+                                           : reinterpret_cast<sockaddr_in*>(&bound)->sin_port);
+}
+
+void SetPort(uint16_t port, sockaddr* address) {
+  if (address->sa_family == AF_INET6) {
+    reinterpret_cast<sockaddr_in6*>(address)->sin6_port = htons(port);
+  } else {
+    reinterpret_cast<sockaddr_in*>(address)->sin_port = htons(port);
+  }
+}
+
+bool SomebodyListensAt(const sockaddr_un& address) {
+  const int asking = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const absl::Cleanup close_asking = [asking] { close(asking); };
+  return connect(asking, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Listen(
+    const Address& address, std::shared_ptr<Connections> connections) {
+  RaiseDescriptorLimit(connections->count_max());
+  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
+  absl::Status status = address.unix_path.empty() ? listener->ListenOnHost(address)
+                                                  : listener->ListenOnPath(address.unix_path);
+  status.Update(listener->MakeStop());
+  if (!status.ok()) {
+    return status;
+  }
+  return listener;
+}
+
+absl::StatusOr<std::unique_ptr<Listener>> Listener::ListenWithin(
+    std::shared_ptr<Connections> connections) {
+  std::unique_ptr<Listener> listener(new Listener(std::move(connections)));
+  absl::Status status = listener->ListenOnNewName();
+  status.Update(listener->MakeStop());
+  if (!status.ok()) {
+    return status;
+  }
+  return listener;
+}
+
+absl::Status Listener::MakeStop() {
+  accepted_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  return accepted_ >= 0 && pipe2(stop_, O_CLOEXEC) == 0 ? absl::OkStatus() : SystemError("pipe");
+}
+
+absl::Status Listener::ListenOnHost(const Address& address) {
+  addrinfo hints = {};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const int error =
+      getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
+  if (error != 0) {
+    return absl::UnavailableError(gai_strerror(error));
+  }
+  const absl::Cleanup free_found = [found] { freeaddrinfo(found); };
+  // A name may have several addresses, all of which shall have the same port; one must be had.
+  absl::Status first_error;
+  for (addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    if (address.port == 0 && port_ != 0) {
+      SetPort(port_, one->ai_addr);
+    }
+    const absl::StatusOr<int> listening = ListeningSocket(one->ai_addr, one->ai_addrlen);
+    if (listening.ok()) {
+      sockets_.push_back(*listening);
+      port_ = PortOf(*listening);
+    } else {
+      first_error.Update(listening.status());
+    }
+  }
+  return sockets_.empty() ? first_error : absl::OkStatus();
+}
+
+absl::Status Listener::ListenOnPath(const std::string& path) {
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) {
+    return absl::UnavailableError(absl::StrCat(
+        "the path has ", path.size(), " characters, allowed: ", sizeof(address.sun_path) - 1));
+  }
+  path.copy(address.sun_path, path.size());
+  struct stat facts = {};
+  if (stat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode) && !SomebodyListensAt(address)) {
+    unlink(path.c_str());
+  }
+  const absl::StatusOr<int> listening =
+      ListeningSocket(reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  if (!listening.ok()) {
+    return listening.status();
+  }
+  sockets_.push_back(*listening);
+  path_ = path;
+  path_file_ = FileAt(path);
+  return absl::OkStatus();
+}
+
+absl::Status Listener::ListenOnNewName() {
+  // Without a name, the kernel gives one that is free; it has no file and begins with a byte 0.
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  const absl::StatusOr<int> listening =
+      ListeningSocket(reinterpret_cast<const sockaddr*>(&address), sizeof(address.sun_family));
+  if (!listening.ok()) {
+    return listening.status();
+  }
+  sockets_.push_back(*listening);
+  socklen_t size = sizeof(address);
+  if (getsockname(*listening, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+    return SystemError("getsockname");
+  }
+  const size_t name_begin = offsetof(sockaddr_un, sun_path) + 1;
+  target_within_ =
+      absl::StrCat("unix-abstract:", absl::string_view(address.sun_path + 1, size - name_begin));
+  return absl::OkStatus();
+}
+
+Listener::~Listener() {
+  StopAccepting();
+  for (const int open : {stop_[0], stop_[1], accepted_}) {
+    if (open >= 0) {
+      close(open);
+    }
+  }
+  if (!path_.empty() && FileAt(path_) == path_file_) {
+    unlink(path_.c_str());
+  }
+  // Last: as long as it is open, no other server takes the path for a leftover.
+  for (const int listening : sockets_) {
+    close(listening);
+  }
+}
+
+void Listener::StopAccepting() {
+  if (!thread_.joinable()) {
+    return;
+  }
+  const char byte = 0;
+  while (write(stop_[1], &byte, 1) < 0 && errno == EINTR) {
+  }
+  thread_.join();
+  if (inspecting_.joinable()) {  // it could not be started otherwise
+    inspecting_.join();
+  }
+}
+
+void Listener::HangUp() {
+  StopAccepting();
+  connections_->ShutDownAll();
+}
+
+void Listener::Start(Take take) {
+  take_ = std::move(take);
+  thread_ = std::thread([this] { AcceptUntilStopped(); });
+  inspecting_ = std::thread([this] { InspectUntilStopped(); });
+}
+
+void Listener::AcceptUntilStopped() {
+  std::vector<pollfd> waits = {{stop_[0], POLLIN, 0}};
+  for (const int listening : sockets_) {
+    waits.push_back({listening, POLLIN, 0});
+  }
+  while (poll(waits.data(), waits.size(), -1) >= 0 || errno == EINTR) {
+    bool has_descriptors = true;
+    for (size_t i = 1; i < waits.size(); ++i) {
+      if (waits[i].revents != 0) {
+        has_descriptors = AcceptFrom(waits[i].fd) && has_descriptors;
+      }
+    }
+    // Those that wait stay readable, so it would be asked again at once.
+    if (!has_descriptors) {
+      poll(waits.data(), 1, kDescriptorPollMs);
+    }
+    if (waits[0].revents != 0) {
+      return;
+    }
+  }
+}
+
+void Listener::InspectUntilStopped() {
+  const int interval_ms =
+      static_cast<int>(absl::ToInt64Milliseconds(Connections::kInspectionInterval));
+  std::array<pollfd, 2> waits = {{{stop_[0], POLLIN, 0}, {accepted_, POLLIN, 0}}};
+  bool has_some = false;
+  while (poll(waits.data(), waits.size(), has_some ? interval_ms : -1) >= 0 || errno == EINTR) {
+    if (waits[0].revents != 0) {
+      return;
+    }
+    if (eventfd_t count = 0; waits[1].revents != 0) {
+      eventfd_read(accepted_, &count);
+    }
+    has_some = connections_->Inspect();
+  }
+}
+
+bool Listener::AcceptFrom(int listening) {
+  for (int i = 0; i < kAcceptedAtOnce; ++i) {
+    sockaddr_storage peer = {};
+    socklen_t size = sizeof(peer);
+    auto* const address = reinterpret_cast<sockaddr*>(&peer);
+    const int connection = accept4(listening, address, &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (connection < 0) {
+      return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
+    }
+    if (!IsWelcome(connection) || !connections_->Add(connection, address)) {
+      close(connection);
+      continue;
+    }
+    eventfd_write(accepted_, 1);
+    take_(listening, connection);
+  }
+  return true;
+}
+
+bool Listener::IsWelcome(int connection) const {
+  if (target_within_.empty()) {
+    return true;
+  }
+  ucred peer = {};
+  socklen_t size = sizeof(peer);
+  return getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == getpid();
+}
+
+}  // namespace procgen

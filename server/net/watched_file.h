@@ -1,0 +1,48 @@
+#ifndef SERVER_NET_WATCHED_FILE_H_
+#define SERVER_NET_WATCHED_FILE_H_
+
+#include <sys/stat.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+
+#include "absl/status/statusor.h"
+
+namespace procgen {
+
+// A small file that is read again when it was written or replaced. Whoever uses it asks; there is
+// no thread that watches. Threads: compatible (one at a time).
+class WatchedFile {
+ public:
+  static constexpr size_t kBytesMax = 1 << 20;
+
+  explicit WatchedFile(std::string path) : path_(std::move(path)) {}
+
+  const std::string& path() const { return path_; }
+
+  // What is in it. Errors, which name the file: NOT_FOUND, PERMISSION_DENIED ... it cannot be read;
+  // INVALID_ARGUMENT it is no regular file, or larger than kBytesMax.
+  absl::StatusOr<std::string> Read();
+
+  // Whether it is another file, or was written, since the last Read, whatever that gave.
+  bool HasChanged() const;
+
+  // At the last Read: all users of the machine could read it.
+  bool is_open_to_all() const { return is_open_to_all_; }
+
+ private:
+  // Device, inode, size, and the times of its last writing and change; none: there is no file.
+  using Stamp = std::optional<std::tuple<uint64_t, uint64_t, int64_t, int64_t, int64_t>>;
+  static Stamp StampOf(const struct stat& file);
+
+  std::string path_;
+  Stamp stamp_;
+  bool is_open_to_all_ = false;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_NET_WATCHED_FILE_H_

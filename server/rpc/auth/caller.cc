@@ -1,0 +1,134 @@
+#include "server/rpc/auth/caller.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "grpc/grpc_security_constants.h"
+#include "grpcpp/security/auth_context.h"
+#include "server/logging/event_log.h"
+#include "server/rpc/grpc/grpc_status.h"
+
+namespace procgen {
+namespace {
+
+constexpr char kTokenKey[] = "authorization";
+constexpr absl::string_view kScheme = "Bearer ";
+
+// What the caller sent under "authorization"; none: nothing, or more than one thing.
+std::optional<absl::string_view> AuthorizationOf(const grpc::ServerContextBase& context) {
+  const auto [begin, end] = context.client_metadata().equal_range(kTokenKey);
+  if (begin == end || std::next(begin) != end) {
+    return std::nullopt;
+  }
+  return absl::string_view(begin->second.data(), begin->second.size());
+}
+
+// A name that is fit for logs and messages.
+bool IsOwner(absl::string_view name) {
+  return !name.empty() && name.size() <= kOwnerLengthMax &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char letter) { return absl::ascii_isprint(letter); });
+}
+
+absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
+  for (const char* property : {GRPC_PEER_URI_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
+    const std::vector<grpc::string_ref> names = peer.FindPropertyValues(property);
+    if (names.empty()) {
+      continue;
+    }
+    std::string name(names.front().data(), names.front().size());
+    if (IsOwner(name)) {
+      return name;
+    }
+    break;
+  }
+  return absl::UnauthenticatedError(absl::StrCat(
+      "the client's certificate names nobody; expected a URI among its alternative names or a "
+      "common name, of 1 to ",
+      kOwnerLengthMax, " printable characters of ASCII"));
+}
+
+}  // namespace
+
+Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell,
+                 absl::Duration request_timeout, Connections* connections, Owners* owners,
+                 Metrics* metrics)
+    : tokens_(std::move(tokens)),
+      certificates_tell_(certificates_tell),
+      request_timeout_(request_timeout),
+      connections_(connections),
+      owners_(owners),
+      metrics_(metrics) {}
+
+absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) const {
+  absl::StatusOr<std::string> owner = OwnerOf(context);
+  if (!owner.ok()) {
+    // Not louder, for anybody can make as many of these lines as they like.
+    LogEvent(LogLevel::kDebug, "caller_refused",
+             {{"peer", context.peer()}, {"message", std::string(owner.status().message())}});
+    Refuse(context);
+    return owner.status();
+  }
+  connections_->Identify(context.peer());
+  absl::StatusOr<Owners::Share> share = owners_->Take(*owner, {.call_count = 1});
+  if (!share.ok()) {
+    return share.status();
+  }
+  return Caller{*std::move(owner), *std::move(share), counted_};
+}
+
+absl::StatusOr<AnonymousCall> Callers::AdmitAnonymous(
+    const grpc::ServerContextBase& context) const {
+  std::string peer = context.peer();
+  if (!connections_->BeginCall(peer)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the connection has ", Connections::kOpenCallCountMax,
+                     " calls under way that bear no token, which is the limit"));
+  }
+  return AnonymousCall(connections_, std::move(peer));
+}
+
+void Callers::Refuse(const grpc::ServerContextBase& context) const {
+  connections_->CountRefused(context.peer());
+}
+
+grpc::Status Callers::Dismiss(absl::string_view method, const absl::Status& status) const {
+  if (!status.ok()) {
+    metrics_->AddError(method, status.code());
+  }
+  return ToGrpcStatus(status);
+}
+
+absl::StatusOr<std::string> Callers::OwnerOf(const grpc::ServerContextBase& context) const {
+  if (tokens_ != nullptr) {
+    return OwnerByToken(context);
+  }
+  if (certificates_tell_) {
+    return OwnerByCertificate(*context.auth_context());
+  }
+  return "";
+}
+
+absl::StatusOr<std::string> Callers::OwnerByToken(const grpc::ServerContextBase& context) const {
+  constexpr absl::string_view kExpected =
+      "expected: metadata 'authorization: Bearer TOKEN', once, with a token of this server";
+  const std::optional<absl::string_view> authorization = AuthorizationOf(context);
+  if (!authorization.has_value() || !absl::StartsWithIgnoreCase(*authorization, kScheme)) {
+    return absl::UnauthenticatedError(absl::StrCat("the call bears no token; ", kExpected));
+  }
+  std::optional<std::string> owner =
+      tokens_->OwnerOf(absl::StripAsciiWhitespace(authorization->substr(kScheme.size())));
+  if (!owner.has_value()) {
+    return absl::UnauthenticatedError(
+        absl::StrCat("the call's token is not one of this server's; ", kExpected));
+  }
+  return *std::move(owner);
+}
+
+}  // namespace procgen

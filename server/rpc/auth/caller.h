@@ -1,0 +1,87 @@
+#ifndef SERVER_RPC_AUTH_CALLER_H_
+#define SERVER_RPC_AUTH_CALLER_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "grpcpp/server_context.h"
+#include "grpcpp/support/status.h"
+#include "server/metrics/metrics.h"
+#include "server/net/connections.h"
+#include "server/rpc/auth/anonymous_call.h"
+#include "server/rpc/auth/token_file.h"
+#include "server/session/quota/owners.h"
+
+namespace procgen {
+
+// Somebody who may call.
+struct Caller {
+  std::string owner;    // of the pools that it makes and sees; empty: callers are not asked
+  Owners::Share share;  // of the calls that the owner may have under way
+  std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
+};
+
+// The door: says who calls, lets in who may, and counts who leaves with an error. Every call of
+// every service comes by here before its request is looked at. Health and reflection need no token:
+// they tell what anybody may know (whether the server serves, and the contract), and those who
+// watch servers have none.
+//
+// Who calls is told by its token, where there are tokens; else by its certificate, where clients
+// must show one: the first URI of its alternative names, or if it has none its common name. Else
+// nobody is asked, and all are the owner "".
+// Threads: any method from any thread.
+class Callers {
+ public:
+  // `tokens`: null, there are none. What is pointed to must outlive this.
+  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, absl::Duration request_timeout,
+          Connections* connections, Owners* owners, Metrics* metrics);
+
+  // How long the first request of a call may take to arrive.
+  absl::Duration request_timeout() const { return request_timeout_; }
+
+  // Lets a call in. Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate
+  // has no name (the message says what is expected and repeats nothing that was given);
+  // RESOURCE_EXHAUSTED the owner has too many calls under way.
+  absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
+
+  // Lets a call in that nobody has to show a token for. Errors: RESOURCE_EXHAUSTED its connection
+  // has kOpenCallCountMax of them.
+  absl::StatusOr<AnonymousCall> AdmitAnonymous(const grpc::ServerContextBase& context) const;
+
+  // Counts a call that asks for what there is not.
+  void Refuse(const grpc::ServerContextBase& context) const;
+
+  // Counts `bytes` of requests or responses among the buffers of `owner`. Errors:
+  // RESOURCE_EXHAUSTED.
+  absl::StatusOr<Owners::Share> HoldBytes(absl::string_view owner, int64_t bytes) const {
+    return owners_->Take(owner, {.buffer_bytes = bytes});
+  }
+
+  // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
+  // call and stream ends by here, let in or not; errors are counted.
+  grpc::Status Dismiss(absl::string_view method, const absl::Status& status) const;
+
+  // Calls and streams that were let in and whose answers are not on their way yet.
+  int64_t CallCount() const { return counted_.use_count() - 1; }
+
+ private:
+  absl::StatusOr<std::string> OwnerOf(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<std::string> OwnerByToken(const grpc::ServerContextBase& context) const;
+
+  const std::shared_ptr<TokenFile> tokens_;
+  const bool certificates_tell_;
+  const absl::Duration request_timeout_;
+  Connections* const connections_;
+  Owners* const owners_;
+  Metrics* const metrics_;
+  const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_AUTH_CALLER_H_

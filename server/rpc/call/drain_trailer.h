@@ -1,0 +1,22 @@
+#ifndef SERVER_RPC_CALL_DRAIN_TRAILER_H_
+#define SERVER_RPC_CALL_DRAIN_TRAILER_H_
+
+#include "absl/status/status.h"
+#include "grpcpp/server_context.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// Tells a client whose stream ends with `status`, if it is UNAVAILABLE, that this server will not
+// serve it, so that it does not try the same again. Other UNAVAILABLEs are broken connections, and
+// servers that keep their pools: there it is to try until the server is back.
+inline void AddDrainTrailer(const absl::Status& status, const Sessions& sessions,
+                            grpc::CallbackServerContext* context) {
+  if (absl::IsUnavailable(status) && !sessions.keeps_pools()) {
+    context->AddTrailingMetadata("procgen-drains", "1");
+  }
+}
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_CALL_DRAIN_TRAILER_H_

@@ -1,0 +1,124 @@
+#ifndef SERVER_RPC_CALL_UNARY_CALL_H_
+#define SERVER_RPC_CALL_UNARY_CALL_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "grpcpp/impl/codegen/proto_utils.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/rpc/call/one_request_stream.h"
+#include "server/rpc/grpc/method_name.h"
+#include "server/rpc/grpc/parse_message.h"
+
+namespace procgen {
+
+// One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
+// parsing answers garbage with UNIMPLEMENTED and no message.
+//
+// The life of a call: it is let in by its headers (Callers), its request is awaited and handed to
+// the service's function, which calls Finish once, on any thread, and not after; it ends itself
+// when gRPC has done with it, which is when the answer is on its way. Until then it counts as one
+// of its owner's.
+template <typename Request, typename Response>
+class UnaryCall final : public OneRequestStream {
+ public:
+  using Serve = std::function<void(UnaryCall*)>;
+
+  // Whose pools it may see.
+  const std::string& owner() const { return caller_.owner; }
+  const Request& request() const { return request_; }
+  Response* response() { return &response_; }
+
+  // Answers with the response, or with an error.
+  void Finish(const absl::Status& status) {
+    const absl::Status answered = status.ok() ? Serialize() : status;
+    // A reader may be slow: only the serialised response waits for it.
+    Request().Swap(&request_);
+    Response().Swap(&response_);
+    request_share_ = Owners::Share();
+    if (!answered.ok()) {
+      ByteStream::Finish(callers_.Dismiss(MethodNameOf<Request>(), answered));
+      return;
+    }
+    StartWriteAndFinish(&bytes_, grpc::WriteOptions(), grpc::Status::OK);
+  }
+
+  // Makes a call and, if `callers` (which must outlive it) let it in, has `serve(call)` serve it
+  // when its request is there.
+  static ByteStream* Start(const Callers& callers, const grpc::CallbackServerContext& context,
+                           Serve serve) {
+    auto* call = new UnaryCall(callers, std::move(serve));
+    absl::StatusOr<Caller> caller = callers.Admit(context);
+    if (!caller.ok()) {
+      call->Finish(caller.status());
+      return call;
+    }
+    call->caller_ = *std::move(caller);
+    call->ReadRequest(callers.request_timeout());
+    return call;
+  }
+
+ private:
+  UnaryCall(const Callers& callers, Serve serve) : callers_(callers), serve_(std::move(serve)) {}
+  ~UnaryCall() override = default;
+
+  void OnRequest(absl::StatusOr<grpc::ByteBuffer> bytes) override {
+    absl::Status status = bytes.status();
+    if (status.ok()) {
+      status = ParseMessage(*bytes, &request_);
+    }
+    if (status.ok() && bytes->Length() > kLargeMessageBytes) {
+      status = Hold(request_.SpaceUsedLong(), &request_share_);
+      bytes->Clear();
+    }
+    if (!status.ok()) {
+      Finish(status);
+      return;
+    }
+    serve_(this);
+  }
+
+  void OnDone() override { delete this; }
+
+  absl::Status Hold(size_t bytes, Owners::Share* share) {
+    absl::StatusOr<Owners::Share> taken = callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
+    if (!taken.ok()) {
+      return taken.status();
+    }
+    *share = *std::move(taken);
+    return absl::OkStatus();
+  }
+
+  absl::Status Serialize() {
+    const size_t byte_count = response_.ByteSizeLong();
+    if (byte_count > kLargeMessageBytes) {
+      if (absl::Status held = Hold(byte_count, &response_share_); !held.ok()) {
+        return held;
+      }
+    }
+    bool own_buffer = false;
+    return grpc::SerializationTraits<Response>::Serialize(response_, &bytes_, &own_buffer).ok()
+               ? absl::OkStatus()
+               : absl::InternalError("the response cannot be serialised");
+  }
+
+  const Callers& callers_;
+  const Serve serve_;
+  Caller caller_;
+  Owners::Share request_share_;  // of large messages
+  Owners::Share response_share_;
+  Request request_;
+  Response response_;
+  grpc::ByteBuffer bytes_;  // of the response
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_CALL_UNARY_CALL_H_

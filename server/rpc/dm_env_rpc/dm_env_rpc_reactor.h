@@ -1,0 +1,90 @@
+#ifndef SERVER_RPC_DM_ENV_RPC_DM_ENV_RPC_REACTOR_H_
+#define SERVER_RPC_DM_ENV_RPC_DM_ENV_RPC_REACTOR_H_
+
+#include <cstdint>
+#include <memory>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "grpcpp/support/byte_buffer.h"
+#include "grpcpp/support/server_callback.h"
+#include "server/dm_env_rpc/conversation.h"
+#include "server/rpc/auth/caller.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// One stream of dm_env_rpc, between gRPC's reactions and a Conversation.
+//
+// One request at a time is answered; meanwhile the next is read, and none further, until the answer
+// is written. The stream ends when its client has half-closed it and all is answered; when it is
+// cancelled or the server drains, after the request that is being answered.
+//
+// All decisions are in NextAction, under the lock; each event notes what happened and calls Drive,
+// which acts outside of the lock until there is nothing to do.
+//
+// Threads: gRPC's reactions, answers and End come from any thread, at the same time.
+// Lock order: mutex_ is held by none of the calls out.
+class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                              public std::enable_shared_from_this<DmEnvRpcReactor> {
+ public:
+  // Begins to serve a stream; it ends itself. What is pointed to must outlive it.
+  static std::shared_ptr<DmEnvRpcReactor> Start(Sessions* sessions, JoinedWorlds* worlds,
+                                                const Callers* callers,
+                                                grpc::CallbackServerContext* context,
+                                                Caller caller);
+
+  // Ends the stream with `status`, once the request that is being answered is.
+  void End(const absl::Status& status);
+
+ private:
+  enum class Action : uint8_t { kWait, kRead, kAnswer, kWrite, kFinish };
+
+  DmEnvRpcReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context,
+                  Caller caller);
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+  void Drive();
+  Action NextAction() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Act(Action action);
+
+  void Answer();
+  void OnAnswered(const absl::Status& status);
+  void Write();
+  void FinishStream();
+  // Takes no further request; `cancelled`: and writes no answer.
+  void EndNow(const absl::Status& status, bool cancelled);
+
+  Sessions* const sessions_;
+  const Callers* const callers_;
+  grpc::CallbackServerContext* const context_;
+  const Caller caller_;
+  std::unique_ptr<Conversation> conversation_;
+  std::shared_ptr<DmEnvRpcReactor> self_;  // until OnDone
+
+  grpc::ByteBuffer read_bytes_;       // of a read, until it is answered
+  grpc::ByteBuffer request_bytes_;    // of the answer under way
+  dm::EnvironmentRequest request_;    // of the answer under way
+  dm::EnvironmentResponse response_;  // of it, until it is written
+  grpc::ByteBuffer written_bytes_;
+
+  absl::Mutex mutex_;
+  bool reading_ ABSL_GUARDED_BY(mutex_) = false;
+  bool has_request_ ABSL_GUARDED_BY(mutex_) = false;  // in read_bytes_
+  bool reading_ended_ ABSL_GUARDED_BY(mutex_) = false;
+  bool answering_ ABSL_GUARDED_BY(mutex_) = false;
+  bool has_response_ ABSL_GUARDED_BY(mutex_) = false;  // that is not written
+  bool writing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool finished_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);  // with which the stream ends
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_DM_ENV_RPC_DM_ENV_RPC_REACTOR_H_

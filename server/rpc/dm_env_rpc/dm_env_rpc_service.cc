@@ -1,0 +1,61 @@
+#include "server/rpc/dm_env_rpc/dm_env_rpc_service.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "server/rpc/call/refused_stream.h"
+#include "server/rpc/grpc/method_name.h"
+
+namespace procgen {
+
+DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers) {
+  AddByteMethod<dm::EnvironmentRequest>([this](auto* context) { return Process(context); });
+}
+
+ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  if (!caller.ok()) {
+    return new RefusedStream(
+        callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
+  }
+  const std::shared_ptr<DmEnvRpcReactor> stream =
+      DmEnvRpcReactor::Start(sessions_, &worlds_, callers_, context, *std::move(caller));
+  bool draining = false;
+  {
+    absl::MutexLock lock(&mutex_);
+    draining = draining_;
+    if (streams_.size() >= streams_kept_max_) {
+      ForgetEnded();
+    }
+    streams_.push_back(stream);
+  }
+  if (draining) {
+    stream->End(sessions_->Draining());
+  }
+  return stream.get();
+}
+
+void DmEnvRpcServiceImpl::ForgetEnded() {
+  streams_.erase(std::remove_if(streams_.begin(), streams_.end(),
+                                [](const auto& stream) { return stream.expired(); }),
+                 streams_.end());
+  streams_kept_max_ = std::max(kStreamsKeptMin, 2 * streams_.size());
+}
+
+void DmEnvRpcServiceImpl::Drain() {
+  std::vector<std::weak_ptr<DmEnvRpcReactor>> streams;
+  {
+    absl::MutexLock lock(&mutex_);
+    draining_ = true;
+    streams = streams_;
+  }
+  for (const std::weak_ptr<DmEnvRpcReactor>& ended : streams) {
+    if (const std::shared_ptr<DmEnvRpcReactor> stream = ended.lock(); stream != nullptr) {
+      stream->End(sessions_->Draining());
+    }
+  }
+}
+
+}  // namespace procgen

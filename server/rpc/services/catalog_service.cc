@@ -1,0 +1,35 @@
+#include "server/rpc/services/catalog_service.h"
+
+#include "server/rpc/call/unary_call.h"
+#include "server/wire/convert_catalog.h"
+
+namespace procgen {
+
+CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions, const Callers* callers)
+    : sessions_(sessions),
+      callers_(callers),
+      catalog_(CatalogMessageOf({.version = PROCGEN_SERVER_VERSION,
+                                 .has_own_art = sessions->art() != nullptr,
+                                 .shares_memory = sessions->shares_memory()},
+                                sessions->limits())) {
+  AddByteMethod<v1::GetCatalogRequest>([this](auto* context) { return GetCatalog(context); });
+  AddByteMethod<v1::GetLoadRequest>([this](auto* context) { return GetLoad(context); });
+}
+
+ByteStream* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::GetCatalogRequest, v1::Catalog>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    *call->response() = catalog_;
+    call->Finish(absl::OkStatus());
+  });
+}
+
+ByteStream* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    *call->response() = LoadMessageOf(sessions_->load(), sessions_->metrics().stream_totals());
+    call->Finish(absl::OkStatus());
+  });
+}
+
+}  // namespace procgen

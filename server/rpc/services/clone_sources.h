@@ -1,0 +1,33 @@
+#ifndef SERVER_RPC_SERVICES_CLONE_SOURCES_H_
+#define SERVER_RPC_SERVICES_CLONE_SOURCES_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "server/net/address.h"
+
+namespace procgen {
+
+// Which servers this one may be asked to connect to, by CloneStates. Threads: immutable.
+class CloneSources {
+ public:
+  // None.
+  CloneSources() = default;
+
+  // Reads a list with commas: HOST (any port of it), HOST:PORT, unix:PATH, or "local" (loopback and
+  // all sockets of this machine); or "none". Errors: INVALID_ARGUMENT it is nothing of that.
+  static absl::StatusOr<CloneSources> Parse(absl::string_view list);
+
+  bool Allows(const Address& address) const;
+
+ private:
+  bool allows_local_ = false;
+  std::vector<std::string> hosts_;  // with any port; in small letters, as those below
+  std::vector<Address> addresses_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_CLONE_SOURCES_H_

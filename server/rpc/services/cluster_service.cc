@@ -1,0 +1,61 @@
+#include "server/rpc/services/cluster_service.h"
+
+#include <utility>
+
+#include "server/rpc/call/refused_stream.h"
+#include "server/rpc/call/unary_call.h"
+#include "server/rpc/grpc/method_name.h"
+#include "server/wire/convert_node.h"
+
+namespace procgen {
+namespace {
+
+absl::Status StopsError() { return absl::UnavailableError("the server stops; ask another node"); }
+
+}  // namespace
+
+ClusterServiceImpl::ClusterServiceImpl(Cluster* cluster, const Callers* callers)
+    : cluster_(cluster), callers_(callers) {
+  AddByteMethod<v1::ListNodesRequest>([this](auto* context) { return ListNodes(context); });
+  AddByteMethod<v1::WatchNodesRequest>([this](auto* context) { return WatchNodes(context); });
+}
+
+void ClusterServiceImpl::EndWatches() {
+  std::vector<std::weak_ptr<WatchNodesReactor>> watches;
+  {
+    absl::MutexLock lock(&mutex_);
+    ends_watches_ = true;
+    watches = std::move(watches_);
+    watches_.clear();
+  }
+  for (const std::weak_ptr<WatchNodesReactor>& each : watches) {
+    if (const std::shared_ptr<WatchNodesReactor> watch = each.lock(); watch != nullptr) {
+      watch->Close(StopsError());
+    }
+  }
+}
+
+ByteStream* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::ListNodesRequest, v1::ListNodesResponse>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    *call->response() = NodesMessageOf<v1::ListNodesResponse>(*cluster_);
+    call->Finish(absl::OkStatus());
+  });
+}
+
+ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  absl::MutexLock lock(&mutex_);
+  absl::Status status = ends_watches_ ? StopsError() : caller.status();
+  if (!status.ok()) {
+    return new RefusedStream(callers_->Dismiss(MethodNameOf<v1::WatchNodesRequest>(), status));
+  }
+  // What else the caller counts in is left: a drain does not wait for those who watch.
+  const std::shared_ptr<WatchNodesReactor> watch =
+      WatchNodesReactor::Start(cluster_, callers_, std::move(caller->share));
+  std::erase_if(watches_, [](const auto& each) { return each.expired(); });
+  watches_.push_back(watch);
+  return watch.get();
+}
+
+}  // namespace procgen

@@ -1,0 +1,38 @@
+#ifndef SERVER_RPC_SERVICES_CLUSTER_SERVICE_H_
+#define SERVER_RPC_SERVICES_CLUSTER_SERVICE_H_
+
+#include <memory>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "server/cluster/cluster.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/rpc/watch/watch_nodes_reactor.h"
+
+namespace procgen {
+
+// ClusterService: tells which servers there are.
+class ClusterServiceImpl final : public ByteService {
+ public:
+  // `cluster` and `callers` must outlive this.
+  ClusterServiceImpl(Cluster* cluster, const Callers* callers);
+
+  // Ends all streams of WatchNodes, and those to come. Threads: any.
+  void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  ByteStream* ListNodes(grpc::CallbackServerContext* context);
+  ByteStream* WatchNodes(grpc::CallbackServerContext* context);
+
+  Cluster* const cluster_;
+  const Callers* const callers_;
+  absl::Mutex mutex_;
+  std::vector<std::weak_ptr<WatchNodesReactor>> watches_ ABSL_GUARDED_BY(mutex_);
+  bool ends_watches_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_CLUSTER_SERVICE_H_

@@ -1,0 +1,53 @@
+#ifndef SERVER_RPC_SERVICES_HEALTH_SERVICE_H_
+#define SERVER_RPC_SERVICES_HEALTH_SERVICE_H_
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "grpc/health/v1/health.pb.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/rpc/watch/latest_stream.h"
+
+namespace procgen {
+
+// grpc.health.v1.Health: whether the server, and each of its services, serves. gRPC's own is not
+// used: its calls hold what they like for as long as they like, and are counted by nobody.
+// Threads: any method from any thread.
+class HealthServiceImpl final : public ByteService {
+ public:
+  using Status = grpc::health::v1::HealthCheckResponse::ServingStatus;
+
+  // `services`: that it knows besides "", which is the server. It serves nothing yet. `callers`
+  // must outlive this.
+  HealthServiceImpl(const Callers* callers, std::set<std::string> services);
+
+  // Sets it for all services, and sends it to those who watch.
+  void SetServing(bool is_serving) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Ends all streams of Watch.
+  void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // SERVICE_UNKNOWN: there is no such service.
+  Status StatusOf(const std::string& service) const ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  class Watch;
+
+  ByteStream* BeginCheck(grpc::CallbackServerContext* context);
+  ByteStream* BeginWatch(grpc::CallbackServerContext* context) ABSL_LOCKS_EXCLUDED(mutex_);
+  std::vector<std::shared_ptr<Watch>> Watches() const ABSL_LOCKS_EXCLUDED(mutex_);
+
+  const Callers* const callers_;
+  std::set<std::string> services_;
+  mutable absl::Mutex mutex_;
+  bool is_serving_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::weak_ptr<Watch>> watches_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_HEALTH_SERVICE_H_

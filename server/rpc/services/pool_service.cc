@@ -1,0 +1,180 @@
+#include "server/rpc/services/pool_service.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "server/rpc/call/unary_call.h"
+#include "server/wire/convert_observation.h"
+#include "server/wire/convert_pool.h"
+#include "server/wire/convert_step.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kPageSizeMax = 1000;
+
+absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
+                      const v1::ListPoolsRequest& request, v1::ListPoolsResponse* response) {
+  if (request.page_size() < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("page_size is ", request.page_size(), ", allowed: 0 to ", kPageSizeMax));
+  }
+  // A token is the number of the last pool that was listed.
+  int64_t after = 0;
+  if (!request.page_token().empty() &&
+      (!absl::SimpleAtoi(request.page_token(), &after) || after < 1)) {
+    return absl::InvalidArgumentError("page_token is not one that an earlier answer gave");
+  }
+  const int32_t size = request.page_size() == 0 || request.page_size() > kPageSizeMax
+                           ? kPageSizeMax
+                           : request.page_size();
+  // One more tells whether there is another page.
+  std::vector<Sessions::Numbered> pools =
+      sessions.List(owner, after, static_cast<size_t>(size) + 1);
+  if (pools.size() > static_cast<size_t>(size)) {
+    pools.pop_back();
+    response->set_next_page_token(absl::StrCat(pools.back().number));
+  }
+  for (const Sessions::Numbered& numbered : pools) {
+    *response->add_pools() = PoolMessageOf(*numbered.pool);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Renew(const Sessions& sessions, absl::string_view owner,
+                   const v1::RenewPoolRequest& request, v1::Pool* response) {
+  std::optional<absl::Duration> lease_duration;
+  if (request.has_lease_duration()) {
+    const absl::StatusOr<absl::Duration> given =
+        LeaseDurationOf("lease_duration", request.lease_duration(), sessions.limits());
+    if (!given.ok()) {
+      return given.status();
+    }
+    lease_duration = *given;
+  }
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions.Find(owner, request.name());
+  absl::Status status = pool.ok() ? (*pool)->Renew(lease_duration) : pool.status();
+  if (status.ok()) {
+    *response = PoolMessageOf(**pool);
+  }
+  return status;
+}
+
+// A pool whose observations fit no response would be of no use.
+absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limits) {
+  return ResponseRowsMax("response_bytes_max", Request(), coding, limits.response_bytes_max)
+      .status();
+}
+
+// How a pool of `spec` is kept, and how what it answers travels.
+absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const ObservationFormat& format,
+                                      const Sessions& sessions) {
+  const absl::StatusOr<Encoding> encoding = EncodingOf(spec);
+  if (!encoding.ok()) {
+    return encoding.status();
+  }
+  const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions.shares_memory());
+  if (!shares_memory.ok()) {
+    return shares_memory.status();
+  }
+  if (!*shares_memory) {
+    const ObservationCoding coding(format, *encoding);
+    if (absl::Status status = CheckAnswersFit(coding, sessions.limits()); !status.ok()) {
+      return status;
+    }
+  }
+  PoolTerms terms = {.encoding = *encoding, .shares_memory = *shares_memory};
+  if (spec.has_lease_duration()) {
+    const absl::StatusOr<absl::Duration> lease_duration =
+        LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions.limits());
+    if (!lease_duration.ok()) {
+      return lease_duration.status();
+    }
+    terms.lease_duration = *lease_duration;
+  }
+  return terms;
+}
+
+}  // namespace
+
+PoolServiceImpl::PoolServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers) {
+  AddByteMethod<v1::CreatePoolRequest>([this](auto* context) { return CreatePool(context); });
+  AddByteMethod<v1::GetPoolRequest>([this](auto* context) { return GetPool(context); });
+  AddByteMethod<v1::ListPoolsRequest>([this](auto* context) { return ListPools(context); });
+  AddByteMethod<v1::DeletePoolRequest>([this](auto* context) { return DeletePool(context); });
+  AddByteMethod<v1::RenewPoolRequest>([this](auto* context) { return RenewPool(context); });
+}
+
+ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    const v1::PoolSpec& spec = call->request().spec();
+    absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+    absl::StatusOr<PoolTerms> terms =
+        options.ok() ? PoolTermsOf(spec, options->observation_format, *sessions_)
+                     : options.status();
+    if (terms.ok() && options->level_sampler != nullptr) {
+      auto held =
+          HoldSampler(call->owner(), std::move(options->level_sampler), &sessions_->owners());
+      if (held.ok()) {
+        options->level_sampler = *std::move(held);
+      } else {
+        terms = held.status();
+      }
+    }
+    if (!terms.ok()) {
+      call->Finish(terms.status());
+      return;
+    }
+    sessions_->Create(call->owner(), call->request().pool_id(), *options, *terms,
+                      [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
+                        if (!pool.ok()) {
+                          call->Finish(pool.status());
+                          return;
+                        }
+                        *call->response() = PoolMessageOf(**pool);
+                        call->Finish(absl::OkStatus());
+                      });
+  });
+}
+
+ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->owner(), call->request().name());
+    if (pool.ok()) {
+      *call->response() = PoolMessageOf(**pool);
+    }
+    call->Finish(pool.status());
+  });
+}
+
+ByteStream* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    call->Finish(ListPage(*sessions_, call->owner(), call->request(), call->response()));
+  });
+}
+
+ByteStream* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    call->Finish(sessions_->Delete(call->owner(), call->request().name()));
+  });
+}
+
+ByteStream* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context) {
+  using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
+  return Call::Start(*callers_, *context, [this](Call* call) {
+    call->Finish(Renew(*sessions_, call->owner(), call->request(), call->response()));
+  });
+}
+
+}  // namespace procgen

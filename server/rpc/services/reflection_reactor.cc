@@ -1,0 +1,83 @@
+#include "server/rpc/services/reflection_reactor.h"
+
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "server/rpc/grpc/grpc_deadline.h"
+
+namespace procgen {
+
+ByteStream* ReflectionReactor::Start(const Callers* callers, grpc::CallbackServerContext* context,
+                                     AnonymousCall call, Answer answer) {
+  std::shared_ptr<ReflectionReactor> reactor(
+      new ReflectionReactor(callers, context, std::move(call), std::move(answer)));
+  reactor->self_ = reactor;
+  // Weak, because the alarm is the stream's and keeps what it calls.
+  reactor->alarm_.Set(GrpcDeadlineIn(callers->request_timeout()),
+                      [weak = reactor->weak_from_this()](bool has_expired) {
+                        const std::shared_ptr<ReflectionReactor> stream = weak.lock();
+                        if (has_expired && stream != nullptr) {
+                          stream->OnTimeout();
+                        }
+                      });
+  reactor->StartRead(&reactor->request_);
+  return reactor.get();
+}
+
+ReflectionReactor::ReflectionReactor(const Callers* callers, grpc::CallbackServerContext* context,
+                                     AnonymousCall call, Answer answer)
+    : callers_(callers), context_(context), call_(std::move(call)), answer_(std::move(answer)) {}
+
+void ReflectionReactor::OnReadDone(bool ok) {
+  absl::StatusOr<grpc::ByteBuffer> response = grpc::ByteBuffer();
+  if (ok) {
+    response = answer_(request_);
+  }
+  absl::MutexLock lock(&mutex_);
+  if (!ok || !response.ok()) {
+    End(response.status());
+    return;
+  }
+  call_.MarkAnswered();
+  response_ = *std::move(response);
+  if (!ended_) {
+    writes_ = true;
+    StartWrite(&response_);
+  }
+}
+
+void ReflectionReactor::OnWriteDone(bool ok) {
+  absl::MutexLock lock(&mutex_);
+  writes_ = false;
+  if (!ok) {
+    End(absl::OkStatus());
+  } else if (!ended_) {
+    StartRead(&request_);
+  }
+}
+
+void ReflectionReactor::OnTimeout() {
+  absl::MutexLock lock(&mutex_);
+  if (writes_) {
+    // The client does not read; the write fails, and ends the stream.
+    context_->TryCancel();
+    return;
+  }
+  End(absl::DeadlineExceededError(absl::StrCat("the stream has not ended within ",
+                                               absl::FormatDuration(callers_->request_timeout()),
+                                               ", limit attach_timeout")));
+}
+
+void ReflectionReactor::End(const absl::Status& status) {
+  if (!std::exchange(ended_, true)) {
+    Finish(callers_->Dismiss("ServerReflection/ServerReflectionInfo", status));
+  }
+}
+
+void ReflectionReactor::OnDone() {
+  alarm_.Cancel();
+  const std::shared_ptr<ReflectionReactor> last = std::move(self_);
+}
+
+}  // namespace procgen

@@ -1,0 +1,57 @@
+#ifndef SERVER_RPC_SERVICES_REFLECTION_REACTOR_H_
+#define SERVER_RPC_SERVICES_REFLECTION_REACTOR_H_
+
+#include <functional>
+#include <memory>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "grpcpp/alarm.h"
+#include "server/rpc/auth/anonymous_call.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+
+namespace procgen {
+
+// A stream of ServerReflectionInfo: reads a request, writes its answer, and so on, until the client
+// half-closes or the time is over. Threads: gRPC's reactions come one at a time, the alarm beside
+// them.
+class ReflectionReactor final : public ByteStream,
+                                public std::enable_shared_from_this<ReflectionReactor> {
+ public:
+  using Answer = std::function<absl::StatusOr<grpc::ByteBuffer>(const grpc::ByteBuffer&)>;
+
+  // Begins a stream, which lives until gRPC has done with it. What is pointed to must outlive it.
+  static ByteStream* Start(const Callers* callers, grpc::CallbackServerContext* context,
+                           AnonymousCall call, Answer answer);
+
+ private:
+  ReflectionReactor(const Callers* callers, grpc::CallbackServerContext* context,
+                    AnonymousCall call, Answer answer);
+
+  void OnReadDone(bool ok) override ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnWriteDone(bool ok) override ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnDone() override;
+  void OnTimeout() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // Ends the stream, unless it has ended.
+  void End(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const Callers* const callers_;
+  grpc::CallbackServerContext* const context_;
+  AnonymousCall call_;
+  const Answer answer_;
+  grpc::Alarm alarm_;
+  grpc::ByteBuffer request_;
+  grpc::ByteBuffer response_;
+  std::shared_ptr<ReflectionReactor> self_;
+
+  absl::Mutex mutex_;
+  bool writes_ ABSL_GUARDED_BY(mutex_) = false;
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_REFLECTION_REACTOR_H_

@@ -1,0 +1,95 @@
+#include "server/rpc/services/render_service.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "server/rpc/call/refused_stream.h"
+#include "server/rpc/call/unary_call.h"
+#include "server/rpc/grpc/method_name.h"
+#include "server/rpc/watch/watch_pool_reactor.h"
+#include "server/wire/convert_frames.h"
+
+namespace procgen {
+namespace {
+
+using RenderCall = UnaryCall<v1::RenderEnvironmentsRequest, v1::RenderEnvironmentsResponse>;
+
+// Draws straight into the response.
+void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
+  std::vector<absl::Span<uint8_t>> images;
+  for (const int32_t environment : call->request().environments()) {
+    v1::Frame* frame = call->response()->add_frames();
+    frame->set_environment(environment);
+    frame->set_width_px(side);
+    frame->set_height_px(side);
+    std::string* image = frame->mutable_image();
+    image->resize(static_cast<size_t>(side) * static_cast<size_t>(side) * 3);
+    images.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image->data()), image->size()));
+  }
+  draw(images);
+  WriteFrames(call->request().format(), call->response()->mutable_frames());
+  call->Finish(absl::OkStatus());
+}
+
+// Looks at the pool in a turn, which ends before what was seen is drawn.
+void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* executor,
+            RenderCall* call) {
+  const v1::RenderEnvironmentsRequest& request = call->request();
+  const FrameLook look = LookOf(request);
+  call->response()->set_sequence_number(pool->next_sequence_number() - 1);
+  pool->Look({request.environments().begin(), request.environments().end()}, look.view,
+             look.side_px,
+             [pool, side = look.side_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
+               pool->EndTurn();
+               if (!draw.ok()) {
+                 call->Finish(draw.status());
+                 return;
+               }
+               executor->Run(call->owner(), [draw = *std::move(draw), side, call]() mutable {
+                 Draw(std::move(draw), side, call);
+               });
+             });
+}
+
+}  // namespace
+
+RenderServiceImpl::RenderServiceImpl(Sessions* sessions, const Callers* callers)
+    : sessions_(sessions), callers_(callers) {
+  AddByteMethod<v1::RenderEnvironmentsRequest>(
+      [this](auto* context) { return RenderEnvironments(context); });
+  AddByteMethod<v1::WatchPoolRequest>([this](auto* context) { return WatchPool(context); });
+}
+
+ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* context) {
+  return RenderCall::Start(*callers_, *context, [this](RenderCall* call) {
+    absl::StatusOr<std::shared_ptr<PoolSession>> pool =
+        sessions_->Find(call->owner(), call->request().pool());
+    absl::Status status = pool.status();
+    if (status.ok()) {
+      status = CheckRender(call->request(), **pool, sessions_->limits());
+    }
+    if (!status.ok()) {
+      call->Finish(status);
+      return;
+    }
+    (*pool)->TakeTurn([this, pool = *pool, call](const absl::Status& turn) {
+      if (!turn.ok()) {
+        call->Finish(turn);
+        return;
+      }
+      Render(pool, &sessions_->executor(), call);
+    });
+  });
+}
+
+ByteStream* RenderServiceImpl::WatchPool(grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  if (!caller.ok()) {
+    return new RefusedStream(
+        callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), caller.status()));
+  }
+  return WatchPoolReactor::Start(sessions_, callers_, *std::move(caller));
+}
+
+}  // namespace procgen

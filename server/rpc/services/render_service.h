@@ -1,0 +1,26 @@
+#ifndef SERVER_RPC_SERVICES_RENDER_SERVICE_H_
+#define SERVER_RPC_SERVICES_RENDER_SERVICE_H_
+
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// RenderService: draws environments for people.
+class RenderServiceImpl final : public ByteService {
+ public:
+  // `sessions` and `callers` must outlive this.
+  RenderServiceImpl(Sessions* sessions, const Callers* callers);
+
+ private:
+  ByteStream* RenderEnvironments(grpc::CallbackServerContext* context);
+  ByteStream* WatchPool(grpc::CallbackServerContext* context);
+
+  Sessions* const sessions_;
+  const Callers* const callers_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_RENDER_SERVICE_H_

@@ -1,0 +1,92 @@
+#ifndef SERVER_RPC_SERVICES_SERVICES_H_
+#define SERVER_RPC_SERVICES_SERVICES_H_
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "grpcpp/server_builder.h"
+#include "server/cluster/cluster.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/rpc/call/unknown_methods.h"
+#include "server/rpc/dm_env_rpc/dm_env_rpc_service.h"
+#include "server/rpc/services/catalog_service.h"
+#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/cluster_service.h"
+#include "server/rpc/services/health_service.h"
+#include "server/rpc/services/pool_service.h"
+#include "server/rpc/services/reflection_service.h"
+#include "server/rpc/services/render_service.h"
+#include "server/rpc/services/state_service.h"
+#include "server/rpc/step/step_service.h"
+#include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
+
+namespace procgen {
+
+// All services of the contract, that of dm_env_rpc, and gRPC's health and reflection. Threads: as
+// those of its members; it must outlive the gRPC server.
+class Services {
+ public:
+  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  Services(Sessions* sessions, Cluster* cluster, const Callers* callers, DirectLines* direct_lines,
+           const CloneSources& clone_sources)
+      : catalog_(sessions, callers),
+        cluster_(cluster, callers),
+        pool_(sessions, callers),
+        step_(sessions, callers, direct_lines),
+        state_(sessions, callers, clone_sources),
+        render_(sessions, callers),
+        dm_env_rpc_(sessions, callers),
+        pool_services_({&catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}),
+        health_(callers, NamesOf(pool_services_)),
+        reflection_(callers, NamesOf(pool_services_)),
+        unknown_methods_(callers) {}
+
+  void RegisterWith(grpc::ServerBuilder* builder) {
+    for (ByteService* service : pool_services_) {
+      builder->RegisterService(service);
+    }
+    builder->RegisterService(&health_);
+    builder->RegisterService(&reflection_);
+    builder->RegisterCallbackGenericService(&unknown_methods_);
+  }
+
+  // What the health service says of all of them.
+  void SetServing(bool is_serving) { health_.SetServing(is_serving); }
+
+  // Ends the streams that would go on for as long as the server does.
+  void EndWatches() {
+    cluster_.EndWatches();
+    health_.EndWatches();
+  }
+
+  // Ends the streams of which Sessions::Drain does not know.
+  void Drain() { dm_env_rpc_.Drain(); }
+
+ private:
+  static std::set<std::string> NamesOf(const std::vector<ByteService*>& services) {
+    std::set<std::string> names;
+    for (const ByteService* service : services) {
+      names.insert(service->service_name());
+    }
+    return names;
+  }
+
+  CatalogServiceImpl catalog_;
+  ClusterServiceImpl cluster_;
+  PoolServiceImpl pool_;
+  StepServiceImpl step_;
+  StateServiceImpl state_;
+  RenderServiceImpl render_;
+  DmEnvRpcServiceImpl dm_env_rpc_;
+  const std::vector<ByteService*> pool_services_;  // those above
+  HealthServiceImpl health_;
+  ReflectionServiceImpl reflection_;
+  UnknownMethods unknown_methods_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_SERVICES_H_

@@ -1,0 +1,33 @@
+#ifndef SERVER_RPC_SERVICES_STATE_SERVICE_H_
+#define SERVER_RPC_SERVICES_STATE_SERVICE_H_
+
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/rpc/services/clone_sources.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// StateService: saves, restores and clones environments, and reads their episodes, each in a turn
+// at their pool and on the background executor. A call has one turn at a time, so calls between the
+// same pools cannot wait for one another. Serves while the server drains, too.
+class StateServiceImpl final : public ByteService {
+ public:
+  // `sessions` and `callers` must outlive this.
+  // `clone_sources`: the servers that CloneStates may be asked to read from.
+  StateServiceImpl(Sessions* sessions, const Callers* callers, CloneSources clone_sources);
+
+ private:
+  ByteStream* SaveStates(grpc::CallbackServerContext* context);
+  ByteStream* RestoreStates(grpc::CallbackServerContext* context);
+  ByteStream* CloneStates(grpc::CallbackServerContext* context);
+  ByteStream* ReadEpisode(grpc::CallbackServerContext* context);
+
+  Sessions* const sessions_;
+  const Callers* const callers_;
+  const CloneSources clone_sources_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_SERVICES_STATE_SERVICE_H_

@@ -1,0 +1,224 @@
+#include "server/rpc/step/answer_replay.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "grpc/support/time.h"
+#include "grpcpp/alarm.h"
+#include "server/logging/event_log.h"
+#include "server/rpc/step/response.h"
+#include "server/rpc/step/response_builder.h"
+#include "server/session/pool/pool_tap.h"
+#include "server/session/pool/response_sink.h"
+#include "server/session/quota/limits.h"
+#include "server/wire/convert_step.h"
+
+namespace procgen {
+namespace {
+
+// Between attempts: doubled each time, until a request succeeds.
+constexpr absl::Duration kBackoffMin = absl::Milliseconds(100);
+constexpr absl::Duration kBackoffMax = absl::Seconds(5);
+
+// Whether another attempt would get the same error.
+bool IsPermanent(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kOutOfRange:
+    case absl::StatusCode::kUnimplemented:
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kDataLoss:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// By the steady clock.
+gpr_timespec After(absl::Duration duration) {
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
+                      gpr_time_from_millis(absl::ToInt64Milliseconds(duration), GPR_TIMESPAN));
+}
+
+// Shared, because it lasts until its last callback. As a tap it learns that the pool is closed or
+// that the server drains.
+class AnswerReplay final : public PoolTap,
+                           public ResponseSink,
+                           public std::enable_shared_from_this<AnswerReplay> {
+ public:
+  AnswerReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
+               int64_t response_bytes_max)
+      : pool_(std::move(pool)),
+        requests_(std::move(requests)),
+        response_bytes_max_(response_bytes_max) {
+    // The last one tells how all environments stand, and that they are where they were.
+    v1::StepPoolRequest look;
+    look.mutable_observe()->set_observation(v1::OBSERVATION_NONE);
+    look.mutable_observe()->mutable_slice()->set_environment_count(pool_->env_count());
+    requests_.push_back(look.SerializeAsString());
+  }
+
+  void Start() {
+    pool_->TakeTurn([self = shared_from_this()](const absl::Status& turn) {
+      if (turn.ok() && self->pool_->AddTap(self).ok()) {
+        self->ExecuteNext();
+      } else if (turn.ok()) {
+        self->pool_->EndTurn();
+      }
+    });
+  }
+
+  void OnPart(Part /*part*/, absl::Span<const uint8_t> /*observations*/) override {}
+  void OnRequestEnd(int64_t /*sequence_number*/, int64_t /*change_number*/) override {}
+  void OnUnseen() override {}
+  void OnEnd(const absl::Status& /*reason*/) override {
+    std::shared_ptr<grpc::Alarm> alarm;
+    {
+      absl::MutexLock lock(&mutex_);
+      ended_ = true;
+      alarm = alarm_;
+    }
+    if (alarm != nullptr) {
+      alarm->Cancel();
+    }
+  }
+
+  absl::StatusOr<std::optional<Batch>> PreparePart(Part part) override {
+    return request_.request.again ? builder_.Prepare(*pool_, request_.request, part, &response_)
+                                  : Batch();
+  }
+  absl::Cord PartDone(Part /*part*/, bool keep) override {
+    grpc::ByteBuffer bytes;
+    return keep ? builder_.Complete(*pool_, request_.request, keep, &response_, &bytes)
+                : absl::Cord();
+  }
+  absl::Status Recall(const Answer& /*answer*/) override {
+    return absl::InternalError("a request of an earlier process was executed by this one");
+  }
+  void Done(const absl::Status& status) override {
+    builder_.ResetEncoder();
+    if (!status.ok()) {
+      Fail(status);
+      return;
+    }
+    backoff_ = kBackoffMin;
+    ++next_;
+    ExecuteNext();
+  }
+
+ private:
+  // Ends the turn where there is none left.
+  void ExecuteNext() {
+    for (; next_ < requests_.size(); ++next_) {
+      const absl::Status status = Read();
+      if (status.ok()) {
+        pool_->ExecuteInTurn(&request_.request, shared_from_this());
+        return;
+      }
+      LogEvent(LogLevel::kWarning, "answer_not_kept", EventOf(status));
+    }
+    End();
+  }
+
+  absl::Status Read() {
+    const bool is_look = next_ + 1 == requests_.size();
+    absl::Status status = request_.message.ParseFromString(requests_[next_])
+                              ? ReadStreamRequest(&request_)
+                              : absl::InternalError("it is no request");
+    if (status.ok()) {
+      status = SetRowsMax();
+    }
+    request_.request.again = !is_look;
+    return status;
+  }
+
+  absl::Status SetRowsMax() {
+    for (const int64_t bytes : {int64_t{kMessageBytesMin}, response_bytes_max_}) {
+      const auto rows =
+          ResponseRowsMax("response_bytes_max", request_.request, pool_->coding(), bytes);
+      if (rows.ok() || bytes == response_bytes_max_) {
+        request_.request.chunk_rows_max = rows.value_or(0);
+        return rows.status();
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  void Fail(const absl::Status& status) {
+    if (IsPermanent(status)) {
+      LogEvent(LogLevel::kError, "pool_not_resumed", EventOf(status));
+      pool_->Fail({status.code(), absl::StrCat("pool ", pool_->name(),
+                                               " could not be resumed: ", status.message())});
+      End();
+      return;
+    }
+    // Nodes have not come in time; they may yet. The turn stays: what others want comes after.
+    LogEvent(LogLevel::kWarning, "pool_waits", EventOf(status));
+    {
+      absl::MutexLock lock(&mutex_);
+      if (!ended_) {
+        alarm_ = std::make_shared<grpc::Alarm>();
+        alarm_->Set(After(std::exchange(backoff_, std::min(2 * backoff_, kBackoffMax))),
+                    [self = shared_from_this()](bool /*is_due*/) { self->OnAlarm(); });
+        return;
+      }
+    }
+    End();
+  }
+
+  void OnAlarm() {
+    bool ended = false;
+    {
+      absl::MutexLock lock(&mutex_);
+      alarm_ = nullptr;  // which holds this
+      ended = ended_;
+    }
+    if (ended) {
+      End();
+    } else {
+      ExecuteNext();
+    }
+  }
+
+  void End() {
+    pool_->RemoveTap(this);
+    pool_->EndTurn();
+  }
+
+  EventFields EventOf(const absl::Status& status) const {
+    return {{"pool", pool_->name()},
+            {"owner", pool_->owner()},
+            {"message", std::string(status.message())}};
+  }
+
+  const std::shared_ptr<PoolSession> pool_;
+  std::vector<std::string> requests_;
+  const int64_t response_bytes_max_;
+  size_t next_ = 0;  // of requests_: the one that is executed
+  StreamRequest request_;
+  ResponseBuilder builder_;
+  Response response_;
+  absl::Duration backoff_ = kBackoffMin;
+
+  absl::Mutex mutex_;
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // the pool is closed, or the server drains
+  // Between attempts; shared with who cancels it.
+  std::shared_ptr<grpc::Alarm> alarm_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace
+
+void ReplayAnswers(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
+                   int64_t response_bytes_max) {
+  std::make_shared<AnswerReplay>(std::move(pool), std::move(requests), response_bytes_max)->Start();
+}
+
+}  // namespace procgen

@@ -1,0 +1,92 @@
+#include "server/rpc/step/pipe_transport.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "grpcpp/support/slice.h"
+#include "server/rpc/grpc/parse_message.h"
+
+namespace procgen {
+namespace {
+
+// How often the pipe is polled before its thread is to be woken: some 5 us, less than waking a
+// thread costs. After it was in vain, so many requests are not polled for.
+constexpr int kSpinIterations = 16;
+constexpr int kPollsSkipped = 64;
+
+}  // namespace
+
+PipeTransport::PipeTransport(std::shared_ptr<DirectLine> line, StreamTransportUser* user,
+                             Metrics* metrics)
+    : line_(std::move(line)), user_(user), metrics_(metrics) {}
+
+bool PipeTransport::Poll() {
+  received_ = line_->Receive();
+  if (received_.ok() && !received_->has_value()) {
+    return false;
+  }
+  const absl::Status status = received_.status();  // the next read may begin within OnRead
+  user_->OnRead(this, status);
+  return true;
+}
+
+bool PipeTransport::Read() { return Poll(); }
+
+void PipeTransport::Await() {
+  if (polls_to_skip_ > 0) {
+    --polls_to_skip_;
+  } else {
+    for (int i = 0; i < kSpinIterations; ++i) {
+      if (Poll()) {
+        return;
+      }
+      std::this_thread::yield();
+    }
+    polls_to_skip_ = kPollsSkipped;
+  }
+  Watch();
+}
+
+void PipeTransport::Watch() {
+  is_watched_ = true;
+  line_->Watch();
+}
+
+void PipeTransport::OnInput() {
+  // The pipe's thread also comes when the pipes were hung up, while another thread may poll.
+  if (is_watched_.exchange(false) && !Poll()) {
+    Watch();
+  }
+}
+
+absl::Status PipeTransport::Take(StreamRequest* request) {
+  const absl::string_view bytes = **received_;
+  request->message_bytes = bytes.size();
+  metrics_->AddReceivedBytes(static_cast<int64_t>(bytes.size()));
+  return ParseMessage(bytes, &request->message);
+}
+
+void PipeTransport::Write(Outgoing* outgoing) {
+  std::vector<absl::string_view> pieces;
+  std::vector<grpc::Slice> slices;
+  if (!outgoing->bytes.Valid()) {
+    // It has no observations: those are in shared memory.
+    outgoing->response->message.SerializeToString(&serialized_);
+    pieces.emplace_back(serialized_);
+  } else if (outgoing->bytes.Dump(&slices).ok()) {
+    for (const grpc::Slice& slice : slices) {
+      pieces.emplace_back(reinterpret_cast<const char*>(slice.begin()), slice.size());
+    }
+  }
+  size_t bytes = 0;
+  for (const absl::string_view piece : pieces) {
+    bytes += piece.size();
+  }
+  metrics_->AddSentBytes(static_cast<int64_t>(bytes));
+  user_->OnWritten(line_->Send(pieces));
+}
+
+}  // namespace procgen

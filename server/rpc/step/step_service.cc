@@ -1,0 +1,27 @@
+#include "server/rpc/step/step_service.h"
+
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "server/rpc/call/refused_stream.h"
+#include "server/rpc/grpc/method_name.h"
+#include "server/rpc/step/step_pool_reactor.h"
+
+namespace procgen {
+
+StepServiceImpl::StepServiceImpl(Sessions* sessions, const Callers* callers,
+                                 DirectLines* direct_lines)
+    : sessions_(sessions), callers_(callers), direct_lines_(direct_lines) {
+  AddByteMethod<v1::StepPoolRequest>([this](auto* context) { return StepPool(context); });
+}
+
+ByteStream* StepServiceImpl::StepPool(grpc::CallbackServerContext* context) {
+  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  if (!caller.ok()) {
+    return new RefusedStream(
+        callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
+  }
+  return StepPoolReactor::Start(sessions_, callers_, direct_lines_, context, *std::move(caller));
+}
+
+}  // namespace procgen

@@ -1,0 +1,27 @@
+#ifndef SERVER_RPC_STEP_STEP_SERVICE_H_
+#define SERVER_RPC_STEP_STEP_SERVICE_H_
+
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/call/byte_service.h"
+#include "server/session/sessions.h"
+#include "server/shared_memory/direct_lines.h"
+
+namespace procgen {
+
+// StepService: each stream is a StepPoolReactor.
+class StepServiceImpl final : public ByteService {
+ public:
+  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  StepServiceImpl(Sessions* sessions, const Callers* callers, DirectLines* direct_lines);
+
+ private:
+  ByteStream* StepPool(grpc::CallbackServerContext* context);
+
+  Sessions* const sessions_;
+  const Callers* const callers_;
+  DirectLines* const direct_lines_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_STEP_STEP_SERVICE_H_

@@ -1,0 +1,78 @@
+#include "server/rpc/watch/latest_stream.h"
+
+#include <utility>
+
+namespace procgen {
+
+LatestStream::LatestStream(const Callers* callers, absl::string_view method)
+    : callers_(callers), method_(method) {}
+
+void LatestStream::Begin(std::shared_ptr<LatestStream> self) {
+  self_ = std::move(self);
+  ReadRequest(callers_->request_timeout());
+}
+
+void LatestStream::Send(Response response) {
+  {
+    absl::MutexLock lock(&mutex_);
+    waiting_ = std::move(response);
+  }
+  Continue();
+}
+
+bool LatestStream::IsIdle() {
+  absl::MutexLock lock(&mutex_);
+  return !writes_ && waiting_ == nullptr;
+}
+
+void LatestStream::Close(const absl::Status& status) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (end_.has_value()) {
+      return;
+    }
+    end_ = status;
+  }
+  Continue();
+}
+
+void LatestStream::OnWriteDone(bool ok) {
+  {
+    absl::MutexLock lock(&mutex_);
+    writes_ = false;
+    if (!ok && !end_.has_value()) {
+      end_ = absl::OkStatus();  // who watched has gone
+    }
+  }
+  Continue();
+}
+
+void LatestStream::OnCancel() { Close(absl::OkStatus()); }
+
+void LatestStream::OnDone() {
+  LetGo();
+  const std::shared_ptr<LatestStream> last = std::move(self_);
+}
+
+void LatestStream::Continue() {
+  Response response;
+  std::optional<absl::Status> end;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (writes_ || ended_ || !(end_.has_value() || waiting_ != nullptr)) {
+      return;
+    }
+    end = end_;
+    ended_ = end.has_value();
+    writes_ = !ended_;
+    response = std::exchange(waiting_, nullptr);
+  }
+  if (end.has_value()) {
+    Finish(callers_->Dismiss(method_, *end));
+    return;
+  }
+  written_ = response();
+  StartWrite(&written_);
+}
+
+}  // namespace procgen

@@ -1,0 +1,53 @@
+#include "server/rpc/watch/watch_nodes_reactor.h"
+
+#include <utility>
+
+#include "grpcpp/impl/codegen/proto_utils.h"
+#include "procgen/v1/cluster.pb.h"
+#include "server/rpc/grpc/method_name.h"
+#include "server/rpc/grpc/parse_message.h"
+#include "server/wire/convert_node.h"
+
+namespace procgen {
+
+std::shared_ptr<WatchNodesReactor> WatchNodesReactor::Start(Cluster* cluster,
+                                                            const Callers* callers,
+                                                            Owners::Share share) {
+  std::shared_ptr<WatchNodesReactor> reactor(
+      new WatchNodesReactor(cluster, callers, std::move(share)));
+  reactor->Begin(reactor);
+  return reactor;
+}
+
+WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const Callers* callers, Owners::Share share)
+    : LatestStream(callers, MethodNameOf<v1::WatchNodesRequest>()),
+      cluster_(cluster),
+      share_(std::move(share)) {}
+
+void WatchNodesReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
+  v1::WatchNodesRequest message;
+  absl::Status status = request.status();
+  if (status.ok()) {
+    status = ParseMessage(*request, &message);
+  }
+  if (!status.ok()) {
+    Close(status);
+    return;
+  }
+  subscription_ = cluster_->Subscribe([this] { SendNodes(); });
+  SendNodes();
+}
+
+void WatchNodesReactor::LetGo() { subscription_ = Subscription(); }
+
+void WatchNodesReactor::SendNodes() {
+  Send([this] {
+    grpc::ByteBuffer response;
+    bool own_buffer = false;
+    grpc::SerializationTraits<v1::WatchNodesResponse>::Serialize(
+        NodesMessageOf<v1::WatchNodesResponse>(*cluster_), &response, &own_buffer);
+    return response;
+  });
+}
+
+}  // namespace procgen

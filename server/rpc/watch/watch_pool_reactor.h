@@ -1,0 +1,47 @@
+#ifndef SERVER_RPC_WATCH_WATCH_POOL_REACTOR_H_
+#define SERVER_RPC_WATCH_WATCH_POOL_REACTOR_H_
+
+#include <memory>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/cord.h"
+#include "server/rpc/auth/caller.h"
+#include "server/rpc/watch/latest_stream.h"
+#include "server/session/quota/owners.h"
+#include "server/session/sessions.h"
+#include "server/session/watch/watcher.h"
+
+namespace procgen {
+
+// One stream of WatchPool: reads which pool is to be watched, then sends moments of it.
+// Threads: any method from any thread.
+class WatchPoolReactor final : public LatestStream, public Watcher {
+ public:
+  // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
+  // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
+  // wait for those who watch.
+  static WatchPoolReactor* Start(Sessions* sessions, const Callers* callers, Caller caller);
+  ~WatchPoolReactor() override = default;
+
+  bool IsReady() override { return IsIdle(); }
+  void Take(const absl::Cord& moment) override;
+  // Ends the stream, once what is being sent is on its way, unless it has ended.
+  void End(const absl::Status& reason) override;
+
+ private:
+  WatchPoolReactor(Sessions* sessions, const Callers* callers, Caller caller);
+
+  void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
+  absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);
+  void LetGo() override;
+
+  Sessions* const sessions_;
+  Caller caller_;  // until the request is there
+  Owners::Share share_;
+  std::weak_ptr<WatchPoolReactor> weak_self_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_RPC_WATCH_WATCH_POOL_REACTOR_H_

@@ -1,0 +1,71 @@
+#ifndef SERVER_SESSION_EPISODES_EPISODE_RECORDING_H_
+#define SERVER_SESSION_EPISODES_EPISODE_RECORDING_H_
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "server/session/episodes/episode.h"
+
+namespace procgen {
+
+// An episode while it is recorded: its summary, and its steps in one append buffer.
+//
+// The buffer is a sequence of records. A step is its action, one byte. A repeat count other than 1
+// comes before the action; a reward other than 0 and the seed of a level that began come after it.
+// Threads: compatible.
+class EpisodeRecording {
+ public:
+  // Memory of the buffer, in bytes, and whether a further step fits it.
+  int64_t capacity() const { return static_cast<int64_t>(bytes_.capacity()); }
+  bool HasRoom() const { return bytes_.capacity() - bytes_.size() >= kStepBytesMax; }
+  // Moves the steps to a buffer of `capacity` bytes. REQUIRES: they fit.
+  void Reallocate(int64_t capacity);
+
+  // Adds a step. `count`: how often the action was taken, in [0, 65535]. REQUIRES: HasRoom().
+  void AddStep(int32_t action, int32_t count, float reward) {
+    if (count != 1) {
+      Append(kCount, static_cast<uint16_t>(count));
+    }
+    bytes_.push_back(static_cast<uint8_t>(action));
+    if (std::bit_cast<uint32_t>(reward) != 0) {
+      Append(kReward, reward);
+    }
+  }
+  // A level began within the episode, with the step that was added last. Once a step at most.
+  void AddLevel(int32_t level_seed) { Append(kLevel, level_seed); }
+  // Forgets all steps and keeps the memory.
+  void ClearSteps() { bytes_.clear(); }
+  // Forgets the oldest steps until the others take at most `bytes`. True: some were forgotten.
+  bool KeepLast(int64_t bytes);
+
+  Episode Decode() const;
+
+  EpisodeSummary summary;
+
+ private:
+  static constexpr size_t kStepBytesMax = 14;  // count 3, action 1, reward 5, level 5
+  // The first byte of a record that is no action; its value follows.
+  static constexpr uint8_t kCount = 0x80;   // uint16
+  static constexpr uint8_t kReward = 0x81;  // float
+  static constexpr uint8_t kLevel = 0x82;   // int32
+
+  static size_t RecordSize(uint8_t kind);
+  template <typename Value>
+  void Append(uint8_t kind, Value value) {
+    const size_t at = bytes_.size();
+    bytes_.resize(at + 1 + sizeof(value));
+    bytes_[at] = kind;
+    std::memcpy(&bytes_[at + 1], &value, sizeof(value));
+  }
+  // Where the first step begins that does so at `from` or behind it.
+  size_t FindStep(size_t from) const;
+
+  std::vector<uint8_t> bytes_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_EPISODES_EPISODE_RECORDING_H_

@@ -1,0 +1,66 @@
+#ifndef SERVER_SESSION_HOST_LOCAL_POOL_H_
+#define SERVER_SESSION_HOST_LOCAL_POOL_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+#include "server/concurrency/background_executor.h"
+#include "server/session/host/hosted_pool.h"
+
+namespace procgen {
+
+// A pool of this process: stepped by its crew, and what takes long besides by the background
+// executor.
+class LocalPool final : public HostedPool {
+ public:
+  // `executor` must outlive this; what it does for the pool counts as work of `owner`.
+  LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor);
+  ~LocalPool() override;
+
+  const PoolOptions& options() const override { return pool_->options(); }
+  bool AwaitsReset(int32_t environment) const override { return pool_->AwaitsReset(environment); }
+  void BeginRequest(const Request& /*request*/, const Batch& /*first_part*/) override {}
+  void StepAsync(const StepInput& part, const Batch& batch, Done done, NearEnd near_end) override;
+  void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override;
+  void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
+  void RestoreStates(std::vector<StateToRestore> states, Done done) override;
+  void CloneStates(std::vector<StateToClone> pairs, Done done) override;
+  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+            LookDone done) override;
+
+ private:
+  class Painters;
+
+  void LookHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                LookDone done);
+
+  const std::unique_ptr<Pool> pool_;
+  const std::string owner_;
+  BackgroundExecutor* const executor_;
+  const std::shared_ptr<Painters> painters_;
+};
+
+// Makes pools in this process, which share one crew.
+class LocalPoolHost final : public PoolHost {
+ public:
+  // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
+  // `executor` must outlive this and its pools.
+  LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                BackgroundExecutor* executor);
+
+  void Create(const PoolOrder& order, CreateDone done) override;
+  int32_t worker_count() const override { return crew_->thread_count(); }
+
+ private:
+  const std::shared_ptr<Crew> crew_;
+  const std::shared_ptr<const SharedArt> art_;
+  BackgroundExecutor* const executor_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_HOST_LOCAL_POOL_H_

@@ -1,0 +1,53 @@
+#include "server/session/pool/pool_counts.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+namespace procgen {
+
+PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
+    : first_environment_(options.first_environment) {
+  for (const std::string& game : options.games) {
+    games_.push_back(
+        &metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
+  }
+  game_steps_.resize(games_.size());
+}
+
+int64_t PoolCounts::Add(Part part, absl::Span<const Reset> resets, const Batch& batch) {
+  const int64_t steps = part.count - static_cast<int64_t>(resets.size());
+  step_count_ += steps;
+  AddSteps(part, resets);
+  for (int32_t row = 0; row < part.count; ++row) {
+    const auto at = static_cast<size_t>(row);
+    if (batch.terminated[at] != 0 || batch.truncated[at] != 0) {
+      games_[GameIndexOf(part.first + row)]->AddEpisode(batch.episode_returns[at],
+                                                        batch.episode_lengths[at]);
+      episodes_.Add(batch.episode_returns[at], batch.episode_lengths[at]);
+    }
+  }
+  return steps;
+}
+
+void PoolCounts::AddSteps(Part part, absl::Span<const Reset> resets) {
+  const auto game_count = static_cast<int32_t>(games_.size());
+  // Environments row, row + game_count, ... play the same game.
+  for (int32_t row = 0; row < game_count; ++row) {
+    game_steps_[GameIndexOf(part.first + row)] =
+        (std::max(0, part.count - row) + game_count - 1) / game_count;
+  }
+  for (const Reset& reset : resets) {
+    --game_steps_[GameIndexOf(reset.environment)];
+  }
+  for (size_t game = 0; game < games_.size(); ++game) {
+    games_[game]->AddSteps(game_steps_[game]);
+  }
+}
+
+size_t PoolCounts::GameIndexOf(int32_t environment) const {
+  return (static_cast<size_t>(first_environment_) + static_cast<size_t>(environment)) %
+         games_.size();
+}
+
+}  // namespace procgen

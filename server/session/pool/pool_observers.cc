@@ -1,0 +1,135 @@
+#include "server/session/pool/pool_observers.h"
+
+#include <utility>
+
+namespace procgen {
+namespace {
+
+// What snapshots say of how environments go on that were put into them.
+std::vector<EpisodeLog::PutIn> PutInOf(const std::vector<StateToRestore>& states) {
+  std::vector<EpisodeLog::PutIn> put_in;
+  for (const StateToRestore& state : states) {
+    const absl::StatusOr<SavedMoment> moment = ReadSavedMoment(state.snapshot);
+    if (moment.ok()) {
+      put_in.push_back({.environment = state.environment,
+                        .options = std::make_shared<const EnvironmentOptions>(moment->options),
+                        .level_seed = moment->level_seed,
+                        .episode_length = moment->episode_length,
+                        .awaits_episode = moment->awaits_episode,
+                        // That of a new environment has drawn one level.
+                        .follows_another = moment->level_draws != 1});
+    }
+  }
+  return put_in;
+}
+
+}  // namespace
+
+PoolObservers::PoolObservers(const PoolOptions& options, const PoolSurroundings& surroundings)
+    : step_count_(surroundings.step_count),
+      counts_(options, surroundings.metrics),
+      episodes_(surroundings.episode_bytes->bytes_max() == 0
+                    ? nullptr
+                    : std::make_unique<EpisodeLog>(options.env_count, surroundings.episode_bytes)) {
+}
+
+void PoolObservers::OnPart(const Request& request, const StepInput& input, const Batch& batch,
+                           bool ok) {
+  Remember(request, input, batch, ok);
+  TellTaps(request, {input.first, input.count}, batch, ok);
+}
+
+void PoolObservers::Remember(const Request& request, const StepInput& input, const Batch& batch,
+                             bool ok) {
+  if (request.kind == Request::Kind::kObserve) {
+    return;
+  }
+  if (ok && input.steps) {
+    *step_count_ += counts_.Add({input.first, input.count}, input.resets, batch);
+  }
+  if (episodes_ == nullptr) {
+    return;
+  }
+  if (ok) {
+    episodes_->Add(input, batch);
+  } else if (input.first > request.first) {
+    // Its earlier parts have not happened after all.
+    episodes_->Lose({request.first, input.first - request.first}, EpisodeLack::kFailedRequest);
+  }
+}
+
+void PoolObservers::TellTaps(const Request& request, Part part, const Batch& batch, bool ok) {
+  if (!is_tapped_ || request.sequence_number == 0) {
+    return;
+  }
+  const bool is_last = part.first + part.count == request.first + request.count;
+  absl::MutexLock lock(&taps_mutex_);
+  for (const std::shared_ptr<PoolTap>& tap : taps_) {
+    if (!ok) {
+      tap->OnUnseen();
+      continue;
+    }
+    tap->OnPart(part, batch.observations);
+    if (is_last) {
+      tap->OnRequestEnd(request.sequence_number, change_number_);
+    }
+  }
+}
+
+void PoolObservers::OnRestore(const std::vector<StateToRestore>& states) {
+  if (episodes_ != nullptr) {
+    episodes_->Add(PutInOf(states));
+  }
+}
+
+void PoolObservers::OnClone(const std::vector<StateToClone>& pairs) {
+  if (episodes_ != nullptr) {
+    episodes_->Add(pairs);
+  }
+}
+
+void PoolObservers::OnUnseen() {
+  if (!is_tapped_) {
+    return;
+  }
+  absl::MutexLock lock(&taps_mutex_);
+  for (const std::shared_ptr<PoolTap>& tap : taps_) {
+    tap->OnUnseen();
+  }
+}
+
+void PoolObservers::ForgetEpisodes(int32_t env_count) {
+  if (episodes_ != nullptr) {
+    episodes_->Lose({0, env_count}, EpisodeLack::kBeforeProcess);
+  }
+}
+
+absl::Status PoolObservers::AddTap(std::shared_ptr<PoolTap> tap) {
+  absl::MutexLock lock(&taps_mutex_);
+  if (taps_end_.ok()) {
+    taps_.push_back(std::move(tap));
+    is_tapped_ = true;
+  }
+  return taps_end_;
+}
+
+void PoolObservers::RemoveTap(const PoolTap* tap) {
+  absl::MutexLock lock(&taps_mutex_);
+  std::erase_if(taps_, [tap](const std::shared_ptr<PoolTap>& each) { return each.get() == tap; });
+  is_tapped_ = !taps_.empty();
+}
+
+void PoolObservers::EndTaps(const absl::Status& reason) {
+  std::vector<std::shared_ptr<PoolTap>> taps;
+  {
+    absl::MutexLock lock(&taps_mutex_);
+    taps.swap(taps_);
+    taps_end_.Update(reason);
+    is_tapped_ = false;
+  }
+  for (const std::shared_ptr<PoolTap>& tap : taps) {
+    tap->OnEnd(reason);
+  }
+}
+
+}  // namespace procgen

@@ -1,0 +1,215 @@
+#include "server/session/pool/pool_session.h"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/concurrency/alarm.h"
+#include "server/session/pool/batch_sink.h"
+
+namespace procgen {
+namespace {
+
+// After a look the pool is left alone for so many times as long as it took, and no longer than the
+// maximum.
+constexpr int kPausePerLook = 99;
+constexpr absl::Duration kPauseMax = absl::Seconds(1);
+
+}  // namespace
+
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
+                         absl::Duration lease_duration, const PoolSurroundings& surroundings,
+                         Encoding encoding, const SharedFolder* shared_folder)
+    : owner_(std::move(owner)),
+      name_(std::move(name)),
+      pool_(std::move(pool)),
+      coding_(pool_->options().observation_format, encoding),
+      surroundings_(surroundings),
+      create_time_(surroundings.lease_alarm->Now()),
+      shared_ring_(shared_folder == nullptr
+                       ? nullptr
+                       : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
+                                                      observation_bytes())),
+      turns_(name_),
+      resume_buffer_(name_, AnswerBytesMax(), surroundings.kept_answer_bytes,
+                     shared_ring_ != nullptr),
+      observers_(pool_->options(), surroundings),
+      executor_({.pool_name = name_,
+                 .pool = pool_.get(),
+                 .turns = &turns_,
+                 .resume_buffer = &resume_buffer_,
+                 .observers = &observers_,
+                 .metrics = surroundings.metrics}),
+      stream_({.owner = owner_,
+               .pool_name = name_,
+               .owners = surroundings.owners,
+               .lease_alarm = surroundings.lease_alarm,
+               .resume_buffer = &resume_buffer_,
+               .next_sequence_number = &executor_.next_sequence_number()},
+              lease_duration) {}
+
+PoolSession::~PoolSession() {
+  if (shared_ring_ != nullptr) {
+    surroundings_.shared_memory_bytes->Change(shared_ring_->size_bytes(), 0);
+  }
+}
+
+int64_t PoolSession::AnswerBytesMax() const {
+  // An observation and a final one, which is not encoded, and what else a response of a single
+  // environment has.
+  constexpr int64_t kRowBytesMax = 512;
+  if (shared_ring_ != nullptr) {
+    return kRowBytesMax;  // the number of a batch
+  }
+  return env_count() * (coding_.sent_bytes_max() + coding_.drawn_bytes() + kRowBytesMax);
+}
+
+void PoolSession::ResumeAt(int64_t next_sequence_number) {
+  if (next_sequence_number > 1) {
+    observers_.ForgetEpisodes(env_count());
+  }
+  executor_.ResumeAt(next_sequence_number);
+}
+
+void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
+  if (shared_ring_ == nullptr) {
+    done(absl::OkStatus());
+    return;
+  }
+  const int32_t held_max =
+      options.held_batches_max == 0 ? kHeldBatchesDefault : options.held_batches_max;
+  surroundings_.executor->Run(owner_,
+                              [this, batch_count = options.requests_in_flight_max + held_max,
+                               done = std::move(done)]() mutable {
+                                absl::Status status = GrowSharedRing(batch_count);
+                                done(std::move(status));
+                              });
+}
+
+absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {
+  const int64_t before = shared_ring_->size_bytes();
+  const int64_t after = std::max(before, batch_count * shared_ring_->layout().batch_bytes());
+  ByteBudget* budget = surroundings_.shared_memory_bytes;
+  if (!budget->Change(before, after)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("pool ", name_, " shares ", batch_count, " batches of ",
+                     shared_ring_->layout().batch_bytes(), " bytes, and other pools ",
+                     budget->reserved_bytes() - before, " bytes, limit shared_memory_bytes_max is ",
+                     budget->bytes_max()));
+  }
+  if (absl::Status status = shared_ring_->Grow(batch_count); !status.ok()) {
+    budget->Change(after, before);
+    return status;
+  }
+  resume_buffer_.GrowBatches(batch_count);
+  return absl::OkStatus();
+}
+
+void PoolSession::Close(const absl::Status& reason) {
+  stream_.Close(reason);
+  pool_->Discard();
+  TellClosed(reason);
+}
+
+void PoolSession::Fail(const absl::Status& reason) {
+  if (stream_.CloseIfOpen(reason)) {
+    TellClosed(reason);
+  }
+}
+
+bool PoolSession::CloseIfExpired(absl::Time now) {
+  const absl::Status reason =
+      absl::NotFoundError(absl::StrCat("there is no pool ", name_, " any more: its lease ran out"));
+  if (!stream_.CloseIfExpired(now, reason)) {
+    return false;
+  }
+  pool_->Discard();
+  TellClosed(reason);
+  return true;
+}
+
+void PoolSession::TellClosed(const absl::Status& reason) {
+  std::deque<TurnQueue::Begin> waiting = turns_.Close(reason);
+  stream_.EndAll(reason);
+  EndTaps(reason);
+  for (TurnQueue::Begin& begin : waiting) {
+    begin(reason);
+  }
+}
+
+void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
+  pool_->SaveStates(environments, std::move(take), std::move(done));
+}
+
+void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
+  observers_.AddChange();
+  observers_.OnUnseen();
+  std::vector<StateToRestore> restored = states;
+  pool_->RestoreStates(std::move(states), [this, restored = std::move(restored),
+                                           done = std::move(done)](absl::Status status) mutable {
+    if (status.ok()) {
+      observers_.OnRestore(restored);
+    }
+    done(std::move(status));
+  });
+}
+
+void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
+  observers_.AddChange();
+  observers_.OnUnseen();
+  std::vector<StateToClone> cloned = pairs;
+  pool_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
+                                        done = std::move(done)](absl::Status status) mutable {
+    if (status.ok()) {
+      observers_.OnClone(cloned);
+    }
+    done(std::move(status));
+  });
+}
+
+void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone done) {
+  EpisodeLog* const episodes = observers_.episodes();
+  if (episodes == nullptr) {
+    done(absl::UnimplementedError(
+        "this server remembers no episodes, limit episode_bytes_max is 0"));
+    return;
+  }
+  if (!under_way || episodes->KnowsLevel(environment)) {
+    done(episodes->Read(environment, under_way));
+    return;
+  }
+  // It has not been stepped yet, and says itself which level it has.
+  struct Observed {
+    Request request;
+    int32_t level_seed = 0;
+  };
+  auto observed = std::make_shared<Observed>();
+  observed->request.first = environment;
+  observed->request.count = 1;
+  Batch batch;
+  batch.level_seeds = absl::MakeSpan(&observed->level_seed, 1);
+  Request* const request = &observed->request;
+  ExecuteInTurn(request, std::make_shared<BatchSink>(
+                             batch, [episodes, environment, observed = std::move(observed),
+                                     done = std::move(done)](const absl::Status& status) mutable {
+                               if (!status.ok()) {
+                                 done(status);
+                                 return;
+                               }
+                               episodes->SetLevel(environment, observed->level_seed);
+                               done(episodes->Read(environment, /*under_way=*/true));
+                             }));
+}
+
+void PoolSession::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                       HostedPool::LookDone done) {
+  pool_->Look(environments, view, side_px, std::move(done));
+}
+
+void PoolSession::NoteLook(absl::Time begin_time) {
+  const absl::Time now = SteadyNow();
+  looks_from_ns_ = absl::ToUnixNanos(now + std::min((now - begin_time) * kPausePerLook, kPauseMax));
+}
+
+}  // namespace procgen

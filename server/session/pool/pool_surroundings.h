@@ -1,0 +1,29 @@
+#ifndef SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_
+#define SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_
+
+#include <atomic>
+#include <cstdint>
+
+#include "server/concurrency/alarm.h"
+#include "server/concurrency/background_executor.h"
+#include "server/metrics/metrics.h"
+#include "server/session/quota/byte_budget.h"
+#include "server/session/quota/owners.h"
+
+namespace procgen {
+
+// What all pools of a server share. All of it must outlive them.
+struct PoolSurroundings {
+  Owners* owners = nullptr;
+  BackgroundExecutor* executor = nullptr;
+  Alarm* lease_alarm = nullptr;                // also tells the time
+  ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
+  ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
+  ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember
+  std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it
+  Metrics* metrics = nullptr;                  // and all else that is counted to these
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_

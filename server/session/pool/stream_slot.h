@@ -1,0 +1,99 @@
+#ifndef SERVER_SESSION_POOL_STREAM_SLOT_H_
+#define SERVER_SESSION_POOL_STREAM_SLOT_H_
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "server/concurrency/alarm.h"
+#include "server/session/pool/attach_options.h"
+#include "server/session/pool/resume_buffer.h"
+#include "server/session/quota/owners.h"
+
+namespace procgen {
+
+// Why a stream must end.
+enum class StreamEnd : uint8_t {
+  kDrain,      // the server will stop
+  kTakenOver,  // another stream waits for the pool
+  kClosed,     // the pool is gone
+};
+
+// Which stream has a pool: one at a time, which others may take over; and the lease, which runs
+// while none has it. Once closed it has no stream any more.
+// Threads: any method from any thread. Lock order: mutex_ before that of the ResumeBuffer.
+class StreamSlot {
+ public:
+  // Tells a stream that it must end, and with what; called once at most, and not after Detach.
+  using EndStream = absl::AnyInvocable<void(StreamEnd, absl::Status)>;
+  using Done = absl::AnyInvocable<void(absl::Status)>;
+
+  // What it belongs to: a pool by `pool_name` of `owner`. All of it must outlive this.
+  struct Context {
+    std::string owner;
+    std::string pool_name;
+    Owners* owners = nullptr;
+    Alarm* lease_alarm = nullptr;
+    ResumeBuffer* resume_buffer = nullptr;
+    const std::atomic<int64_t>* next_sequence_number = nullptr;
+  };
+
+  // The lease begins now; infinite: there is none.
+  StreamSlot(Context context, absl::Duration lease_duration);
+
+  // As those of PoolSession.
+  void Attach(const AttachOptions& options, EndStream end_stream, Done done);
+  void Detach();
+  void End(StreamEnd why, const absl::Status& reason);
+  absl::Status Renew(std::optional<absl::Duration> lease_duration);
+
+  // Lets no stream attach any more: they get `reason`. The stream that is attached learns of it by
+  // EndAll.
+  void Close(const absl::Status& reason);
+  // As Close; false: it was closed before, and nothing changes.
+  bool CloseIfOpen(const absl::Status& reason);
+  // Closes, if the lease has run out by `now`; false: it has not, or there is a stream.
+  bool CloseIfExpired(absl::Time now, const absl::Status& reason);
+  // Ends the stream that is attached and the one that waits for it.
+  void EndAll(const absl::Status& reason);
+
+  bool attached() const;
+  bool closed() const;
+  absl::Duration lease_duration() const;
+  // When the lease runs out; InfiniteFuture while a stream is attached, and without a lease.
+  absl::Time expire_time() const;
+
+ private:
+  // A stream that waits for the one attached to end.
+  struct Successor {
+    AttachOptions options;
+    EndStream end_stream;
+    Done done;
+  };
+
+  absl::Status CheckAttach(const AttachOptions& options) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void BeginStream(const AttachOptions& options, EndStream end_stream)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void BeginLease() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const Context context_;
+
+  mutable absl::Mutex mutex_;
+  bool attached_ ABSL_GUARDED_BY(mutex_) = false;
+  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);  // while attached; who takes over has it
+  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);        // null once called
+  std::optional<Successor> successor_ ABSL_GUARDED_BY(mutex_);
+  absl::Duration lease_duration_ ABSL_GUARDED_BY(mutex_);
+  absl::Time expire_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  absl::Status closed_ ABSL_GUARDED_BY(mutex_);  // OK while open
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_POOL_STREAM_SLOT_H_

@@ -1,0 +1,29 @@
+#include "server/session/quota/memory_trimmer.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+
+#include "server/concurrency/core_use.h"
+#include "server/concurrency/steady_time.h"
+
+namespace procgen {
+namespace {
+
+constexpr absl::Duration kDelay = absl::Seconds(1);
+
+}  // namespace
+
+MemoryTrimmer::MemoryTrimmer()
+    : alarm_(SteadyNow, [this](absl::Time /*now*/) {
+        const CoreUse use;
+        malloc_trim(0);
+        rests_until_ns_ = absl::ToUnixNanos(SteadyNow() + use.RestDue());
+        return absl::InfiniteFuture();
+      }) {}
+
+void MemoryTrimmer::Request() {
+  alarm_.RingBy(std::max(SteadyNow() + kDelay, absl::FromUnixNanos(rests_until_ns_)));
+}
+
+}  // namespace procgen

@@ -1,0 +1,98 @@
+#ifndef SERVER_SESSION_QUOTA_OWNERS_H_
+#define SERVER_SESSION_QUOTA_OWNERS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/synchronization/mutex.h"
+#include "server/session/quota/limits.h"
+
+namespace procgen {
+
+// What one owner has at a time, or asks for.
+struct Holding {
+  int64_t pool_count = 0;
+  int64_t environment_count = 0;
+  int64_t stream_count = 0;
+  int64_t call_count = 0;    // calls under way, besides streams
+  int64_t watch_count = 0;   // pools watched
+  int64_t buffer_bytes = 0;  // requests, responses and level samplers
+};
+
+// Messages of more bytes count among their owner's buffers: requests until they are answered,
+// responses of unary calls until they are sent. Smaller ones are bounded by the number of calls. A
+// step of 4,096 environments has some 4 KiB.
+inline constexpr size_t kLargeMessageBytes = 32 << 10;
+
+// Buffers of that many bytes or more are worth a trim of the heap when they are freed.
+inline constexpr int64_t kLargeBufferBytes = 1 << 20;
+
+// Who holds how much of the server. An owner is a name, which whoever knows the caller gives; where
+// nobody is asked who they are, all are the owner "".
+// Threads: any method from any thread; its lock is taken last, and nothing is called under it.
+class Owners {
+ public:
+  // A part of what an owner holds, given back when this goes. `owners` must outlive it.
+  class Share {
+   public:
+    Share() = default;
+    Share(Share&& other) noexcept;
+    Share& operator=(Share&& other) noexcept;
+    ~Share();
+
+   private:
+    friend class Owners;
+    Share(Owners* owners, std::string owner, const Holding& part);
+    void GiveBack();
+
+    Owners* owners_ = nullptr;  // null: nothing is held
+    std::string owner_;
+    Holding part_;
+  };
+
+  // `on_large_free`: called on any thread, when kLargeBufferBytes or more were given back.
+  explicit Owners(const Limits& limits, std::function<void()> on_large_free = nullptr)
+      : limits_(limits), on_large_free_(std::move(on_large_free)) {}
+  Owners(const Owners&) = delete;
+  Owners& operator=(const Owners&) = delete;
+
+  // Adds `part` to what `owner` holds. Errors: RESOURCE_EXHAUSTED more than one of the owner's
+  // limits; the message names owner, limit and values.
+  absl::StatusOr<Share> Take(absl::string_view owner, const Holding& part);
+
+  // The same value, of `bytes` bytes, which counts among the owner's buffers until its last
+  // reference goes. Errors: as Take.
+  template <typename Value>
+  absl::StatusOr<std::shared_ptr<Value>> Hold(absl::string_view owner, int64_t bytes,
+                                              std::shared_ptr<Value> value) {
+    absl::StatusOr<Share> share = Take(owner, {.buffer_bytes = bytes});
+    if (!share.ok()) {
+      return share.status();
+    }
+    Value* const held = value.get();
+    return std::shared_ptr<Value>(std::make_shared<std::pair<Share, std::shared_ptr<Value>>>(
+                                      *std::move(share), std::move(value)),
+                                  held);
+  }
+
+ private:
+  void GiveBack(const std::string& owner, const Holding& part);
+
+  const Limits limits_;
+  const std::function<void()> on_large_free_;
+  absl::Mutex mutex_;
+  std::map<std::string, Holding, std::less<>> holdings_ ABSL_GUARDED_BY(mutex_);  // none is empty
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_QUOTA_OWNERS_H_

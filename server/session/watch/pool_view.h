@@ -1,0 +1,105 @@
+#ifndef SERVER_SESSION_WATCH_POOL_VIEW_H_
+#define SERVER_SESSION_WATCH_POOL_VIEW_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/cord.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "absl/types/span.h"
+#include "server/concurrency/background_executor.h"
+#include "server/concurrency/core_use.h"
+#include "server/session/host/hosted_pool.h"
+#include "server/session/pool/pool_session.h"
+#include "server/session/pool/pool_tap.h"
+#include "server/session/watch/watcher.h"
+
+namespace procgen {
+
+// What one or several watchers see of a pool: it is drawn once for all of them.
+//
+// When a moment is due it is got the cheapest way. What the agent sees is copied from what is drawn
+// for the learner, with the next request that shows it. Where no such request comes until the next
+// moment would be due, and at other sizes, the pool is looked at in a turn, which takes some
+// microseconds an environment, and drawn afterwards, by a thread that has whatever is left of the
+// machine: where the learner goes on meanwhile and wants all of it, moments are left out. Where the
+// pool has not changed, or nobody could send what would be drawn, nothing is. Threads: any method
+// from any thread.
+class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolView> {
+ public:
+  // `drawing` must outlive this. It must be added to the pool's taps.
+  PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
+           BackgroundExecutor* drawing);
+
+  // Adds a watcher; returns the moment that is to be given to it, empty: the next Tick will get
+  // one. None: the view has ended.
+  std::optional<absl::Cord> Join(std::shared_ptr<Watcher> watcher) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Returns whether it was the last.
+  bool Leave(const Watcher* watcher) ABSL_LOCKS_EXCLUDED(mutex_);
+  PoolSession& pool() const { return *pool_; }
+  const WatchOrder& order() const { return order_; }
+
+  // Gets a moment if one is due; returns when the next one may be.
+  absl::Time Tick(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  void OnPart(Part part, absl::Span<const uint8_t> observations) override;
+  void OnRequestEnd(int64_t sequence_number, int64_t change_number) override;
+  void OnUnseen() override;
+  void OnEnd(const absl::Status& reason) override;
+
+ private:
+  // Of a pool, as it stands between two requests.
+  struct Numbers {
+    int64_t sequence = -1;
+    int64_t change = -1;
+
+    bool operator==(const Numbers&) const = default;
+  };
+
+  Numbers NumbersNow() const;
+  bool HasReadyWatcher() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Waits for what is drawn for the learner.
+  void Arm() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Whether a turn is to be taken.
+  bool BeginTick(absl::Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void OnTurn(const absl::Status& turn) ABSL_LOCKS_EXCLUDED(mutex_);
+  void OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time);
+  // A moment that has its numbers and no images yet.
+  Moment BeginMoment() const;
+  void Deliver(Moment moment) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Notes what a moment after request `sequence_number` has taken.
+  void Rest(int64_t sequence_number, const CoreUse& use) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  const std::shared_ptr<PoolSession> pool_;
+  const WatchOrder order_;
+  const EncodeMoment encode_;
+  BackgroundExecutor* const drawing_;
+  const bool can_copy_;  // observations are what the agent sees
+
+  absl::Mutex mutex_;
+  std::vector<std::shared_ptr<Watcher>> watchers_ ABSL_GUARDED_BY(mutex_);
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Time due_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Time rests_until_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  bool at_once_ ABSL_GUARDED_BY(mutex_) = true;    // a watcher has had nothing yet
+  bool copy_came_ ABSL_GUARDED_BY(mutex_) = true;  // the last moment was copied
+  bool waits_for_turn_ ABSL_GUARDED_BY(mutex_) = false;
+  bool busy_ ABSL_GUARDED_BY(mutex_) = false;  // a moment is drawn or encoded
+  Numbers shown_ ABSL_GUARDED_BY(mutex_);      // of the last moment, also if busy_
+  absl::Cord latest_ ABSL_GUARDED_BY(mutex_);  // moment, encoded
+  // Of what is copied from the learner's observations.
+  bool armed_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::string> copied_ ABSL_GUARDED_BY(mutex_);  // by place in the order
+  std::vector<bool> seen_ ABSL_GUARDED_BY(mutex_);           // likewise: it is as it stands
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_WATCH_POOL_VIEW_H_

@@ -1,0 +1,56 @@
+#ifndef SERVER_SESSION_WATCH_WATCHER_H_
+#define SERVER_SESSION_WATCH_WATCHER_H_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/cord.h"
+#include "absl/time/time.h"
+
+namespace procgen {
+
+// What somebody wants to see of a pool.
+struct WatchOrder {
+  std::vector<int32_t> environments;  // in the order wanted
+  int32_t side_px = 0;                // kObservationSidePx: what the agent sees
+  absl::Duration interval;            // between two moments at least
+  int32_t format = 0;                 // of what Encode makes; means nothing here
+
+  bool operator<(const WatchOrder& other) const {
+    return std::tie(environments, side_px, interval, format) <
+           std::tie(other.environments, other.side_px, other.interval, other.format);
+  }
+};
+
+// What a pool showed between two requests.
+struct Moment {
+  std::vector<int32_t> environments;
+  std::vector<std::string> images;  // uint8 [side_px, side_px, 3], one for each
+  int32_t side_px = 0;
+  int64_t sequence_number = 0;  // of the last request before it
+  absl::Time time;
+};
+
+// Makes of a moment what is sent.
+using EncodeMoment = std::function<absl::Cord(Moment)>;
+
+// Somebody who watches. Threads: any method from any thread; none may block.
+class Watcher {
+ public:
+  virtual ~Watcher() = default;
+
+  // Whether it could send another moment now.
+  virtual bool IsReady() = 0;
+  // An encoded moment. If the one before has not been sent, this takes its place.
+  virtual void Take(const absl::Cord& moment) = 0;
+  // There is nothing to watch any more.
+  virtual void End(const absl::Status& reason) = 0;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_WATCH_WATCHER_H_

@@ -1,0 +1,204 @@
+#include "server/web/http/connection.h"
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "boost/asio/dispatch.hpp"
+#include "boost/beast/core/flat_buffer.hpp"
+#include "boost/beast/http.hpp"
+#include "boost/beast/ssl/ssl_stream.hpp"
+#include "boost/beast/websocket/rfc6455.hpp"
+
+namespace procgen::web {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+// Time to shake hands, to ask (also the next time), and to take an answer.
+constexpr std::chrono::seconds kAskTimeout(10);
+constexpr std::chrono::seconds kAnswerTimeout(30);
+constexpr uint32_t kHeaderBytesMax = 8 << 10;
+constexpr int kSwitchingProtocols = 101;
+
+// The only header of a name; empty: there is none, or several.
+std::string HeaderOf(const UpgradeRequest& request, http::field name) {
+  const auto [begin, end] = request.equal_range(name);
+  if (begin == end || std::next(begin) != end) {
+    return "";
+  }
+  return std::string(begin->value());
+}
+
+// An address as browsers write it; also of a socket that serves both families.
+std::string TextOf(const asio::ip::address& address) {
+  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
+  }
+  return address.to_string();
+}
+
+template <typename Stream>
+constexpr bool kIsSecure = std::is_same_v<Stream, SecureStream>;
+
+template <typename Stream>
+class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
+ public:
+  Connection(Stream stream, const ConnectionTerms& terms)
+      : stream_(std::move(stream)), terms_(terms) {
+    error_code error;
+    local_host_ = TextOf(Lowest().socket().local_endpoint(error).address());
+  }
+
+  void Start() {
+    if constexpr (kIsSecure<Stream>) {
+      Lowest().expires_after(kAskTimeout);
+      stream_.async_handshake(asio::ssl::stream_base::server,
+                              [self = this->shared_from_this()](error_code error) {
+                                if (!error) {
+                                  self->Read();
+                                }
+                              });
+    } else {
+      Read();
+    }
+  }
+
+ private:
+  beast::tcp_stream& Lowest() { return beast::get_lowest_layer(stream_); }
+
+  void Read() {
+    parser_.emplace();
+    parser_->header_limit(kHeaderBytesMax);
+    parser_->body_limit(0);
+    Lowest().expires_after(kAskTimeout);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = this->shared_from_this()](error_code error, size_t) {
+                       if (error) {
+                         self->RefuseWhatIsNone(error);
+                         return;
+                       }
+                       self->Reply();
+                     });
+  }
+
+  // What was read is no request; where it might have become one, that is told.
+  void RefuseWhatIsNone(error_code error) {
+    if (error == http::error::end_of_stream || error == beast::error::timeout ||
+        error.category() != http::make_error_code(http::error::bad_method).category()) {
+      return;
+    }
+    Visit visit;
+    Write(visit,
+          {400, "text/plain; charset=utf-8", "", "This is no request that pages make.\n", ""},
+          /*keep_alive=*/false);
+  }
+
+  Visit VisitOf(const UpgradeRequest& request) const {
+    Visit visit;
+    visit.method = std::string(request.method_string());
+    visit.target = std::string(request.target());
+    visit.host = HeaderOf(request, http::field::host);
+    visit.origin = HeaderOf(request, http::field::origin);
+    visit.if_none_match = HeaderOf(request, http::field::if_none_match);
+    visit.wants_socket = beast::websocket::is_upgrade(request);
+    visit.local_host = local_host_;
+    visit.is_secure = kIsSecure<Stream>;
+    return visit;
+  }
+
+  void Reply() {
+    const UpgradeRequest request = parser_->release();
+    const Visit visit = VisitOf(request);
+    if (!visit.wants_socket) {
+      Write(visit, terms_.site->ReplyToPage(visit), request.keep_alive());
+      return;
+    }
+    web::Reply reply = terms_.site->ReplyToSocket(visit);
+    if (reply.status == kSwitchingProtocols && !terms_.viewer_threads->HasRoom()) {
+      reply = {503, "text/plain; charset=utf-8", "",
+               "The server has as many viewers as it takes (--web_viewers_max).\n", ""};
+    }
+    if (reply.status == kSwitchingProtocols) {
+      terms_.sockets->Open(std::move(stream_), request);
+      return;
+    }
+    Write(visit, reply, /*keep_alive=*/false);
+  }
+
+  void Write(const Visit& visit, const web::Reply& reply, bool keep_alive) {
+    response_ = {};
+    response_.result(static_cast<unsigned>(reply.status));
+    for (const auto& [name, value] : Site::SafetyHeaders(visit)) {
+      response_.set(name, value);
+    }
+    response_.set(http::field::content_type, reply.content_type);
+    if (!reply.etag.empty()) {
+      response_.set(http::field::etag, reply.etag);
+    }
+    if (reply.status == 405) {
+      response_.set(http::field::allow, "GET, HEAD");
+    }
+    std::string body = reply.text.empty() ? std::string(reply.contents) : reply.text;
+    if (reply.status != 304) {
+      response_.content_length(body.size());
+    }
+    if (visit.method != "HEAD") {
+      response_.body() = std::move(body);
+    }
+    response_.keep_alive(keep_alive);
+    Lowest().expires_after(kAnswerTimeout);
+    http::async_write(stream_, response_,
+                      [self = this->shared_from_this(), keep_alive](error_code error, size_t) {
+                        if (error) {
+                          return;
+                        }
+                        if (keep_alive) {
+                          self->Read();
+                        } else {
+                          self->Close();
+                        }
+                      });
+  }
+
+  void Close() {
+    if constexpr (kIsSecure<Stream>) {
+      Lowest().expires_after(kAskTimeout);
+      stream_.async_shutdown([self = this->shared_from_this()](error_code) {});
+    } else {
+      error_code ignored;
+      Lowest().socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+    }
+  }
+
+  Stream stream_;
+  const ConnectionTerms& terms_;
+  std::string local_host_;
+  beast::flat_buffer buffer_{kHeaderBytesMax * 2};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  http::response<http::string_body> response_;
+};
+
+}  // namespace
+
+void StartConnection(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls,
+                     const ConnectionTerms& terms) {
+  beast::tcp_stream stream(std::move(socket));
+  // On the strand: the handlers of a connection do not run at the same time.
+  const auto executor = stream.get_executor();
+  if (tls == nullptr) {
+    auto connection = std::make_shared<Connection<PlainStream>>(std::move(stream), terms);
+    asio::dispatch(executor, [connection] { connection->Start(); });
+  } else {
+    auto connection =
+        std::make_shared<Connection<SecureStream>>(SecureStream(std::move(stream), *tls), terms);
+    asio::dispatch(executor, [connection] { connection->Start(); });
+  }
+}
+
+}  // namespace procgen::web

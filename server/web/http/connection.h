@@ -1,0 +1,29 @@
+#ifndef SERVER_WEB_HTTP_CONNECTION_H_
+#define SERVER_WEB_HTTP_CONNECTION_H_
+
+#include <memory>
+
+#include "boost/asio/ip/tcp.hpp"
+#include "boost/asio/ssl/context.hpp"
+#include "server/concurrency/joined_threads.h"
+#include "server/web/http/site.h"
+#include "server/web/http/socket.h"
+
+namespace procgen::web {
+
+// What all connections know.
+struct ConnectionTerms {
+  const Site* site = nullptr;
+  OpenSockets* sockets = nullptr;
+  const JoinedThreads* viewer_threads = nullptr;
+};
+
+// Speaks HTTP on a connection, on its strand, until it ends or becomes a WebSocket. `tls`: null,
+// plain text. `terms` must outlive the I/O context.
+void StartConnection(boost::asio::ip::tcp::socket socket,
+                     const std::shared_ptr<boost::asio::ssl::context>& tls,
+                     const ConnectionTerms& terms);
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_HTTP_CONNECTION_H_

@@ -1,0 +1,189 @@
+#include "server/web/http/site.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "absl/algorithm/container.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "openssl/sha.h"
+
+namespace procgen::web {
+namespace {
+
+constexpr int kOk = 200;
+constexpr int kSwitchingProtocols = 101;
+constexpr int kNotModified = 304;
+constexpr int kForbidden = 403;
+constexpr int kNotFound = 404;
+constexpr int kMethodNotAllowed = 405;
+constexpr int kMisdirected = 421;
+constexpr int kUpgradeRequired = 426;
+
+constexpr absl::string_view kSocketPath = "/socket";
+
+absl::string_view ContentTypeOf(absl::string_view name) {
+  static constexpr std::pair<absl::string_view, absl::string_view> kTypes[] = {
+      {".css", "text/css; charset=utf-8"},
+      {".html", "text/html; charset=utf-8"},
+      {".js", "text/javascript; charset=utf-8"},
+      {".json", "application/json"},
+      {".png", "image/png"},
+      {".svg", "image/svg+xml"},
+      {".woff2", "font/woff2"}};
+  for (const auto& [suffix, type] : kTypes) {
+    if (absl::EndsWith(name, suffix)) {
+      return type;
+    }
+  }
+  return "text/plain; charset=utf-8";
+}
+
+// Where a file of pages/ is found.
+std::string PathOf(absl::string_view name) {
+  if (name == "index.html") {
+    return "/";
+  }
+  absl::string_view stem = name;
+  if (absl::ConsumeSuffix(&stem, ".html") && !absl::StrContains(stem, '/')) {
+    return absl::StrCat("/", stem);
+  }
+  return absl::StrCat("/assets/", name);
+}
+
+std::string EtagOf(absl::string_view contents) {
+  constexpr size_t kShownBytes = 12;
+  unsigned char digest[SHA256_DIGEST_LENGTH] = {};
+  SHA256(reinterpret_cast<const unsigned char*>(contents.data()), contents.size(), digest);
+  return absl::StrCat(
+      "\"",
+      absl::BytesToHexString(absl::string_view(reinterpret_cast<const char*>(digest), kShownBytes)),
+      "\"");
+}
+
+// Whether it is what may follow a host's name: nothing, or a port.
+bool IsPort(absl::string_view text) {
+  int port = 0;
+  return text.empty() ||
+         (absl::ConsumePrefix(&text, ":") && absl::c_all_of(text, absl::ascii_isdigit) &&
+          absl::SimpleAtoi(text, &port) && port <= UINT16_MAX);
+}
+
+// "name" of "name:80", "::1" of "[::1]:80"; empty: it is no host.
+std::string NameOf(absl::string_view host) {
+  const bool has_brackets = absl::ConsumePrefix(&host, "[");
+  const size_t end = std::min(host.find(has_brackets ? ']' : ':'), host.size());
+  absl::string_view port = host.substr(end);
+  if ((has_brackets && !absl::ConsumePrefix(&port, "]")) || !IsPort(port)) {
+    return "";
+  }
+  return absl::AsciiStrToLower(host.substr(0, end));
+}
+
+// The path alone: what follows is the page's to read.
+absl::string_view PathIn(absl::string_view target) { return target.substr(0, target.find('?')); }
+
+Reply TextReply(int status, std::string text) {
+  Reply reply;
+  reply.status = status;
+  reply.content_type = "text/plain; charset=utf-8";
+  reply.text = std::move(text);
+  return reply;
+}
+
+}  // namespace
+
+Site::Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& pages)
+    : hosts_(std::move(hosts)) {
+  for (const EmbeddedPage& page : pages) {
+    files_[PathOf(page.name)] = {std::string(ContentTypeOf(page.name)), page.contents,
+                                 EtagOf(page.contents)};
+  }
+}
+
+bool Site::IsOurHost(const Visit& visit) const {
+  const std::string name = NameOf(visit.host);
+  return !name.empty() &&
+         (name == "localhost" || name == visit.local_host ||
+          std::any_of(hosts_.begin(), hosts_.end(), [&name](const std::string& host) {
+            return name == absl::AsciiStrToLower(host);
+          }));
+}
+
+Reply Site::WrongHost(const Visit& visit) {
+  const bool is_short = visit.host.size() <= 253 && !visit.host.empty();
+  return TextReply(
+      kMisdirected,
+      absl::StrCat("This server does not answer to the name ",
+                   is_short ? absl::CEscape(visit.host) : "that was asked for",
+                   ". Ask for it by its address, or start it with --web_hosts=NAME.\n"));
+}
+
+Reply Site::ReplyToSocket(const Visit& visit) const {
+  if (!IsOurHost(visit)) {
+    return WrongHost(visit);
+  }
+  if (PathIn(visit.target) != kSocketPath) {
+    return TextReply(kNotFound, "There is no WebSocket here; it is /socket.\n");
+  }
+  const std::string ours =
+      absl::StrCat(visit.is_secure ? "https://" : "http://", absl::AsciiStrToLower(visit.host));
+  if (absl::AsciiStrToLower(visit.origin) != ours) {
+    return TextReply(kForbidden,
+                     "Only pages of this server may open its WebSocket: the header Origin must be "
+                     "that of the address.\n");
+  }
+  Reply reply;
+  reply.status = kSwitchingProtocols;
+  return reply;
+}
+
+Reply Site::ReplyToPage(const Visit& visit) const {
+  if (!IsOurHost(visit)) {
+    return WrongHost(visit);
+  }
+  if (visit.method != "GET" && visit.method != "HEAD") {
+    return TextReply(kMethodNotAllowed, "Pages are there to be read: GET or HEAD.\n");
+  }
+  const absl::string_view path = PathIn(visit.target);
+  if (path == kSocketPath) {
+    return TextReply(kUpgradeRequired, "This is a WebSocket.\n");
+  }
+  const auto found = files_.find(path);
+  if (found == files_.end()) {
+    return TextReply(kNotFound, "There is no such page.\n");
+  }
+  Reply reply;
+  reply.status = visit.if_none_match == found->second.etag ? kNotModified : kOk;
+  reply.content_type = found->second.content_type;
+  reply.contents = reply.status == kOk ? found->second.contents : "";
+  reply.etag = found->second.etag;
+  return reply;
+}
+
+std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(const Visit& visit) {
+  const bool is_host = std::all_of(visit.host.begin(), visit.host.end(), [](char letter) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(letter)) ||
+           absl::StrContains("-._:[]", letter);
+  });
+  // Not all browsers take 'self' for the socket's scheme, too.
+  const std::string socket =
+      is_host ? absl::StrCat(visit.is_secure ? " wss://" : " ws://", visit.host) : "";
+  return {{"Content-Security-Policy",
+           absl::StrCat("default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
+                        "img-src 'self' data: blob:; connect-src 'self'",
+                        socket, "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'")},
+          {"X-Content-Type-Options", "nosniff"},
+          {"X-Frame-Options", "DENY"},
+          {"Referrer-Policy", "no-referrer"},
+          {"Cross-Origin-Opener-Policy", "same-origin"},
+          {"Cross-Origin-Resource-Policy", "same-origin"},
+          {"Cache-Control", "no-cache"}};
+}
+
+}  // namespace procgen::web

@@ -1,0 +1,336 @@
+#include "server/web/http/socket.h"
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "boost/asio/buffer.hpp"
+#include "boost/asio/post.hpp"
+#include "boost/asio/steady_timer.hpp"
+#include "boost/beast/core/buffers_to_string.hpp"
+#include "boost/beast/core/flat_buffer.hpp"
+#include "boost/beast/websocket.hpp"
+#include "boost/beast/websocket/ssl.hpp"
+
+namespace procgen::web {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+// Time to say hello; a page that gives no sign of life for kIdleTimeout is gone; what waits when a
+// socket closes is written within kCloseTimeout, or never.
+constexpr std::chrono::seconds kHelloTimeout(10);
+constexpr std::chrono::seconds kHandshakeTimeout(10);
+constexpr std::chrono::seconds kIdleTimeout(60);
+constexpr std::chrono::seconds kCloseTimeout(2);
+// No more is read of a page while so much of it is unanswered.
+constexpr size_t kUnansweredMax = 16;
+constexpr size_t kUnansweredBytesMax = 1 << 20;
+// Of a page that has not said who it is.
+constexpr size_t kFirstMessageBytesMax = 4 << 10;
+// What RFC 6455 has room for in a reason.
+constexpr size_t kReasonBytesMax = 123;
+
+}  // namespace
+
+// One WebSocket. All but the methods of Outbox, and BeginClose, is done on the strand of its
+// stream; those hand over to it.
+template <typename Stream>
+class Socket final : public Outbox,
+                     public OpenSockets::Closable,
+                     public std::enable_shared_from_this<Socket<Stream>> {
+ public:
+  Socket(Stream stream, OpenSockets* sockets)
+      : socket_(std::move(stream)), sockets_(sockets), timer_(socket_.get_executor()) {}
+
+  // Becomes a WebSocket and goes on until it is closed.
+  void Start(const UpgradeRequest& request) {
+    beast::get_lowest_layer(socket_).expires_never();  // the WebSocket has timeouts of its own
+    websocket::stream_base::timeout timeouts = {};
+    timeouts.handshake_timeout = kHandshakeTimeout;
+    timeouts.idle_timeout = kIdleTimeout;
+    timeouts.keep_alive_pings = true;
+    socket_.set_option(timeouts);
+    socket_.read_message_max(kFirstMessageBytesMax);
+    socket_.async_accept(request, [self = this->shared_from_this()](error_code error) {
+      if (error) {
+        self->Finish();
+        return;
+      }
+      self->is_open_ = true;
+      self->StartViewer();
+    });
+  }
+
+  void Answer(Wire wire) override { Enqueue({std::move(wire), "", true}); }
+  void Tell(Wire wire) override { Enqueue({std::move(wire), "", false}); }
+
+  void TellLatest(const std::string& key, Wire wire) override {
+    OnStrand([key, wire = std::move(wire)](Socket& self) mutable {
+      const auto waiting = self.Waiting(key);
+      if (waiting != self.queue_.end()) {
+        waiting->wire = std::move(wire);
+        return;
+      }
+      self.queue_.push_back({std::move(wire), key, false});
+      self.Write();
+    });
+  }
+
+  void Forget(const std::string& key) override {
+    OnStrand([key](Socket& self) {
+      if (const auto waiting = self.Waiting(key); waiting != self.queue_.end()) {
+        self.queue_.erase(waiting);
+      }
+    });
+  }
+
+  void Welcome() override {
+    OnStrand([](Socket& self) {
+      self.is_welcome_ = true;
+      self.socket_.read_message_max(kMessageBytesMax);
+      self.timer_.cancel();
+    });
+  }
+
+  void Close(int code, std::string reason) override {
+    OnStrand([code, reason = std::move(reason)](Socket& self) { self.CloseNow(code, reason); });
+  }
+
+  void BeginClose() override {
+    Tell(EventWire({{"event", "draining"}, {"message", "the server stops"}}));
+    OnStrand([](Socket& self) {
+      if (self.viewer_ != nullptr) {
+        self.viewer_->Stop();
+      }
+      self.CloseNow(kCloseGoingAway, "the server stops");
+    });
+  }
+
+ private:
+  struct Outgoing {
+    Wire wire;
+    std::string key;  // empty: none
+    bool is_answer = false;
+  };
+
+  template <typename Work>
+  void OnStrand(Work work) {
+    asio::post(socket_.get_executor(),
+               [self = this->shared_from_this(), work = std::move(work)]() mutable {
+                 if (!self->is_finished_) {
+                   work(*self);
+                 }
+               });
+  }
+
+  void Enqueue(Outgoing outgoing) {
+    OnStrand([outgoing = std::move(outgoing)](Socket& self) mutable {
+      self.queue_.push_back(std::move(outgoing));
+      self.Write();
+    });
+  }
+
+  // The message of a key that is not being written yet.
+  typename std::deque<Outgoing>::iterator Waiting(const std::string& key) {
+    return std::find_if(queue_.begin() + (is_writing_ ? 1 : 0), queue_.end(),
+                        [&key](const Outgoing& outgoing) { return outgoing.key == key; });
+  }
+
+  void StartViewer() {
+    if (is_closing_) {
+      Write();
+      return;
+    }
+    viewer_ = std::make_shared<Viewer>(sockets_->terms_, this->shared_from_this());
+    if (const absl::Status status =
+            sockets_->threads_->Start([viewer = viewer_] { viewer->Run(); });
+        !status.ok()) {
+      viewer_.reset();
+      CloseNow(websocket::close_code::try_again_later, std::string(status.message()));
+      return;
+    }
+    timer_.expires_after(kHelloTimeout);
+    timer_.async_wait([self = this->shared_from_this()](error_code error) {
+      if (!error && !self->is_welcome_ && !self->is_finished_) {
+        self->CloseNow(kClosePolicy, "no hello that was accepted within 10 seconds");
+      }
+    });
+    Read();
+  }
+
+  void Read() {
+    const size_t bytes = UnansweredBytes();
+    if (is_reading_ || is_closing_ || unanswered_.size() >= kUnansweredMax ||
+        bytes >= kUnansweredBytesMax) {
+      return;
+    }
+    is_reading_ = true;
+    socket_.async_read(buffer_, [self = this->shared_from_this()](error_code error, size_t) {
+      self->is_reading_ = false;
+      if (error) {
+        self->Finish();
+        return;
+      }
+      self->TakeMessage();
+      self->Read();
+    });
+  }
+
+  size_t UnansweredBytes() const {
+    size_t bytes = 0;
+    for (const size_t size : unanswered_) {
+      bytes += size;
+    }
+    return bytes;
+  }
+
+  void TakeMessage() {
+    Wire message{beast::buffers_to_string(buffer_.data()), !socket_.got_text()};
+    buffer_.consume(buffer_.size());
+    if (!is_closing_) {
+      unanswered_.push_back(message.bytes.size());
+      viewer_->Take(std::move(message));
+    }
+  }
+
+  void Write() {
+    if (is_writing_) {
+      return;
+    }
+    if (queue_.empty() || !is_open_) {
+      if (is_closing_ && is_open_) {
+        SendClose();
+      }
+      return;
+    }
+    is_writing_ = true;
+    socket_.binary(queue_.front().wire.is_binary);
+    socket_.async_write(asio::buffer(queue_.front().wire.bytes),
+                        [self = this->shared_from_this()](error_code error, size_t) {
+                          self->is_writing_ = false;
+                          if (error) {
+                            self->Finish();
+                            return;
+                          }
+                          if (self->queue_.front().is_answer && !self->unanswered_.empty()) {
+                            self->unanswered_.pop_front();
+                          }
+                          self->queue_.pop_front();
+                          self->Write();
+                          self->Read();
+                        });
+  }
+
+  void CloseNow(int code, const std::string& reason) {
+    if (is_closing_) {
+      return;
+    }
+    is_closing_ = true;
+    reason_ = websocket::close_reason(static_cast<websocket::close_code>(code),
+                                      reason.substr(0, kReasonBytesMax));
+    timer_.expires_after(kCloseTimeout);
+    timer_.async_wait([self = this->shared_from_this()](error_code error) {
+      if (!error) {
+        self->Finish();
+      }
+    });
+    Write();
+  }
+
+  void SendClose() {
+    if (is_close_sent_) {
+      return;
+    }
+    is_close_sent_ = true;
+    socket_.async_close(reason_, [self = this->shared_from_this()](error_code) { self->Finish(); });
+  }
+
+  // The connection is over.
+  void Finish() {
+    if (is_finished_) {
+      return;
+    }
+    is_finished_ = true;
+    if (viewer_ != nullptr) {
+      viewer_->Stop();
+      viewer_.reset();  // it holds this
+    }
+    timer_.cancel();
+    beast::get_lowest_layer(socket_).close();
+    sockets_->Remove(this);
+  }
+
+  websocket::stream<Stream> socket_;
+  OpenSockets* const sockets_;
+  asio::steady_timer timer_;  // of the hello, then of the close
+  std::shared_ptr<Viewer> viewer_;
+  beast::flat_buffer buffer_;
+  std::deque<size_t> unanswered_;  // sizes of the messages
+  std::deque<Outgoing> queue_;     // the first is being written
+  websocket::close_reason reason_;
+  bool is_open_ = false;  // hands were shaken
+  bool is_welcome_ = false;
+  bool is_reading_ = false;
+  bool is_writing_ = false;
+  bool is_closing_ = false;
+  bool is_close_sent_ = false;
+  bool is_finished_ = false;
+};
+
+template <typename Stream>
+void OpenSockets::OpenOn(Stream stream, const UpgradeRequest& request) {
+  auto socket = std::make_shared<Socket<Stream>>(std::move(stream), this);
+  {
+    absl::MutexLock lock(&mutex_);
+    if (is_closing_) {
+      return;
+    }
+    sockets_[socket.get()] = socket;
+  }
+  socket->Start(request);
+}
+
+void OpenSockets::Open(PlainStream stream, const UpgradeRequest& request) {
+  OpenOn(std::move(stream), request);
+}
+
+void OpenSockets::Open(SecureStream stream, const UpgradeRequest& request) {
+  OpenOn(std::move(stream), request);
+}
+
+void OpenSockets::Remove(const Closable* socket) {
+  absl::MutexLock lock(&mutex_);
+  sockets_.erase(socket);
+  removed_.NotifyAll();
+}
+
+void OpenSockets::BeginClose() {
+  std::vector<std::shared_ptr<Closable>> sockets;
+  {
+    absl::MutexLock lock(&mutex_);
+    is_closing_ = true;
+    for (const auto& [key, socket] : sockets_) {
+      sockets.push_back(socket.lock());
+    }
+  }
+  for (const std::shared_ptr<Closable>& socket : sockets) {
+    if (socket != nullptr) {
+      socket->BeginClose();
+    }
+  }
+}
+
+void OpenSockets::AwaitClosed(absl::Duration timeout) {
+  absl::MutexLock lock(&mutex_);
+  const auto have_gone = [this]()
+                             ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return sockets_.empty(); };
+  removed_.AwaitUntil(&mutex_, SteadyNow() + timeout, have_gone);
+}
+
+}  // namespace procgen::web

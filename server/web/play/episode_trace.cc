@@ -1,0 +1,136 @@
+#include "server/web/play/episode_trace.h"
+
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/types/span.h"
+#include "envcore/pool/pool.h"
+#include "server/web/play/solo_pool.h"
+#include "server/wire/convert_pool.h"
+
+namespace procgen::web {
+namespace {
+
+namespace v1 = procgen::v1;
+
+// Actions that are played until it is looked whether anybody waits for them.
+constexpr size_t kActionsAtATime = 256;
+
+absl::Status CheckBeginning(const v1::Episode& episode) {
+  if (!episode.incomplete_because().empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the beginning of this episode lacks: ", episode.incomplete_because()));
+  }
+  if (episode.level_seed() < 0) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the episode began with level ", episode.level_seed(), ", which no trace can begin with"));
+  }
+  return absl::OkStatus();
+}
+
+std::vector<int32_t> ActionsOf(const v1::Episode& episode) {
+  std::vector<int32_t> actions;
+  for (const char action : episode.actions()) {
+    actions.push_back(static_cast<int8_t>(action));
+  }
+  return actions;
+}
+
+// Whether what was played again is what was played. The rewards of repeated actions are sums, which
+// the levels vouch for.
+bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
+  for (const v1::LaterLevel& later : episode.later_levels()) {
+    if (trace.level_seeds[static_cast<size_t>(later.action()) + 1] != later.level_seed()) {
+      return false;
+    }
+  }
+  if (!episode.action_counts().empty()) {
+    return true;
+  }
+  return trace.rewards.size() == static_cast<size_t>(episode.rewards_size()) + 1 &&
+         std::memcmp(&trace.rewards[1], episode.rewards().data(),
+                     static_cast<size_t>(episode.rewards_size()) * sizeof(float)) == 0;
+}
+
+absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SoloPool* pool,
+                                    const std::atomic<bool>& is_stopping) {
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(pool->spec());
+  if (!options.ok()) {
+    return options.status();
+  }
+  const absl::StatusOr<Row> start = pool->Observe();
+  if (!start.ok()) {
+    return start.status();
+  }
+  Recording recording(options->games, options->environment);
+  recording.Begin(*start);
+  const std::vector<int32_t> actions = ActionsOf(episode);
+  for (size_t played = 0; played < actions.size();) {
+    if (is_stopping) {
+      return absl::CancelledError("the page has gone");
+    }
+    const auto part = absl::MakeConstSpan(actions).subspan(played, kActionsAtATime);
+    const absl::Status status =
+        pool->StepAll(part, [&](const Row& row) { recording.Add(actions[played++], row); });
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  return recording;
+}
+
+Json FactsOf(const EpisodeChoice& choice, const v1::Episode& episode, const Recording& recording) {
+  Json facts = recording.FileFacts();
+  facts["pool"] = choice.pool;
+  facts["environment"] = choice.environment;
+  facts["ended"] = episode.outcome() != v1::EPISODE_OUTCOME_UNDER_WAY;
+  facts["prev_level_complete"] = episode.level_complete();
+  return facts;
+}
+
+}  // namespace
+
+EpisodeChoice ReadEpisodeChoice(Fields* fields) {
+  EpisodeChoice choice;
+  choice.pool = fields->Text("pool");
+  choice.environment = fields->Integer32("environment", 0, INT32_MAX);
+  choice.is_current = fields->Choice("which", {"last", "current"}) == "current";
+  return choice;
+}
+
+absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Client> client,
+                                            const EpisodeChoice& choice,
+                                            const std::atomic<bool>& is_stopping) {
+  const absl::StatusOr<v1::Episode> episode =
+      client->ReadEpisode(choice.pool, choice.environment,
+                          choice.is_current ? v1::WHICH_EPISODE_CURRENT : v1::WHICH_EPISODE_LAST);
+  if (!episode.ok()) {
+    return episode.status();
+  }
+  if (absl::Status status = CheckBeginning(*episode); !status.ok()) {
+    return status;
+  }
+  v1::PoolSpec spec;
+  spec.add_games(episode->game());
+  spec.set_env_count(1);
+  *spec.mutable_options() = episode->options();
+  const absl::StatusOr<std::unique_ptr<SoloPool>> pool =
+      SoloPool::Make(std::move(client), "replay", spec);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  absl::StatusOr<Recording> recording = PlayAgain(*episode, pool->get(), is_stopping);
+  if (!recording.ok()) {
+    return recording.status();
+  }
+  if (!IsTheSame(*episode, recording->trace())) {
+    return absl::FailedPreconditionError(
+        "the levels of this episode were chosen one by one, which no trace can tell");
+  }
+  Json facts = FactsOf(choice, *episode, *recording);
+  return EpisodeTrace{std::move(facts), *std::move(recording)};
+}
+
+}  // namespace procgen::web

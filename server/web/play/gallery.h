@@ -1,0 +1,25 @@
+#ifndef SERVER_WEB_PLAY_GALLERY_H_
+#define SERVER_WEB_PLAY_GALLERY_H_
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "procgen_client/client.h"
+#include "server/web/json/message.h"
+#include "server/web/play/level_choice.h"
+
+namespace procgen::web {
+
+// Levels of one page of the gallery, and their sides in pixels.
+inline constexpr int32_t kGalleryCountMax = 24;
+inline constexpr int32_t kGallerySidePxMin = 64;
+inline constexpr int32_t kGallerySidePxMax = 512;
+
+// The first moment of `count` levels from that of `choice` on, each as a PNG file. Blocks. Errors:
+// those of the server.
+absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
+                                   int32_t count, int32_t side_px);
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_PLAY_GALLERY_H_

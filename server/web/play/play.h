@@ -1,0 +1,63 @@
+#ifndef SERVER_WEB_PLAY_PLAY_H_
+#define SERVER_WEB_PLAY_PLAY_H_
+
+#include <cstdint>
+#include <memory>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/web/play/level_choice.h"
+#include "server/web/play/recording.h"
+#include "server/web/play/solo_pool.h"
+
+namespace procgen::web {
+
+// The sides that the human view may have in a page, in pixels; 0: there is none.
+inline constexpr int32_t kHumanSidePxMin = 64;
+inline constexpr int32_t kHumanSidePxMax = 1024;
+inline constexpr int32_t kHumanSidePxDefault = 512;
+
+// The pictures of a view: the agent's, and the human one of that side.
+absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_side_px);
+
+// Takes human_side_px of a request.
+int32_t ReadHumanSide(Fields* fields);
+
+// A level that somebody plays, and what they did in it. All methods block. Threads: one at a time.
+class Play {
+ public:
+  // Actions of one recording at most: some hours.
+  static constexpr int32_t kStepsMax = 100000;
+
+  // Errors: those of the server.
+  static absl::StatusOr<std::unique_ptr<Play>> Start(std::shared_ptr<procgen_client::Client> client,
+                                                     const LevelChoice& choice,
+                                                     int32_t human_side_px);
+
+  // Each answers a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
+  // FAILED_PRECONDITION there is no next level.
+  absl::StatusOr<Answer> View();
+  absl::StatusOr<Answer> Step(int32_t action);
+  absl::StatusOr<Answer> Restart();
+  absl::StatusOr<Answer> NextLevel();
+
+  const Recording& recording() const { return recording_; }
+
+ private:
+  Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice, int32_t human_side_px,
+       std::unique_ptr<SoloPool> pool, Recording recording);
+  // Begins the recording where the pool stands.
+  absl::Status Begin();
+
+  const std::shared_ptr<procgen_client::Client> client_;
+  LevelChoice choice_;
+  const int32_t human_side_px_;
+  std::unique_ptr<SoloPool> pool_;
+  Recording recording_;
+  procgen::v1::State start_;
+  Row row_;  // the last
+};
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_PLAY_PLAY_H_

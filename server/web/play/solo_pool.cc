@@ -1,0 +1,161 @@
+#include "server/web/play/solo_pool.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/random/random.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace procgen::web {
+namespace {
+
+namespace v1 = procgen::v1;
+
+constexpr absl::string_view kPrefix = "web-";
+// A pool that its page cannot end any more goes by itself.
+constexpr int64_t kLeaseSeconds = 60;
+// Steps that are sent ahead where nobody looks at what is between.
+constexpr int32_t kRequestsInFlight = 8;
+
+v1::StepPoolRequest StepRequestOf(int32_t action, v1::Observation observation) {
+  v1::StepPoolRequest request;
+  request.mutable_step()->add_actions(action);
+  request.mutable_step()->set_observation(observation);
+  return request;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Pool> MakePagePool(procgen_client::Client* client, absl::string_view kind,
+                                      v1::PoolSpec spec) {
+  absl::BitGen random;
+  const std::string id = absl::StrCat(kPrefix, kind, "-",
+                                      absl::Hex(absl::Uniform<uint64_t>(random), absl::kZeroPad16));
+  spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
+  return client->CreatePool(spec, id);
+}
+
+std::string KindOfPool(absl::string_view name) {
+  if (absl::ConsumePrefix(&name, "pools/") && absl::ConsumePrefix(&name, kPrefix)) {
+    for (const absl::string_view kind : {"play", "replay", "gallery"}) {
+      absl::string_view rest = name;
+      if (absl::ConsumePrefix(&rest, kind) && absl::ConsumePrefix(&rest, "-")) {
+        return std::string(kind);
+      }
+    }
+  }
+  return "pool";
+}
+
+absl::StatusOr<std::unique_ptr<SoloPool>> SoloPool::Make(
+    std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
+    const v1::PoolSpec& spec) {
+  const absl::StatusOr<v1::Catalog> catalog = client->GetCatalog();
+  if (!catalog.ok()) {
+    return catalog.status();
+  }
+  absl::StatusOr<v1::Pool> made = MakePagePool(client.get(), kind, spec);
+  if (!made.ok()) {
+    return made.status();
+  }
+  std::unique_ptr<SoloPool> pool(new SoloPool(std::move(client), *std::move(made)));
+  procgen_client::StreamOptions options;
+  options.requests_in_flight_max =
+      std::min(kRequestsInFlight, catalog->limits().requests_in_flight_max());
+  // Its connection is within the process: it does not break.
+  options.reconnect_timeout = absl::ZeroDuration();
+  auto stream = pool->client_->Attach(pool->name_, options);
+  if (!stream.ok()) {
+    return stream.status();
+  }
+  pool->stream_ = *std::move(stream);
+  return pool;
+}
+
+SoloPool::SoloPool(std::shared_ptr<procgen_client::Client> client, v1::Pool pool)
+    : client_(std::move(client)), name_(pool.name()), spec_(std::move(*pool.mutable_spec())) {}
+
+SoloPool::~SoloPool() {
+  stream_.reset();
+  client_->DeletePool(name_).IgnoreError();  // where it fails, the lease ends it
+}
+
+Row SoloPool::RowOf() const {
+  Row row;
+  row.reward = batch_.rewards()[0];
+  row.first = batch_.first()[0];
+  row.level_seed = batch_.level_seeds()[0];
+  row.prev_level_seed = batch_.prev_level_seeds()[0];
+  row.prev_level_complete = batch_.prev_level_complete()[0];
+  row.episode_return = batch_.episode_returns()[0];
+  row.episode_length = batch_.episode_lengths()[0];
+  if (!batch_.fingerprints().empty()) {
+    row.fingerprint = batch_.fingerprints()[0];
+  }
+  const absl::Span<const uint8_t> picture = batch_.observations();
+  row.picture.assign(picture.begin(), picture.end());
+  return row;
+}
+
+absl::StatusOr<Row> SoloPool::Call(v1::StepPoolRequest request) {
+  if (absl::Status status = stream_->Call(std::move(request), &batch_); !status.ok()) {
+    return status;
+  }
+  return RowOf();
+}
+
+absl::StatusOr<Row> SoloPool::Observe() {
+  v1::StepPoolRequest request;
+  request.mutable_observe();
+  return Call(std::move(request));
+}
+
+absl::StatusOr<Row> SoloPool::Step(int32_t action) {
+  return Call(StepRequestOf(action, v1::OBSERVATION_FRAME));
+}
+
+absl::Status SoloPool::StepAll(absl::Span<const int32_t> actions,
+                               absl::FunctionRef<void(const Row&)> add) {
+  const auto ahead = static_cast<size_t>(stream_->requests_in_flight_max());
+  for (size_t sent = 0, received = 0; received < actions.size(); ++received) {
+    for (; sent < actions.size() && sent - received < ahead; ++sent) {
+      const auto number = stream_->Send(StepRequestOf(actions[sent], v1::OBSERVATION_NONE));
+      if (!number.ok()) {
+        return number.status();
+      }
+    }
+    if (absl::Status status = stream_->Receive(&batch_); !status.ok()) {
+      return status;
+    }
+    add(RowOf());
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::State> SoloPool::Save() {
+  absl::StatusOr<std::vector<v1::State>> states = client_->SaveStates(name_);
+  if (!states.ok()) {
+    return states.status();
+  }
+  return std::move(states->front());
+}
+
+absl::Status SoloPool::Restore(const v1::State& state) {
+  return client_->RestoreStates(name_, {state});
+}
+
+absl::StatusOr<std::string> SoloPool::Draw(int32_t side_px) {
+  return DrawPng(client_.get(), name_, 0, side_px);
+}
+
+absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
+                                    int32_t environment, int32_t side_px) {
+  auto response = client->RenderEnvironments(pool, {environment}, side_px, v1::FRAME_FORMAT_PNG);
+  if (!response.ok()) {
+    return response.status();
+  }
+  return std::move(*response->mutable_frames(0)->mutable_image());
+}
+
+}  // namespace procgen::web

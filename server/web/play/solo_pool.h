@@ -1,0 +1,70 @@
+#ifndef SERVER_WEB_PLAY_SOLO_POOL_H_
+#define SERVER_WEB_PLAY_SOLO_POOL_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "procgen_client/client.h"
+#include "server/web/play/recording.h"
+
+namespace procgen::web {
+
+// Makes a pool for a page. Its name tells what for: "pools/web-KIND-..."; its lease is short.
+absl::StatusOr<procgen::v1::Pool> MakePagePool(procgen_client::Client* client,
+                                               absl::string_view kind, procgen::v1::PoolSpec spec);
+// What a page's pool is for, "play", "replay" or "gallery"; of all others "pool".
+std::string KindOfPool(absl::string_view name);
+
+// A pool of one environment that a page steps, and ends with this. Threads: one at a time.
+class SoloPool {
+ public:
+  // `spec` is of one environment. Errors: those of the server.
+  static absl::StatusOr<std::unique_ptr<SoloPool>> Make(
+      std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
+      const procgen::v1::PoolSpec& spec);
+  ~SoloPool();
+  SoloPool(const SoloPool&) = delete;
+  SoloPool& operator=(const SoloPool&) = delete;
+
+  // What it was made with, every default filled in.
+  const procgen::v1::PoolSpec& spec() const { return spec_; }
+
+  // All of these block. Errors: those of the server; after one of Observe, Step and StepAll the
+  // pool can be stepped no more.
+
+  // How the environment stands, with a picture.
+  absl::StatusOr<Row> Observe();
+  // With a picture. `action`: in [-1, 15).
+  absl::StatusOr<Row> Step(int32_t action);
+  // Without pictures; `add` is called with each row, in order.
+  absl::Status StepAll(absl::Span<const int32_t> actions, absl::FunctionRef<void(const Row&)> add);
+  absl::StatusOr<procgen::v1::State> Save();
+  absl::Status Restore(const procgen::v1::State& state);
+  // As people see it: a PNG file.
+  absl::StatusOr<std::string> Draw(int32_t side_px);
+
+ private:
+  SoloPool(std::shared_ptr<procgen_client::Client> client, procgen::v1::Pool pool);
+  absl::StatusOr<Row> Call(procgen::v1::StepPoolRequest request);
+  Row RowOf() const;
+
+  const std::shared_ptr<procgen_client::Client> client_;
+  const std::string name_;
+  const procgen::v1::PoolSpec spec_;
+  std::unique_ptr<procgen_client::StepStream> stream_;
+  procgen_client::Batch batch_;
+};
+
+// One environment of a pool as people see it: a PNG file. Blocks.
+absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
+                                    int32_t environment, int32_t side_px);
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_PLAY_SOLO_POOL_H_

@@ -1,0 +1,32 @@
+#ifndef SERVER_WEB_SESSION_CONVERT_JSON_H_
+#define SERVER_WEB_SESSION_CONVERT_JSON_H_
+
+#include "absl/types/span.h"
+#include "google/protobuf/timestamp.pb.h"
+#include "procgen/v1/catalog.pb.h"
+#include "procgen/v1/cluster.pb.h"
+#include "procgen/v1/pools.pb.h"
+#include "server/web/json/message.h"
+
+namespace procgen::web {
+
+// Messages of the contract as pages have them; README.md tells their members.
+
+Json CatalogJson(const procgen::v1::Catalog& catalog);
+// But for what follows from two moments: steps_per_second.
+Json PoolJson(const procgen::v1::Pool& pool);
+Json NodesJson(const procgen::v1::ListNodesResponse& nodes);
+Json LoadJson(const procgen::v1::Load& load, double steps_per_second);
+
+// Seconds since 1970.
+double SecondsOf(const google::protobuf::Timestamp& time);
+
+// What becomes of a pool over time, which its history tells, too; null where there is none yet.
+Json MeanReturnJson(const procgen::v1::Pool& pool);
+Json MeanLengthJson(const procgen::v1::Pool& pool);
+Json RequestP50MsJson(const procgen::v1::Pool& pool);
+Json RequestP99MsJson(const procgen::v1::Pool& pool);
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_SESSION_CONVERT_JSON_H_

@@ -1,0 +1,124 @@
+#include "server/web/session/pool_frames.h"
+
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/types/span.h"
+
+namespace procgen::web {
+namespace {
+
+namespace v1 = procgen::v1;
+
+// Frames of this side and below are sent as they are: they are small, and written often.
+constexpr int32_t kRawSidePxMax = 64;
+constexpr double kFramesPerSecondDefault = 15;
+constexpr double kFramesPerSecondMin = 0.1;
+// What WatchPool sends at most, and what a frame has there besides its pixels.
+constexpr int64_t kResponseBytesMax = 16 << 20;
+// What may wait for a slow page, for each of its watches, twice.
+constexpr int64_t kRawBytesMax = 4 << 20;
+constexpr int64_t kFrameOverheadBytes = 64;
+
+Wire FramesWire(int64_t number, v1::WatchPoolResponse response, bool is_png) {
+  std::vector<Part> parts;
+  for (v1::Frame& frame : *response.mutable_frames()) {
+    parts.push_back({absl::StrCat("environment-", frame.environment()),
+                     is_png ? "png" : "rgb",
+                     std::move(*frame.mutable_image()),
+                     {{"environment", frame.environment()},
+                      {"width", frame.width_px()},
+                      {"height", frame.height_px()}}});
+  }
+  return EventWire(
+      {{"event", "frames"}, {"watch", number}, {"sequence_number", response.sequence_number()}},
+      parts);
+}
+
+absl::Status CheckEnvironments(const v1::WatchPoolRequest& request, const v1::Pool& pool) {
+  for (const int32_t environment : request.environments()) {
+    if (environment >= pool.spec().env_count()) {
+      return absl::InvalidArgumentError(absl::StrCat("environments has ", environment, ", ",
+                                                     pool.name(), " has environments 0 to ",
+                                                     pool.spec().env_count() - 1));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+v1::WatchPoolRequest ReadWatch(Fields* fields) {
+  v1::WatchPoolRequest request;
+  request.set_pool(fields->Text("pool"));
+  for (const int32_t environment :
+       fields->Integers("environments", kWatchEnvironmentsMax, INT32_MAX)) {
+    request.add_environments(environment);
+  }
+  const int32_t side = fields->Integer32("side_px", kWatchSidePxMin, kWatchSidePxMax);
+  request.set_side_px(side);
+  request.set_frames_per_second_max(static_cast<float>(fields->NumberOr(
+      "frames_per_second_max", kFramesPerSecondDefault, kFramesPerSecondMin, kFramesPerSecondMax)));
+  const std::string format = fields->Has("format")   ? fields->Choice("format", {"rgb", "png"})
+                             : side <= kRawSidePxMax ? "rgb"
+                                                     : "png";
+  request.set_format(format == "rgb" ? v1::FRAME_FORMAT_RGB : v1::FRAME_FORMAT_PNG);
+  request.set_response_bytes_max(kResponseBytesMax);
+  // PNG files are a part of that.
+  const int64_t bytes_max = format == "rgb" ? kRawBytesMax : kResponseBytesMax;
+  const int64_t frame_bytes = int64_t{side} * side * 3 + kFrameOverheadBytes;
+  if (request.environments_size() * frame_bytes + kFrameOverheadBytes > bytes_max) {
+    fields->Refuse(absl::StrCat(
+        "environments has ", request.environments_size(), " entries, allowed: at most ",
+        (bytes_max - kFrameOverheadBytes) / frame_bytes, " with side_px ", side, " as ", format));
+  }
+  return request;
+}
+
+absl::StatusOr<std::unique_ptr<PoolFrames>> PoolFrames::Start(
+    std::shared_ptr<procgen_client::Client> client, const v1::WatchPoolRequest& request,
+    int64_t number, std::shared_ptr<Outbox> outbox, JoinedThreads* threads) {
+  const absl::StatusOr<v1::Pool> pool = client->GetPool(request.pool());
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  if (absl::Status status = CheckEnvironments(request, *pool); !status.ok()) {
+    return status;
+  }
+  auto shared = std::make_shared<Shared>();
+  shared->client = std::move(client);
+  shared->watch = shared->client->Watch(request);
+  shared->is_png = request.format() == v1::FRAME_FORMAT_PNG;
+  shared->number = number;
+  shared->outbox = std::move(outbox);
+  if (absl::Status status = threads->Start([shared] { shared->Run(); }); !status.ok()) {
+    return status;
+  }
+  return std::unique_ptr<PoolFrames>(new PoolFrames(std::move(shared)));
+}
+
+PoolFrames::~PoolFrames() {
+  shared_->is_stopping.Notify();
+  shared_->watch->Stop();
+  shared_->has_ended.WaitForNotification();
+  shared_->outbox->Forget(shared_->Key());
+}
+
+std::string PoolFrames::Shared::Key() const { return absl::StrCat("frames-", number); }
+
+void PoolFrames::Shared::Run() {
+  may_begin.WaitForNotification();
+  absl::StatusOr<v1::WatchPoolResponse> response = watch->Next();
+  for (; response.ok(); response = watch->Next()) {
+    outbox->TellLatest(Key(), FramesWire(number, *std::move(response), is_png));
+  }
+  if (!is_stopping.HasBeenNotified()) {
+    Json event = EndedEvent("watch_ended", response.status());
+    event["watch"] = number;
+    outbox->Tell(EventWire(std::move(event)));
+  }
+  has_ended.Notify();
+}
+
+}  // namespace procgen::web

@@ -1,0 +1,68 @@
+#ifndef SERVER_WEB_SESSION_POOL_FRAMES_H_
+#define SERVER_WEB_SESSION_POOL_FRAMES_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/synchronization/notification.h"
+#include "procgen_client/client.h"
+#include "server/concurrency/joined_threads.h"
+#include "server/web/json/message.h"
+#include "server/web/session/outbox.h"
+
+namespace procgen::web {
+
+// Environments that a page may watch at a time, and their sides and rates.
+inline constexpr int32_t kWatchEnvironmentsMax = 64;
+inline constexpr int32_t kWatchSidePxMin = 16;
+inline constexpr int32_t kWatchSidePxMax = 512;
+inline constexpr double kFramesPerSecondMax = 60;
+
+// Takes the members of watch.start. What is wrong is told to `fields`.
+procgen::v1::WatchPoolRequest ReadWatch(Fields* fields);
+
+// Shows a page what a pool's environments look like, as fast as it reads, by a thread of its own.
+// Threads: one at a time.
+class PoolFrames {
+ public:
+  // Errors: RESOURCE_EXHAUSTED there is no thread; those of the server that can be known at once,
+  // while others come as the event watch_ended.
+  static absl::StatusOr<std::unique_ptr<PoolFrames>> Start(
+      std::shared_ptr<procgen_client::Client> client, const procgen::v1::WatchPoolRequest& request,
+      int64_t number, std::shared_ptr<Outbox> outbox, JoinedThreads* threads);
+  // REQUIRES: Begin. No event comes after.
+  ~PoolFrames();
+  PoolFrames(const PoolFrames&) = delete;
+  PoolFrames& operator=(const PoolFrames&) = delete;
+
+  // The page knows the number: events may come. Once.
+  void Begin() { shared_->may_begin.Notify(); }
+  // Whether it ended by itself.
+  bool has_ended() const { return shared_->has_ended.HasBeenNotified(); }
+
+ private:
+  // With the thread.
+  struct Shared {
+    std::shared_ptr<procgen_client::Client> client;  // before the watch, which it must outlive
+    std::unique_ptr<procgen_client::PoolWatch> watch;
+    bool is_png = false;
+    int64_t number = 0;
+    std::shared_ptr<Outbox> outbox;
+    absl::Notification may_begin;
+    absl::Notification is_stopping;
+    absl::Notification has_ended;
+
+    std::string Key() const;
+    void Run();
+  };
+
+  explicit PoolFrames(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
+
+  const std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_SESSION_POOL_FRAMES_H_

@@ -1,0 +1,51 @@
+#ifndef SERVER_WEB_SESSION_POOL_HISTORY_H_
+#define SERVER_WEB_SESSION_POOL_HISTORY_H_
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "procgen/v1/pools.pb.h"
+#include "server/web/json/message.h"
+
+namespace procgen::web {
+
+// How pools went, moment by moment. Threads: compatible (one at a time).
+class PoolHistory {
+ public:
+  // Rows that are kept of each pool: ten minutes of seconds.
+  static constexpr size_t kRowsMax = 600;
+
+  // Takes down how all pools stand. Those that are not among them are forgotten.
+  void Add(double time_s, const std::vector<procgen::v1::Pool>& pools);
+
+  // Steps per second between the last two moments; 0 where there is but one.
+  double StepsPerSecond(const procgen::v1::Pool& pool) const;
+  // columns and rows, as pages have them.
+  Json RowsOf(const procgen::v1::Pool& pool) const;
+
+ private:
+  // Owners have names of their own, and a name may be used again.
+  struct Course {
+    double create_time_s = 0;
+    int64_t step_count = 0;  // at the last moment
+    double time_s = 0;
+    double steps_per_second = 0;
+    std::deque<std::vector<float>> rows;
+    std::deque<double> times_s;
+  };
+  using Key = std::pair<std::string, std::string>;  // owner, name
+
+  static Key KeyOf(const procgen::v1::Pool& pool) { return {pool.owner(), pool.name()}; }
+  const Course* Find(const procgen::v1::Pool& pool) const;
+  static void AddRow(double time_s, const procgen::v1::Pool& pool, Course* course);
+
+  std::map<Key, Course> courses_;
+};
+
+}  // namespace procgen::web
+
+#endif  // SERVER_WEB_SESSION_POOL_HISTORY_H_

@@ -1,0 +1,271 @@
+#include "server/web/session/viewer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "server/logging/event_log.h"
+#include "server/web/play/gallery.h"
+#include "server/web/session/convert_json.h"
+
+namespace procgen::web {
+namespace {
+
+// What a viewer may save up of kRequestsPerSecondMax.
+constexpr absl::Duration kRateSaved = absl::Seconds(2);
+
+// As gRPC takes the value of a header. It would end the process over another.
+bool IsPrintable(const std::string& text) {
+  return std::all_of(text.begin(), text.end(),
+                     [](unsigned char letter) { return absl::ascii_isprint(letter); });
+}
+
+}  // namespace
+
+Viewer::Viewer(const ViewerTerms& terms, std::shared_ptr<Outbox> outbox)
+    : terms_(terms), outbox_(std::move(outbox)) {}
+
+Viewer::~Viewer() = default;
+
+void Viewer::Take(Wire message) {
+  absl::MutexLock lock(&mutex_);
+  messages_.push_back(std::move(message));
+}
+
+void Viewer::Stop() {
+  absl::MutexLock lock(&mutex_);  // who waits for messages looks again
+  is_stopping_ = true;
+  stopped_.NotifyAll();
+}
+
+std::optional<Wire> Viewer::Next() {
+  absl::MutexLock lock(&mutex_);
+  const auto is_due = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
+    return is_stopping_ || !messages_.empty();
+  };
+  mutex_.Await(absl::Condition(&is_due));
+  if (is_stopping_) {
+    return std::nullopt;
+  }
+  Wire message = std::move(messages_.front());
+  messages_.pop_front();
+  return message;
+}
+
+void Viewer::AwaitRate() {
+  const absl::Time now = SteadyNow();
+  rate_time_ = std::max(rate_time_, now - kRateSaved) + absl::Seconds(1) / kRequestsPerSecondMax;
+  if (rate_time_ > now) {
+    absl::MutexLock lock(&mutex_);
+    stopped_.AwaitUntil(&mutex_, rate_time_, [this] { return is_stopping_.load(); });
+  }
+}
+
+void Viewer::Run() {
+  while (const std::optional<Wire> message = Next()) {
+    AwaitRate();
+    Handle(*message);
+  }
+  terms_.news->Unfollow(this);
+  watches_.clear();
+  plays_.clear();
+  replays_.clear();
+}
+
+void Viewer::Handle(const Wire& message) {
+  const absl::StatusOr<Request> request = ParseRequest(message.bytes, message.is_binary);
+  if (!request.ok()) {
+    outbox_->Close(kCloseBadMessage, std::string(request.status().message()));
+    return;
+  }
+  try {
+    outbox_->Answer(AnswerWire(request->id, Do(*request)));
+  } catch (const std::exception& error) {
+    // The library of JSON tells by exceptions what it was wrongly asked for. All that pages send is
+    // checked before; one that finds a gap shall not end the server.
+    LogEvent(LogLevel::kError, "web_request_failed",
+             {{"method", request->method}, {"message", error.what()}});
+    outbox_->Answer(AnswerWire(request->id, absl::InternalError("the server made a mistake")));
+  }
+  if (after_answer_ != nullptr) {
+    std::exchange(after_answer_, nullptr)();
+  }
+}
+
+absl::StatusOr<Answer> Viewer::Do(const Request& request) {
+  const auto method = Methods().find(request.method);
+  if (method == Methods().end()) {
+    return absl::UnimplementedError(absl::StrCat("there is no method '", request.method, "'"));
+  }
+  if (client_ == nullptr && request.method != "hello") {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the method is ", request.method, ", and hello must come first"));
+  }
+  if (!request.parts.empty() && request.method != "replay.open") {
+    return absl::InvalidArgumentError(absl::StrCat(request.method, " takes no parts"));
+  }
+  return (this->*method->second)(request);
+}
+
+const std::map<std::string, Viewer::Method>& Viewer::Methods() {
+  static const auto& methods = *new std::map<std::string, Method>({
+      {"hello", &Viewer::Hello},
+      {"pools.follow", &Viewer::FollowPools},
+      {"pools.unfollow", &Viewer::UnfollowPools},
+      {"pool.history", &Viewer::ReadHistory},
+      {"pool.episode", &Viewer::ReadEpisode},
+      {"watch.start", &Viewer::StartWatch},
+      {"watch.stop", &Viewer::StopWatch},
+      {"play.start", &Viewer::StartPlay},
+      {"play.step", &Viewer::StepPlay},
+      {"play.restart", &Viewer::RestartPlay},
+      {"play.next_level", &Viewer::NextLevel},
+      {"play.trace", &Viewer::PlayTrace},
+      {"play.close", &Viewer::ClosePlay},
+      {"replay.open", &Viewer::OpenTrace},
+      {"replay.seek", &Viewer::SeekReplay},
+      {"replay.trace", &Viewer::ReplayTrace},
+      {"replay.close", &Viewer::CloseReplay},
+      {"gallery.page", &Viewer::ShowGallery},
+  });
+  return methods;
+}
+
+absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
+  Fields fields(request.members);
+  const std::string token = fields.Has("token") ? fields.Text("token") : "";
+  if (!IsPrintable(token)) {
+    fields.Refuse("token has characters that no token has");
+  }
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  if (client_ != nullptr) {
+    return absl::FailedPreconditionError("this socket has said hello; open another");
+  }
+  std::shared_ptr<procgen_client::Client> client = terms_.connect(token);
+  absl::StatusOr<procgen::v1::Catalog> catalog = client->GetCatalog();
+  const absl::StatusOr<procgen::v1::ListNodesResponse> nodes =
+      catalog.ok() ? client->ListNodes() : catalog.status();
+  if (!nodes.ok()) {
+    if (++hello_attempts_ >= kHelloAttemptsMax) {
+      after_answer_ = [this] { outbox_->Close(kClosePolicy, "too many tokens that are none"); };
+    }
+    return nodes.status();
+  }
+  client_ = std::move(client);
+  token_ = token;
+  catalog_ = *std::move(catalog);
+  outbox_->Welcome();
+  const Json node_list = NodesJson(*nodes);
+  const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
+    return node["name"] == nodes->answering_node() && node["role"] == "fleet";
+  });
+  return Answer{{{"version", terms_.version},
+                 {"asks_token", terms_.asks_token},
+                 {"is_fleet", is_fleet},
+                 {"cluster", nodes->cluster()},
+                 {"node", nodes->answering_node()},
+                 {"art", catalog_.art()},
+                 {"catalog", CatalogJson(catalog_)},
+                 {"limits",
+                  {{"viewers", terms_.viewers_max},
+                   {"plays", kPlaysMax},
+                   {"replays", kReplaysMax},
+                   {"watches", kWatchesMax},
+                   {"watch_environments", kWatchEnvironmentsMax},
+                   {"frames_per_second", kFramesPerSecondMax},
+                   {"gallery_count", kGalleryCountMax},
+                   {"message_bytes", kMessageBytesMax},
+                   {"play_steps", Play::kStepsMax},
+                   {"replay_rows", Replay::kRowsMax},
+                   {"requests_per_second", kRequestsPerSecondMax}}}},
+                {}};
+}
+
+absl::StatusOr<Answer> Viewer::FollowPools(const Request& request) {
+  if (absl::Status status = Fields(request.members).CheckAll(); !status.ok()) {
+    return status;
+  }
+  const auto tell = [outbox = outbox_](const absl::StatusOr<Json>& event) {
+    if (event.ok()) {
+      outbox->TellLatest("pools", EventWire(*event));
+    } else {
+      outbox->Tell(EventWire(EndedEvent("pools_ended", event.status())));
+    }
+  };
+  after_answer_ = [this, tell] { terms_.news->Follow(this, token_, client_, tell); };
+  return Answer();
+}
+
+absl::StatusOr<Answer> Viewer::UnfollowPools(const Request& request) {
+  if (absl::Status status = Fields(request.members).CheckAll(); !status.ok()) {
+    return status;
+  }
+  terms_.news->Unfollow(this);
+  outbox_->Forget("pools");
+  return Answer();
+}
+
+absl::StatusOr<Answer> Viewer::ReadHistory(const Request& request) {
+  Fields fields(request.members);
+  const std::string name = fields.Text("pool");
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  const absl::StatusOr<procgen::v1::Pool> pool = client_->GetPool(name);
+  if (!pool.ok()) {
+    return pool.status();
+  }
+  return Answer{terms_.news->HistoryOf(*pool), {}};
+}
+
+absl::StatusOr<Answer> Viewer::StartWatch(const Request& request) {
+  Fields fields(request.members);
+  const procgen::v1::WatchPoolRequest watch = ReadWatch(&fields);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  std::erase_if(watches_, [](const auto& entry) { return entry.second->has_ended(); });
+  if (watches_.size() >= kWatchesMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the page has ", kWatchesMax, " watches, which is the limit; stop one"));
+  }
+  const int64_t number = next_number_++;
+  absl::StatusOr<std::unique_ptr<PoolFrames>> frames =
+      PoolFrames::Start(client_, watch, number, outbox_, terms_.watch_threads);
+  if (!frames.ok()) {
+    return frames.status();
+  }
+  after_answer_ = [frames = frames->get()] { frames->Begin(); };
+  watches_[number] = *std::move(frames);
+  return Answer{{{"watch", number}}, {}};
+}
+
+absl::StatusOr<Answer> Viewer::StopWatch(const Request& request) {
+  Fields fields(request.members);
+  const int64_t number = fields.Integer("watch", 1, kIdMax);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  if (watches_.erase(number) == 0 && number >= next_number_) {
+    return absl::NotFoundError(absl::StrCat("the page has no watch ", number));
+  }
+  return Answer();  // one that has ended by itself is stopped, too
+}
+
+absl::StatusOr<Answer> Viewer::ShowGallery(const Request& request) {
+  Fields fields(request.members);
+  const LevelChoice choice = ReadLevelChoice(catalog_, "first_level_seed", &fields);
+  const int32_t count_max =
+      choice.has_one_level ? 1 : std::min(kGalleryCountMax, kLevelSeedMax - choice.level_seed + 1);
+  const int32_t count = fields.Integer32("count", 1, count_max);
+  const int32_t side_px = fields.Integer32("side_px", kGallerySidePxMin, kGallerySidePxMax);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  return GalleryPage(client_.get(), choice, count, side_px);
+}
+
+}  // namespace procgen::web

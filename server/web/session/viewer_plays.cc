@@ -1,0 +1,236 @@
+// What a viewer plays and replays.
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/trace/trace.h"
+#include "server/web/play/episode_trace.h"
+#include "server/web/session/viewer.h"
+
+namespace procgen::web {
+namespace {
+
+// Answers of plays and replays tell whose they are.
+absl::StatusOr<Answer> Of(const char* kind, int64_t number, absl::StatusOr<Answer> answer) {
+  if (answer.ok()) {
+    answer->result[kind] = number;
+  }
+  return answer;
+}
+
+Answer TraceAnswer(Json facts, std::string file) {
+  Answer answer{std::move(facts), {}};
+  answer.parts.push_back({"trace", "trace", std::move(file)});
+  return answer;
+}
+
+absl::Status TooMany(const char* what, size_t limit) {
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the page has ", limit, " ", what, ", which is the limit; close one"));
+}
+
+int64_t NumberIn(const Request& request, const char* kind) {
+  return request.members.at(kind).get<int64_t>();
+}
+
+}  // namespace
+
+absl::StatusOr<Play*> Viewer::FindPlay(Fields* fields) {
+  const int64_t number = fields->Integer("play", 1, kIdMax);
+  if (absl::Status status = fields->CheckAll(); !status.ok()) {
+    return status;
+  }
+  const auto found = plays_.find(number);
+  if (found == plays_.end()) {
+    return absl::NotFoundError(absl::StrCat("the page has no play ", number));
+  }
+  return found->second.get();
+}
+
+absl::StatusOr<Viewer::OpenReplay*> Viewer::FindReplay(Fields* fields) {
+  const int64_t number = fields->Integer("replay", 1, kIdMax);
+  if (absl::Status status = fields->CheckAll(); !status.ok()) {
+    return status;
+  }
+  const auto found = replays_.find(number);
+  if (found == replays_.end()) {
+    return absl::NotFoundError(absl::StrCat("the page has no replay ", number));
+  }
+  return &found->second;
+}
+
+absl::StatusOr<Answer> Viewer::StartPlay(const Request& request) {
+  Fields fields(request.members);
+  const LevelChoice choice = ReadLevelChoice(catalog_, "level_seed", &fields);
+  const int32_t human_side_px = ReadHumanSide(&fields);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  if (plays_.size() >= kPlaysMax) {
+    return TooMany("plays", kPlaysMax);
+  }
+  absl::StatusOr<std::unique_ptr<Play>> play = Play::Start(client_, choice, human_side_px);
+  if (!play.ok()) {
+    return play.status();
+  }
+  absl::StatusOr<Answer> view = (*play)->View();
+  if (!view.ok()) {
+    return view.status();
+  }
+  const int64_t number = next_number_++;
+  plays_[number] = *std::move(play);
+  return Of("play", number, std::move(view));
+}
+
+absl::StatusOr<Answer> Viewer::StepPlay(const Request& request) {
+  Fields fields(request.members);
+  const int32_t action =
+      fields.Integer32("action", 0, static_cast<int32_t>(catalog_.actions_size()) - 1);
+  const absl::StatusOr<Play*> play = FindPlay(&fields);
+  if (!play.ok()) {
+    return play.status();
+  }
+  return Of("play", NumberIn(request, "play"), (*play)->Step(action));
+}
+
+absl::StatusOr<Answer> Viewer::RestartPlay(const Request& request) {
+  Fields fields(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&fields);
+  if (!play.ok()) {
+    return play.status();
+  }
+  return Of("play", NumberIn(request, "play"), (*play)->Restart());
+}
+
+absl::StatusOr<Answer> Viewer::NextLevel(const Request& request) {
+  Fields fields(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&fields);
+  if (!play.ok()) {
+    return play.status();
+  }
+  return Of("play", NumberIn(request, "play"), (*play)->NextLevel());
+}
+
+absl::StatusOr<Answer> Viewer::PlayTrace(const Request& request) {
+  Fields fields(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&fields);
+  if (!play.ok()) {
+    return play.status();
+  }
+  const Recording& recording = (*play)->recording();
+  return TraceAnswer(recording.FileFacts(), TraceFileOf(recording.trace()));
+}
+
+absl::StatusOr<Answer> Viewer::ClosePlay(const Request& request) {
+  Fields fields(request.members);
+  if (const absl::StatusOr<Play*> play = FindPlay(&fields); !play.ok()) {
+    return play.status();
+  }
+  plays_.erase(NumberIn(request, "play"));
+  return Answer();
+}
+
+absl::StatusOr<Answer> Viewer::ReadEpisode(const Request& request) {
+  Fields fields(request.members);
+  const EpisodeChoice choice = ReadEpisodeChoice(&fields);
+  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+    return status;
+  }
+  absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
+  if (!episode.ok()) {
+    return episode.status();
+  }
+  return TraceAnswer(std::move(episode->facts), TraceFileOf(episode->recording.trace()));
+}
+
+absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fields) {
+  if (!request.parts.empty()) {
+    const int32_t environment = fields->Integer32Or("environment", 0, 0, INT32_MAX);
+    if (absl::Status status = fields->CheckAll(); !status.ok()) {
+      return status;
+    }
+    const Part& part = request.parts.front();
+    if (request.parts.size() > 1 || part.format != "trace") {
+      return absl::InvalidArgumentError("replay.open takes one part, of the format trace");
+    }
+    absl::StatusOr<Trace> trace = ParseTrace(part.bytes);
+    if (!trace.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the file is no trace: ", trace.status().message()));
+    }
+    return ReplaySource{*std::move(trace), environment};
+  }
+  if (fields->Has("pool")) {
+    const EpisodeChoice choice = ReadEpisodeChoice(fields);
+    if (absl::Status status = fields->CheckAll(); !status.ok()) {
+      return status;
+    }
+    const absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
+    if (!episode.ok()) {
+      return episode.status();
+    }
+    return ReplaySource{episode->recording.trace(), 0};
+  }
+  const absl::StatusOr<Play*> play = FindPlay(fields);
+  if (!play.ok()) {
+    return play.status();
+  }
+  return ReplaySource{(*play)->recording().trace(), 0};
+}
+
+absl::StatusOr<Answer> Viewer::OpenTrace(const Request& request) {
+  Fields fields(request.members);
+  const int32_t human_side_px = ReadHumanSide(&fields);
+  absl::StatusOr<ReplaySource> source = SourceOf(request, &fields);
+  if (!source.ok()) {
+    return source.status();
+  }
+  if (replays_.size() >= kReplaysMax) {
+    return TooMany("replays", kReplaysMax);
+  }
+  absl::StatusOr<std::unique_ptr<Replay>> replay =
+      Replay::Open(client_, *source, human_side_px, is_stopping_);
+  if (!replay.ok()) {
+    return replay.status();
+  }
+  const int64_t number = next_number_++;
+  Answer answer{(*replay)->facts(), {}};
+  replays_[number] = {*std::move(replay), request.parts.empty() ? TraceFileOf(source->trace)
+                                                                : request.parts.front().bytes};
+  return Of("replay", number, std::move(answer));
+}
+
+absl::StatusOr<Answer> Viewer::SeekReplay(const Request& request) {
+  Fields fields(request.members);
+  const int32_t row = fields.Integer32("row", 0, INT32_MAX);
+  const absl::StatusOr<OpenReplay*> found = FindReplay(&fields);
+  if (!found.ok()) {
+    return found.status();
+  }
+  Replay& replay = *(*found)->replay;
+  if (row >= replay.row_count()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("row is ", row, ", the replay has rows 0 to ", replay.row_count() - 1));
+  }
+  return Of("replay", NumberIn(request, "replay"), replay.Seek(row));
+}
+
+absl::StatusOr<Answer> Viewer::ReplayTrace(const Request& request) {
+  Fields fields(request.members);
+  const absl::StatusOr<OpenReplay*> found = FindReplay(&fields);
+  if (!found.ok()) {
+    return found.status();
+  }
+  return TraceAnswer((*found)->replay->recording().FileFacts(), (*found)->file);
+}
+
+absl::StatusOr<Answer> Viewer::CloseReplay(const Request& request) {
+  Fields fields(request.members);
+  if (const absl::StatusOr<OpenReplay*> found = FindReplay(&fields); !found.ok()) {
+    return found.status();
+  }
+  replays_.erase(NumberIn(request, "replay"));
+  return Answer();
+}
+
+}  // namespace procgen::web

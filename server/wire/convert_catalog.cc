@@ -1,0 +1,196 @@
+#include "server/wire/convert_catalog.h"
+
+#include <cstdint>
+#include <string>
+
+#include "absl/strings/str_split.h"
+#include "envcore/pool/pool.h"
+#include "server/wire/convert_pool.h"
+
+namespace procgen {
+namespace {
+
+void FillMode(const GameFacts& facts, DistributionMode mode, v1::Game* game) {
+  v1::GameMode* message = game->add_modes();
+  message->set_distribution_mode(DistributionModeMessageOf(mode));
+  message->set_time_limit_steps(facts.StepLimit(mode));
+  if (mode == DistributionMode::kEasy || mode == DistributionMode::kHard) {
+    const ReturnRange range =
+        mode == DistributionMode::kEasy ? facts.easy_returns : facts.hard_returns;
+    message->mutable_return_range()->set_min(range.min);
+    message->mutable_return_range()->set_max(range.max);
+  }
+  if (mode == DistributionMode::kExploration) {
+    message->set_level_seed(*facts.exploration_level);
+  }
+}
+
+void FillGame(const GameFacts& facts, v1::Game* game) {
+  game->set_name(std::string(facts.name));
+  game->set_description(std::string(facts.description));
+  for (const DistributionMode mode : facts.modes) {
+    FillMode(facts, mode, game);
+  }
+  if (facts.exploration_level.has_value()) {
+    FillMode(facts, DistributionMode::kExploration, game);
+  }
+  game->set_action_count(kActionCount);
+  for (const SpecialAction& special : facts.special_actions) {
+    v1::SpecialAction* message = game->add_special_actions();
+    message->set_action(special.action);
+    message->set_description(std::string(special.description));
+  }
+}
+
+// An option of EnvironmentOptions as the catalog tells it. min and max: of integers.
+struct OptionFacts {
+  const char* name;
+  const char* description;
+  v1::OptionType type;
+  const char* default_value;
+  int64_t min = 0;
+  int64_t max = 0;
+};
+
+constexpr OptionFacts kOptions[] = {
+    {"distribution_mode", "How levels are made.", v1::OPTION_TYPE_NAME, "hard"},
+    {"num_levels", "Number of different levels; 0: unlimited.", v1::OPTION_TYPE_INTEGER, "0", 0,
+     INT32_MAX},
+    {"start_level", "First level seed; not used while num_levels is 0.", v1::OPTION_TYPE_INTEGER,
+     "0", 0, INT32_MAX},
+    {"rand_seed", "Seeds the choice of levels, modulo 2^32.", v1::OPTION_TYPE_INTEGER, "random",
+     INT64_MIN, INT64_MAX},
+    {"use_sequential_levels", "A completed level is followed by the next without an episode's end.",
+     v1::OPTION_TYPE_BOOLEAN, "false"},
+    {"center_agent", "The camera follows the agent; some games overwrite it.",
+     v1::OPTION_TYPE_BOOLEAN, "true"},
+    {"use_backgrounds", "Pictures behind everything; otherwise black.", v1::OPTION_TYPE_BOOLEAN,
+     "true"},
+    {"use_generated_assets", "Pictures made from random numbers; changes sizes and levels.",
+     v1::OPTION_TYPE_BOOLEAN, "false"},
+    {"use_monochrome_assets", "Flat rectangles in place of art.", v1::OPTION_TYPE_BOOLEAN, "false"},
+    {"restrict_themes", "One theme per kind of thing.", v1::OPTION_TYPE_BOOLEAN, "false"},
+    {"paint_vel_info", "Two grey squares show the agent's velocity.", v1::OPTION_TYPE_BOOLEAN,
+     "false"},
+    {"debug_mode", "Bits that only coinrun reads.", v1::OPTION_TYPE_INTEGER, "0", INT32_MIN,
+     INT32_MAX},
+};
+
+void FillOptions(v1::Catalog* catalog) {
+  for (const OptionFacts& facts : kOptions) {
+    v1::Option* option = catalog->add_options();
+    option->set_name(facts.name);
+    option->set_description(facts.description);
+    option->set_type(facts.type);
+    option->set_default_value(facts.default_value);
+    option->set_min(facts.min);
+    option->set_max(facts.max);
+  }
+  for (const DistributionMode mode :
+       {DistributionMode::kEasy, DistributionMode::kHard, DistributionMode::kExtreme,
+        DistributionMode::kMemory, DistributionMode::kExploration}) {
+    catalog->mutable_options(0)->add_names(std::string(DistributionModeName(mode)));
+  }
+}
+
+void FillActions(v1::Catalog* catalog) {
+  for (int32_t number = 0; number < kActionCount; ++number) {
+    v1::Action* action = catalog->add_actions();
+    const std::string name(ActionName(number));
+    action->set_number(number);
+    action->set_name(name);
+    if (number != kNoAction) {
+      for (const absl::string_view key : absl::StrSplit(name, '+')) {
+        action->add_keys(std::string(key));
+      }
+    }
+  }
+}
+
+void FillLimits(const Limits& limits, v1::Limits* message) {
+  message->set_pool_count_max(limits.pool_count_max);
+  message->set_pool_environment_count_max(limits.pool_environment_count_max);
+  message->set_environment_count_max(limits.environment_count_max);
+  message->set_request_bytes_max(limits.request_bytes_max);
+  message->set_response_bytes_max(limits.response_bytes_max);
+  message->set_requests_in_flight_max(limits.requests_in_flight_max);
+  message->set_observation_bytes_max(limits.observation_bytes_max);
+  message->set_owner_pool_count_max(limits.owner_pool_count_max);
+  message->set_owner_environment_count_max(limits.owner_environment_count_max);
+  message->set_owner_stream_count_max(limits.owner_stream_count_max);
+  message->set_owner_call_count_max(limits.owner_call_count_max);
+  message->set_owner_watch_count_max(limits.owner_watch_count_max);
+  message->set_owner_buffer_bytes_max(limits.owner_buffer_bytes_max);
+  message->set_episode_bytes_max(limits.episode_bytes_max);
+  message->set_observation_side_px_min(kObservationSidePxMin);
+  message->set_observation_side_px_max(kObservationSidePxMax);
+  message->set_frame_stack_max(kFrameStackMax);
+  message->set_kept_answer_bytes_max(limits.kept_answer_bytes_max);
+  message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);
+  *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
+}
+
+void FillLatency(const HistogramCounts& seconds, v1::Latency* message) {
+  message->mutable_bounds_seconds()->Assign(seconds.bounds.begin(), seconds.bounds.end());
+  message->mutable_counts()->Assign(seconds.counts.begin(), seconds.counts.end());
+  message->set_sum_seconds(seconds.sum);
+}
+
+}  // namespace
+
+v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
+  v1::Catalog catalog;
+  catalog.set_server_version(std::string(server.version));
+  catalog.add_protocols("procgen.v1");
+  catalog.add_protocols("dm_env_rpc.v1");
+  catalog.add_protocols("grpc.health.v1");
+  catalog.add_protocols("grpc.reflection.v1alpha");
+  for (const GameFacts& facts : GameCatalog()) {
+    FillGame(facts, catalog.add_games());
+  }
+  FillOptions(&catalog);
+  FillActions(&catalog);
+  catalog.add_transports(v1::TRANSPORT_STREAM);
+  if (server.shares_memory) {
+    catalog.add_transports(v1::TRANSPORT_SHARED_MEMORY);
+  }
+  catalog.add_encodings(v1::ENCODING_RAW);
+  catalog.add_encodings(v1::ENCODING_ZSTD_DIFFERENCE);
+  catalog.add_colors(v1::COLOR_RGB);
+  catalog.add_colors(v1::COLOR_GRAYSCALE);
+  catalog.add_layouts(v1::LAYOUT_HWC);
+  catalog.add_layouts(v1::LAYOUT_CHW);
+  catalog.add_episode_ends(v1::EPISODE_END_SAME_STEP);
+  catalog.add_episode_ends(v1::EPISODE_END_NEXT_STEP);
+  catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
+  catalog.mutable_features()->set_states(true);
+  catalog.mutable_features()->set_render(true);
+  catalog.mutable_features()->set_watch(true);
+  catalog.mutable_features()->set_cluster(true);
+  catalog.mutable_features()->set_fingerprints(true);
+  catalog.mutable_features()->set_leases(true);
+  catalog.mutable_features()->set_level_sampler(true);
+  catalog.mutable_features()->set_resume(true);
+  FillLimits(limits, catalog.mutable_limits());
+  // Where the folder lies is nobody's business but the operator's.
+  catalog.set_art(server.has_own_art ? "folder" : "built-in");
+  return catalog;
+}
+
+v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
+  v1::Load message;
+  message.set_pool_count(load.pool_count);
+  message.set_environment_count(load.environment_count);
+  message.set_stream_count(load.stream_count);
+  message.set_worker_count(load.worker_count);
+  message.set_step_count(load.step_count);
+  message.set_draining(load.draining);
+  message.set_kept_answer_bytes(load.kept_answer_bytes);
+  message.set_stream_received_bytes(streams.received_bytes);
+  message.set_stream_sent_bytes(streams.sent_bytes);
+  FillLatency(streams.queue_seconds, message.mutable_queue_latency());
+  FillLatency(streams.run_seconds, message.mutable_run_latency());
+  return message;
+}
+
+}  // namespace procgen

@@ -1,0 +1,24 @@
+#ifndef SERVER_WIRE_CONVERT_CATALOG_H_
+#define SERVER_WIRE_CONVERT_CATALOG_H_
+
+#include "absl/strings/string_view.h"
+#include "procgen/v1/catalog.pb.h"
+#include "server/session/quota/limits.h"
+#include "server/session/sessions.h"
+
+namespace procgen {
+
+// What a server offers besides what all do.
+struct ServerFacts {
+  absl::string_view version = "";
+  bool has_own_art = false;    // it draws with art that its operator gave
+  bool shares_memory = false;  // with learners on its machine
+};
+
+v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits);
+
+v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams);
+
+}  // namespace procgen
+
+#endif  // SERVER_WIRE_CONVERT_CATALOG_H_

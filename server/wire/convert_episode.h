@@ -1,0 +1,18 @@
+#ifndef SERVER_WIRE_CONVERT_EPISODE_H_
+#define SERVER_WIRE_CONVERT_EPISODE_H_
+
+#include <cstdint>
+
+#include "envcore/pool/pool.h"
+#include "procgen/v1/states.pb.h"
+#include "server/session/episodes/episode.h"
+
+namespace procgen {
+
+// An episode of an environment of a pool that was made with `pool`, as a message.
+void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t environment,
+                 v1::Episode* message);
+
+}  // namespace procgen
+
+#endif  // SERVER_WIRE_CONVERT_EPISODE_H_

@@ -1,0 +1,173 @@
+#include "server/wire/convert_frames.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/encoding/png.h"
+#include "server/session/host/environment_list.h"
+#include "server/wire/convert_pool.h"
+#include "server/wire/enum_value.h"
+#include "server/wire/response_limit.h"
+
+namespace procgen {
+namespace {
+
+// The side of frames that no size was asked for, in pixels.
+constexpr int32_t kRenderSidePxDefault = 512;
+constexpr int32_t kWatchSidePxDefault = 256;
+// All that a frame, and the response around the frames, has besides the image, in bytes.
+constexpr int64_t kFrameOverheadBytes = 64;
+// What is watched is drawn again and again, and each watch has a few responses in memory.
+constexpr int64_t kWatchResponseBytesMax = 16 << 20;
+constexpr size_t kWatchEnvironmentsMax = 64;
+constexpr float kFramesPerSecondDefault = 15;
+constexpr float kFramesPerSecondMax = 60;
+// Of a rate that is next to none.
+constexpr absl::Duration kIntervalMax = absl::Hours(24);
+
+// Frames that somebody asks for.
+struct FramesWanted {
+  absl::Span<const int32_t> environments;
+  int32_t side_px = 0;
+  v1::FrameFormat format = v1::FRAME_FORMAT_UNSPECIFIED;
+  int64_t response_bytes_max = 0;
+};
+
+absl::Status CheckSize(const FramesWanted& wanted) {
+  const int64_t side = wanted.side_px;
+  const int64_t image_bytes =
+      wanted.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(wanted.side_px) : side * side * 3;
+  const int64_t frames_max =
+      (wanted.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
+  if (static_cast<int64_t>(wanted.environments.size()) > frames_max) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("environments has ", wanted.environments.size(),
+                     " entries, limit response_bytes_max = ", wanted.response_bytes_max,
+                     " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckFrames(const FramesWanted& wanted, const PoolSession& pool) {
+  if (!v1::FrameFormat_IsValid(wanted.format)) {
+    return NoSuchValue("format", wanted.format);
+  }
+  if (wanted.side_px < kHumanViewSidePxMin || wanted.side_px > kHumanViewSidePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px,
+                                                   ", allowed: ", kHumanViewSidePxMin, " to ",
+                                                   kHumanViewSidePxMax));
+  }
+  if (absl::Status status = CheckEnvironmentList(
+          {.list = "environments", .environments = wanted.environments, .repeats_allowed = true},
+          pool.name(), pool.env_count());
+      !status.ok()) {
+    return status;
+  }
+  return CheckSize(wanted);
+}
+
+absl::Span<const int32_t> SpanOf(const google::protobuf::RepeatedField<int32_t>& list) {
+  return absl::MakeConstSpan(list.data(), static_cast<size_t>(list.size()));
+}
+
+absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
+  if (frames_per_second_max == 0) {
+    return absl::Seconds(1) / static_cast<double>(kFramesPerSecondDefault);
+  }
+  if (!(frames_per_second_max > 0 && frames_per_second_max <= kFramesPerSecondMax)) {
+    return absl::InvalidArgumentError(absl::StrCat("frames_per_second_max is ",
+                                                   frames_per_second_max, ", allowed: above 0 to ",
+                                                   kFramesPerSecondMax));
+  }
+  return std::min(absl::Seconds(1) / static_cast<double>(frames_per_second_max), kIntervalMax);
+}
+
+}  // namespace
+
+FrameLook LookOf(const v1::RenderEnvironmentsRequest& request) {
+  const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
+  const int32_t side_px_default = as_agent ? kObservationSidePx : kRenderSidePxDefault;
+  return {as_agent ? View::kAgent : View::kHuman,
+          request.side_px() == 0 ? side_px_default : request.side_px()};
+}
+
+absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
+                         const Limits& limits) {
+  const absl::StatusOr<int64_t> bytes_max =
+      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), limits);
+  if (!bytes_max.ok()) {
+    return bytes_max.status();
+  }
+  if (!v1::FrameView_IsValid(request.view())) {
+    return NoSuchValue("view", request.view());
+  }
+  const FrameLook look = LookOf(request);
+  if (look.view == View::kAgent && look.side_px != kObservationSidePx) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "side_px is ", look.side_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSidePx));
+  }
+  return CheckFrames({SpanOf(request.environments()), look.side_px, request.format(), *bytes_max},
+                     pool);
+}
+
+absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
+                                        const PoolSession& pool, const Limits& limits) {
+  Limits watch_limits = limits;
+  watch_limits.response_bytes_max = std::min(limits.response_bytes_max, kWatchResponseBytesMax);
+  const absl::StatusOr<int64_t> bytes_max =
+      ResponseBytesMax("response_bytes_max", request.response_bytes_max(), watch_limits);
+  if (!bytes_max.ok()) {
+    return bytes_max.status();
+  }
+  const absl::StatusOr<absl::Duration> interval = IntervalOf(request.frames_per_second_max());
+  if (!interval.ok()) {
+    return interval.status();
+  }
+  const FramesWanted wanted = {SpanOf(request.environments()),
+                               request.side_px() == 0 ? kWatchSidePxDefault : request.side_px(),
+                               request.format(), *bytes_max};
+  if (wanted.environments.size() > kWatchEnvironmentsMax) {
+    return absl::InvalidArgumentError(absl::StrCat("environments has ", wanted.environments.size(),
+                                                   " entries, allowed: 1 to ",
+                                                   kWatchEnvironmentsMax));
+  }
+  if (absl::Status status = CheckFrames(wanted, pool); !status.ok()) {
+    return status;
+  }
+  return WatchOrder{.environments = {wanted.environments.begin(), wanted.environments.end()},
+                    .side_px = wanted.side_px,
+                    .interval = *interval,
+                    .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
+                                                                    : v1::FRAME_FORMAT_RGB};
+}
+
+void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames) {
+  if (format != v1::FRAME_FORMAT_PNG) {
+    return;
+  }
+  for (v1::Frame& frame : *frames) {
+    const std::string& image = frame.image();
+    frame.set_image(
+        PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
+              frame.width_px()));
+  }
+}
+
+absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment) {
+  v1::WatchPoolResponse response;
+  for (size_t i = 0; i < moment.images.size(); ++i) {
+    v1::Frame* frame = response.add_frames();
+    frame->set_environment(moment.environments[i]);
+    frame->set_width_px(moment.side_px);
+    frame->set_height_px(moment.side_px);
+    frame->set_image(std::move(moment.images[i]));
+  }
+  WriteFrames(format, response.mutable_frames());
+  response.set_sequence_number(moment.sequence_number);
+  FillTimestamp(moment.time, response.mutable_render_time());
+  return absl::Cord(response.SerializeAsString());
+}
+
+}  // namespace procgen

@@ -1,0 +1,24 @@
+#include "server/wire/convert_node.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace procgen {
+
+v1::Node NodeMessageOf(const NodeStatus& status) {
+  v1::Node node;
+  node.set_name(absl::StrCat("nodes/", status.node_id));
+  node.set_address(status.address);
+  node.set_server_version(status.server_version);
+  node.set_role(status.role == NodeRole::kFleet ? v1::NODE_ROLE_FLEET : v1::NODE_ROLE_HOST);
+  node.set_environment_capacity(status.environment_capacity);
+  node.set_environment_count(status.environment_count);
+  node.set_pool_count(status.pool_count);
+  node.set_stream_count(status.stream_count);
+  node.set_worker_count(status.worker_count);
+  node.set_steps_per_second(status.steps_per_second);
+  node.set_healthy(status.healthy);
+  node.set_draining(status.draining);
+  return node;
+}
+
+}  // namespace procgen

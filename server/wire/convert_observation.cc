@@ -1,0 +1,114 @@
+#include "server/wire/convert_observation.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "server/wire/enum_value.h"
+
+namespace procgen {
+namespace {
+
+absl::StatusOr<Color> ColorOf(v1::Color color) {
+  switch (color) {
+    case v1::COLOR_UNSPECIFIED:
+    case v1::COLOR_RGB:
+      return Color::kRgb;
+    case v1::COLOR_GRAYSCALE:
+      return Color::kGrayscale;
+    default:
+      return NoSuchValue("spec.observation_format.color", color);
+  }
+}
+
+absl::StatusOr<Layout> LayoutOf(v1::Layout layout) {
+  switch (layout) {
+    case v1::LAYOUT_UNSPECIFIED:
+    case v1::LAYOUT_HWC:
+      return Layout::kHwc;
+    case v1::LAYOUT_CHW:
+      return Layout::kChw;
+    default:
+      return NoSuchValue("spec.observation_format.layout", layout);
+  }
+}
+
+// The side of the square pictures.
+absl::StatusOr<int32_t> SidePxOf(const v1::ObservationFormat& format) {
+  const int32_t width = format.width_px();
+  const int32_t height = format.height_px();
+  for (const auto& [field, value] :
+       {std::pair("width_px", width), std::pair("height_px", height)}) {
+    if (value != 0 && (value < kObservationSidePxMin || value > kObservationSidePxMax)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.observation_format.", field, " is ", value, ", allowed: 0, or ",
+                       kObservationSidePxMin, " to ", kObservationSidePxMax));
+    }
+  }
+  if (width != 0 && height != 0 && width != height) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.observation_format.height_px is ", height, " and width_px is ", width,
+                     ", allowed: the same, or one of them 0; pictures are square"));
+  }
+  return width != 0 ? width : height != 0 ? height : kObservationSidePx;
+}
+
+}  // namespace
+
+absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message) {
+  const absl::StatusOr<Color> color = ColorOf(message.color());
+  if (!color.ok()) {
+    return color.status();
+  }
+  const absl::StatusOr<Layout> layout = LayoutOf(message.layout());
+  if (!layout.ok()) {
+    return layout.status();
+  }
+  const absl::StatusOr<int32_t> side_px = SidePxOf(message);
+  if (!side_px.ok()) {
+    return side_px.status();
+  }
+  if (message.frame_stack() < 0 || message.frame_stack() > kFrameStackMax) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.frame_stack is ",
+                                                   message.frame_stack(), ", allowed: 0 to ",
+                                                   kFrameStackMax));
+  }
+  ObservationFormat format;
+  format.frame = {.side_px = *side_px, .color = *color, .layout = *layout};
+  format.frame_stack = std::max(message.frame_stack(), 1);
+  return format;
+}
+
+void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message) {
+  message->set_color(format.frame.color == Color::kRgb ? v1::COLOR_RGB : v1::COLOR_GRAYSCALE);
+  message->set_layout(format.frame.layout == Layout::kHwc ? v1::LAYOUT_HWC : v1::LAYOUT_CHW);
+  message->set_width_px(format.frame.side_px);
+  message->set_height_px(format.frame.side_px);
+  message->set_frame_stack(format.frame_stack);
+}
+
+absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
+  switch (spec.encoding()) {
+    case v1::ENCODING_UNSPECIFIED:
+    case v1::ENCODING_RAW:
+      return Encoding::kRaw;
+    case v1::ENCODING_ZSTD_DIFFERENCE:
+      break;
+    default:
+      return NoSuchValue("spec.encoding", spec.encoding());
+  }
+  if (spec.transport() == v1::TRANSPORT_SHARED_MEMORY) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.encoding is ", EnumText(spec.encoding()),
+                     ", allowed with TRANSPORT_SHARED_MEMORY: ENCODING_RAW, as nothing is sent"));
+  }
+  return Encoding::kDeltaZstd;
+}
+
+v1::Encoding EncodingMessageOf(Encoding encoding) {
+  return encoding == Encoding::kRaw ? v1::ENCODING_RAW : v1::ENCODING_ZSTD_DIFFERENCE;
+}
+
+}  // namespace procgen

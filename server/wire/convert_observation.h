@@ -1,0 +1,22 @@
+#ifndef SERVER_WIRE_CONVERT_OBSERVATION_H_
+#define SERVER_WIRE_CONVERT_OBSERVATION_H_
+
+#include "absl/status/statusor.h"
+#include "envcore/pool/pool.h"
+#include "procgen/v1/pools.pb.h"
+#include "server/encoding/encoding.h"
+
+namespace procgen {
+
+// Errors: INVALID_ARGUMENT a value that its field does not offer.
+absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationFormat& message);
+// Every default filled in.
+void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message);
+
+// Errors: INVALID_ARGUMENT no such encoding, or one that does not go with the transport.
+absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec);
+v1::Encoding EncodingMessageOf(Encoding encoding);
+
+}  // namespace procgen
+
+#endif  // SERVER_WIRE_CONVERT_OBSERVATION_H_

@@ -1,0 +1,323 @@
+#include "server/wire/convert_pool.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "server/session/host/rand_seed.h"
+#include "server/session/sessions.h"
+#include "server/wire/convert_observation.h"
+#include "server/wire/enum_value.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kGamesMax = 64;
+constexpr size_t kGameLengthMax = 64;  // characters; no game has a longer name
+
+absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
+  switch (mode) {
+    case v1::DISTRIBUTION_MODE_UNSPECIFIED:
+    case v1::DISTRIBUTION_MODE_HARD:
+      return DistributionMode::kHard;
+    case v1::DISTRIBUTION_MODE_EASY:
+      return DistributionMode::kEasy;
+    case v1::DISTRIBUTION_MODE_EXTREME:
+      return DistributionMode::kExtreme;
+    case v1::DISTRIBUTION_MODE_MEMORY:
+      return DistributionMode::kMemory;
+    case v1::DISTRIBUTION_MODE_EXPLORATION:
+      return DistributionMode::kExploration;
+    default:
+      return NoSuchValue("spec.options.distribution_mode", mode);
+  }
+}
+
+absl::StatusOr<EpisodeEnd> EpisodeEndOf(v1::EpisodeEnd episode_end) {
+  switch (episode_end) {
+    case v1::EPISODE_END_UNSPECIFIED:
+    case v1::EPISODE_END_SAME_STEP:
+      return EpisodeEnd::kSameStep;
+    case v1::EPISODE_END_NEXT_STEP:
+      return EpisodeEnd::kNextStep;
+    case v1::EPISODE_END_DISABLED:
+      return EpisodeEnd::kDisabled;
+    default:
+      return NoSuchValue("spec.episode_end", episode_end);
+  }
+}
+
+v1::EpisodeEnd EpisodeEndMessageOf(EpisodeEnd episode_end) {
+  switch (episode_end) {
+    case EpisodeEnd::kSameStep:
+      return v1::EPISODE_END_SAME_STEP;
+    case EpisodeEnd::kNextStep:
+      return v1::EPISODE_END_NEXT_STEP;
+    case EpisodeEnd::kDisabled:
+      return v1::EPISODE_END_DISABLED;
+  }
+  return v1::EPISODE_END_UNSPECIFIED;
+}
+
+absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {
+  absl::StatusOr<DistributionMode> mode = DistributionModeOf(message.distribution_mode());
+  if (!mode.ok()) {
+    return mode.status();
+  }
+  EnvironmentOptions options;
+  options.distribution_mode = *mode;
+  for (const auto& [field, value] : {std::pair("num_levels", message.num_levels()),
+                                     std::pair("start_level", message.start_level())}) {
+    if (value < 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.options.", field, " is ", value, ", allowed: 0 to 2147483647"));
+    }
+    if (*mode == DistributionMode::kExploration && value != 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.options.", field, " is ", value,
+                       ", allowed with DISTRIBUTION_MODE_EXPLORATION: 0, it has its own level"));
+    }
+  }
+  options.num_levels = message.num_levels();
+  options.start_level = message.start_level();
+  options.rand_seed = message.has_rand_seed() ? message.rand_seed() : DrawRandSeed();
+  options.use_sequential_levels = message.use_sequential_levels();
+  options.center_agent = message.has_center_agent() ? message.center_agent() : true;
+  options.use_backgrounds = message.has_use_backgrounds() ? message.use_backgrounds() : true;
+  options.use_generated_assets = message.use_generated_assets();
+  options.use_monochrome_assets = message.use_monochrome_assets();
+  options.restrict_themes = message.restrict_themes();
+  options.paint_vel_info = message.paint_vel_info();
+  options.debug_mode = message.debug_mode();
+  return options;
+}
+
+// Everything of a spec but its options, how batches travel and what concerns observations.
+absl::Status CheckSpec(const v1::PoolSpec& spec) {
+  if (spec.games_size() < 1 || spec.games_size() > kGamesMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.games has ", spec.games_size(), " entries, allowed: 1 to ", kGamesMax));
+  }
+  for (int i = 0; i < spec.games_size(); ++i) {
+    if (spec.games(i).size() > kGameLengthMax) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("spec.games[", i, "] has ", spec.games(i).size(),
+                       " characters, allowed: the name of a game, at most ", kGameLengthMax));
+    }
+  }
+  if (spec.first_environment() < 0 || spec.total_environments() < 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.first_environment is ", spec.first_environment(), " and spec.total_environments is ",
+        spec.total_environments(), ", allowed: at least 0"));
+  }
+  const int64_t least_total =
+      static_cast<int64_t>(spec.first_environment()) + static_cast<int64_t>(spec.env_count());
+  if (least_total > INT32_MAX ||
+      (spec.total_environments() != 0 && spec.total_environments() < least_total)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "spec.total_environments is ", spec.total_environments(),
+        ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
+  }
+  return absl::OkStatus();
+}
+
+void FillStatistics(const PoolSession& session, v1::Pool* message) {
+  message->set_step_count(session.step_count());
+  const RecentEpisodes::Summary episodes = session.episodes();
+  message->set_episode_count(episodes.count);
+  message->set_mean_episode_return(episodes.mean_return);
+  message->set_mean_episode_length(episodes.mean_length);
+  const RequestTimes::Summary times = session.request_times();
+  message->set_request_count(times.count);
+  *message->mutable_request_duration() = DurationMessageOf(times.sum);
+  if (times.count > 0) {
+    *message->mutable_request_duration_p50() = DurationMessageOf(times.p50);
+    *message->mutable_request_duration_p99() = DurationMessageOf(times.p99);
+  }
+}
+
+}  // namespace
+
+v1::EnvironmentOptions EnvironmentOptionsMessageOf(const EnvironmentOptions& options) {
+  v1::EnvironmentOptions message;
+  message.set_distribution_mode(DistributionModeMessageOf(options.distribution_mode));
+  message.set_num_levels(options.num_levels);
+  message.set_start_level(options.start_level);
+  message.set_rand_seed(options.rand_seed);
+  message.set_use_sequential_levels(options.use_sequential_levels);
+  message.set_center_agent(options.center_agent);
+  message.set_use_backgrounds(options.use_backgrounds);
+  message.set_use_generated_assets(options.use_generated_assets);
+  message.set_use_monochrome_assets(options.use_monochrome_assets);
+  message.set_restrict_themes(options.restrict_themes);
+  message.set_paint_vel_info(options.paint_vel_info);
+  message.set_debug_mode(options.debug_mode);
+  return message;
+}
+
+void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message) {
+  const timespec spec = absl::ToTimespec(time);
+  message->set_seconds(spec.tv_sec);
+  message->set_nanos(static_cast<int32_t>(spec.tv_nsec));
+}
+
+google::protobuf::Duration DurationMessageOf(absl::Duration duration) {
+  google::protobuf::Duration message;
+  const timespec spec = absl::ToTimespec(duration);
+  message.set_seconds(spec.tv_sec);
+  message.set_nanos(static_cast<int32_t>(spec.tv_nsec));
+  return message;
+}
+
+absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
+  if (absl::Status status = CheckSpec(spec); !status.ok()) {
+    return status;
+  }
+  absl::StatusOr<EnvironmentOptions> environment = EnvironmentOptionsOf(spec.options());
+  if (!environment.ok()) {
+    return environment.status();
+  }
+  absl::StatusOr<EpisodeEnd> episode_end = EpisodeEndOf(spec.episode_end());
+  if (!episode_end.ok()) {
+    return episode_end.status();
+  }
+  absl::StatusOr<ObservationFormat> observation_format =
+      ObservationFormatOf(spec.observation_format());
+  if (!observation_format.ok()) {
+    return observation_format.status();
+  }
+  PoolOptions options;
+  options.games.assign(spec.games().begin(), spec.games().end());
+  options.env_count = spec.env_count();
+  options.environment = *environment;
+  options.episode_end = *episode_end;
+  options.first_environment = spec.first_environment();
+  options.total_environments = spec.total_environments();
+  options.observation_format = *observation_format;
+  if (spec.has_level_sampler()) {
+    auto sampler = LevelSamplerOf("spec.level_sampler", spec.level_sampler());
+    if (!sampler.ok()) {
+      return sampler.status();
+    }
+    options.level_sampler = *std::move(sampler);
+  }
+  return options;
+}
+
+v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
+  v1::PoolSpec spec;
+  spec.mutable_games()->Assign(options.games.begin(), options.games.end());
+  spec.set_env_count(options.env_count);
+  *spec.mutable_options() = EnvironmentOptionsMessageOf(options.environment);
+  spec.set_first_environment(options.first_environment);
+  spec.set_total_environments(options.total_environments != 0
+                                  ? options.total_environments
+                                  : options.first_environment + options.env_count);
+  spec.set_episode_end(EpisodeEndMessageOf(options.episode_end));
+  FillObservationFormat(options.observation_format, spec.mutable_observation_format());
+  return spec;
+}
+
+absl::StatusOr<bool> SharesMemory(const v1::PoolSpec& spec, bool offered) {
+  switch (spec.transport()) {
+    case v1::TRANSPORT_UNSPECIFIED:
+    case v1::TRANSPORT_STREAM:
+      return false;
+    case v1::TRANSPORT_SHARED_MEMORY:
+      break;
+    default:
+      return NoSuchValue("spec.transport", spec.transport());
+  }
+  if (!offered) {
+    return absl::UnimplementedError(
+        "spec.transport is TRANSPORT_SHARED_MEMORY, which this server does not offer; offered: "
+        "TRANSPORT_STREAM");
+  }
+  return true;
+}
+
+absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
+    absl::string_view field, const v1::LevelSampler& message) {
+  auto sampler = LevelSampler::Create({message.level_seeds().begin(), message.level_seeds().end()},
+                                      {message.weights().begin(), message.weights().end()},
+                                      message.rand_seed());
+  if (!sampler.ok()) {
+    return absl::Status(sampler.status().code(),
+                        absl::StrCat(field, ".", sampler.status().message()));
+  }
+  return sampler;
+}
+
+absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
+    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Owners* owners) {
+  // Weights are kept one by one and summed up.
+  const size_t bytes = sampler->level_seeds().size() * sizeof(int32_t) +
+                       sampler->weights().size() * (sizeof(float) + sizeof(double));
+  return owners->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));
+}
+
+absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,
+                                               const google::protobuf::Duration& message,
+                                               const Limits& limits) {
+  constexpr int32_t kNanosMax = 999'999'999;
+  if (message.nanos() < -kNanosMax || message.nanos() > kNanosMax ||
+      (message.seconds() > 0 && message.nanos() < 0) ||
+      (message.seconds() < 0 && message.nanos() > 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " has ", message.seconds(), " seconds and ", message.nanos(),
+                     " nanos, allowed: nanos of the same sign as seconds and at most ", kNanosMax));
+  }
+  const absl::Duration lease_duration =
+      absl::Seconds(message.seconds()) + absl::Nanoseconds(message.nanos());
+  absl::Status status = CheckLeaseDuration(field, lease_duration, limits);
+  if (!status.ok()) {
+    return status;
+  }
+  return lease_duration;
+}
+
+v1::Pool PoolMessageOf(const PoolSession& session) {
+  v1::Pool message;
+  message.set_name(session.name());
+  *message.mutable_spec() = PoolSpecMessageOf(session.options());
+  message.mutable_spec()->set_transport(
+      session.shared_ring() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
+  message.mutable_spec()->set_encoding(EncodingMessageOf(session.coding().encoding()));
+  const std::vector<int32_t> shape = session.options().observation_format.Shape();
+  message.mutable_observation_shape()->Assign(shape.begin(), shape.end());
+  message.set_observation_bytes(static_cast<int32_t>(session.observation_bytes()));
+  message.set_next_sequence_number(session.next_sequence_number());
+  message.set_attached(session.attached());
+  message.set_owner(session.owner());
+  FillStatistics(session, &message);
+  FillTimestamp(session.create_time(), message.mutable_create_time());
+  if (session.lease_duration() != absl::InfiniteDuration()) {
+    *message.mutable_spec()->mutable_lease_duration() = DurationMessageOf(session.lease_duration());
+  }
+  if (const absl::Time expires = session.expire_time(); expires != absl::InfiniteFuture()) {
+    FillTimestamp(expires, message.mutable_expire_time());
+  }
+  return message;
+}
+
+v1::DistributionMode DistributionModeMessageOf(DistributionMode mode) {
+  switch (mode) {
+    case DistributionMode::kEasy:
+      return v1::DISTRIBUTION_MODE_EASY;
+    case DistributionMode::kHard:
+      return v1::DISTRIBUTION_MODE_HARD;
+    case DistributionMode::kExtreme:
+      return v1::DISTRIBUTION_MODE_EXTREME;
+    case DistributionMode::kMemory:
+      return v1::DISTRIBUTION_MODE_MEMORY;
+    case DistributionMode::kExploration:
+      return v1::DISTRIBUTION_MODE_EXPLORATION;
+  }
+  return v1::DISTRIBUTION_MODE_UNSPECIFIED;
+}
+
+}  // namespace procgen

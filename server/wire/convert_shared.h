@@ -1,0 +1,27 @@
+#ifndef SERVER_WIRE_CONVERT_SHARED_H_
+#define SERVER_WIRE_CONVERT_SHARED_H_
+
+#include <string>
+
+#include "procgen/v1/step.pb.h"
+#include "server/session/pool/pool_session.h"
+#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/shared_ring.h"
+
+namespace procgen {
+
+// Tells clients of the memory that a pool shares. REQUIRES: it has a batch.
+void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
+
+// Offers the learner of a stream that was just attached the direct line that `key` opens.
+void FillDirectLine(const DirectLines& lines, const std::string& key,
+                    v1::StepPoolResponse* response);
+
+// Makes `response` the whole answer to `request`, and returns where its values are to be written:
+// in the batch of shared memory that it was given.
+Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
+                            v1::StepPoolResponse* response);
+
+}  // namespace procgen
+
+#endif  // SERVER_WIRE_CONVERT_SHARED_H_

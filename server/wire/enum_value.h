@@ -1,0 +1,35 @@
+#ifndef SERVER_WIRE_ENUM_VALUE_H_
+#define SERVER_WIRE_ENUM_VALUE_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "google/protobuf/generated_enum_reflection.h"
+
+namespace procgen {
+
+// The name of a value of the contract, or its number where it has none.
+template <typename Enum>
+std::string EnumText(Enum value) {
+  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
+  const auto* named = descriptor->FindValueByNumber(static_cast<int>(value));
+  return named == nullptr ? absl::StrCat("number ", static_cast<int>(value)) : named->name();
+}
+
+// INVALID_ARGUMENT: what `field` is, and what it may be.
+template <typename Enum>
+absl::Status NoSuchValue(absl::string_view field, Enum value) {
+  std::string allowed;
+  const auto* descriptor = google::protobuf::GetEnumDescriptor<Enum>();
+  for (int i = 1; i < descriptor->value_count(); ++i) {
+    absl::StrAppend(&allowed, i == 1 ? "" : ", ", descriptor->value(i)->name());
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", EnumText(value), ", allowed: ", allowed));
+}
+
+}  // namespace procgen
+
+#endif  // SERVER_WIRE_ENUM_VALUE_H_

@@ -1,0 +1,156 @@
+#include "envcore/render/art/art_folder.h"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/render/one_colour_png.h"
+#include "tests/status_matchers.h"
+#include "zlib.h"
+
+namespace procgen {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr ArtSlot kFish = {0, 0, "fish", "sea/fish.png", 6, 4};
+constexpr WantedPicture kFishPicture = {"sea/fish.png", 6, 4};
+constexpr Rgba kRed = {255, 0, 0, 255};
+
+// A folder of the test's own.
+class ArtFolderTest : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_ + "/sea"); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  void Write(const std::string& path, const std::string& bytes) const {
+    std::ofstream(folder_ + "/" + path, std::ios::binary) << bytes;
+  }
+
+  absl::Status StatusOfReading(const std::vector<WantedPicture>& wanted) const {
+    return ReadArtFolder(folder_, wanted).status();
+  }
+
+  const std::string folder_ =
+      absl::StrCat(testing::TempDir(), "/art_folder_",
+                   testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
+  Write("sea/fish.png", OneColourPng(6, 4, kRed));
+  const auto pack = ReadArtFolder(folder_ + "/", {kFishPicture});
+  ASSERT_THAT(pack, IsOk());
+  std::filesystem::remove_all(folder_);
+  const Picture* fish = (*pack)->Sprite("bigfish", kFish);
+  ASSERT_NE(fish, nullptr);
+  EXPECT_EQ(fish->level(0).At(5, 3), kRed);
+  EXPECT_EQ(fish->level_count(), 1);
+}
+
+TEST_F(ArtFolderTest, FolderThatIsNotThereIsToldByName) {
+  EXPECT_THAT(ReadArtFolder(folder_ + "/sky", {kFishPicture}),
+              StatusIs(absl::StatusCode::kNotFound,
+                       AllOf(HasSubstr("/sky'"), HasSubstr("there is no such folder"))));
+}
+
+TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
+  Write("sea/fish.png", OneColourPng(6, 4, kRed));
+  const std::vector<WantedPicture> wanted = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
+                                             {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
+  EXPECT_THAT(StatusOfReading(wanted),
+              StatusIs(absl::StatusCode::kNotFound,
+                       AllOf(HasSubstr("7 of 8 pictures cannot be used: a.png is missing; b.png"),
+                             HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
+                             Not(HasSubstr("fish")))));
+}
+
+TEST_F(ArtFolderTest, AnotherSizeIsToldBesideTheRightOne) {
+  Write("sea/fish.png", OneColourPng(4, 6, kRed));
+  EXPECT_THAT(StatusOfReading({kFishPicture}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("sea/fish.png is 4 x 6 pixels, must be 6 x 4")));
+}
+
+TEST_F(ArtFolderTest, PictureWithoutAWantedSizeMayHaveAny) {
+  Write("sea/fish.png", OneColourPng(4, 6, kRed));
+  EXPECT_THAT(StatusOfReading({{"sea/fish.png"}}), IsOk());
+}
+
+TEST_F(ArtFolderTest, FileThatIsNoPngIsTold) {
+  Write("sea/fish.png", "a fish");
+  EXPECT_THAT(StatusOfReading({kFishPicture}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no PNG")));
+}
+
+TEST_F(ArtFolderTest, FileThatIsCutOffIsTold) {
+  const std::string png = OneColourPng(6, 4, kRed);
+  Write("sea/fish.png", png.substr(0, png.size() - 1));
+  EXPECT_THAT(StatusOfReading({kFishPicture}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound")));
+}
+
+// A PNG file whose parts are sound, with `deflated` where its pixels should be.
+std::string PngWith(const std::string& deflated, int width, int height) {
+  const auto big_endian = [](size_t number) {
+    std::string bytes;
+    for (const int shift : {24, 16, 8, 0}) {
+      bytes.push_back(static_cast<char>(number >> shift & 0xFF));
+    }
+    return bytes;
+  };
+  const auto part = [&](const std::string& type, const std::string& content) {
+    const std::string checked = type + content;
+    return absl::StrCat(big_endian(content.size()), checked,
+                        big_endian(crc32(0, reinterpret_cast<const Bytef*>(checked.data()),
+                                         static_cast<uInt>(checked.size()))));
+  };
+  const std::string kinds = {8, 6, 0, 0, 0};  // bits, RGBA, and the only ways there are
+  return absl::StrCat("\x89PNG\r\n\x1a\n",
+                      part("IHDR", big_endian(static_cast<size_t>(width)) +
+                                       big_endian(static_cast<size_t>(height)) + kinds),
+                      part("IDAT", deflated), part("IEND", ""));
+}
+
+TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
+  for (const std::string& deflated :
+       {std::string(), std::string(300, 'x'), std::string("x\x9c\x03\x00\x00\x00\x00\x01", 8)}) {
+    Write("sea/fish.png", PngWith(deflated, 6, 4));
+    EXPECT_THAT(
+        StatusOfReading({kFishPicture}),
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound PNG")));
+  }
+}
+
+TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
+  std::vector<std::string> paths;
+  std::vector<WantedPicture> wanted;
+  for (int i = 0; i < 4; ++i) {
+    paths.push_back(absl::StrCat("sea/", i, ".png"));
+    // Their pixels are never looked at: they would be a thousand times as large as the file.
+    Write(paths.back(), PngWith(std::string(300, 'x'), 8192, 8192));
+  }
+  for (const std::string& path : paths) {
+    wanted.push_back({path});
+  }
+  EXPECT_THAT(StatusOfReading({wanted.back()}),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is no sound PNG")));
+  EXPECT_THAT(StatusOfReading(wanted),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "
+                                 "all pictures together")));
+}
+
+TEST_F(ArtFolderTest, FolderInPlaceOfAFileIsTold) {
+  std::filesystem::create_directories(folder_ + "/sea/fish.png");
+  EXPECT_THAT(StatusOfReading({kFishPicture}), StatusIs(absl::StatusCode::kInvalidArgument,
+                                                        HasSubstr("sea/fish.png cannot be read")));
+}
+
+}  // namespace
+}  // namespace procgen

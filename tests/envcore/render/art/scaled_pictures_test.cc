@@ -1,0 +1,135 @@
+#include "envcore/render/art/scaled_pictures.h"
+
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "tests/envcore/render/text_canvas.h"
+
+namespace procgen {
+namespace {
+
+Image Checks(int side) {
+  Image image(side, side);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      image.At(x, y) = (x + y) % 2 == 0 ? Rgba{200, 100, 0, 200} : Rgba{};
+    }
+  }
+  return image;
+}
+
+TEST(ScaledTest, TheSameSizeIsTheSamePicture) {
+  const Image source = ImageOf({"abc", "de.", "ghi"});
+  const Image same = Scaled(source, {.width = 3, .height = 3});
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      EXPECT_EQ(same.At(x, y), source.At(x, y)) << x << " " << y;
+    }
+  }
+}
+
+TEST(ScaledTest, PixelsAreMeansOfTheAreaThatTheyStandFor) {
+  const Image half = Scaled(Checks(4), {.width = 2, .height = 2});
+  EXPECT_EQ(half.At(1, 1), (Rgba{100, 50, 0, 100}));
+  // Two pixels of three: the first of the source, and half of the second.
+  const Image two = Scaled(ImageOf({"a.a"}), {.width = 2, .height = 1});
+  EXPECT_EQ(two.At(0, 0), (Rgba{65, 0, 0, 170}));
+  EXPECT_EQ(two.At(1, 0), two.At(0, 0));
+}
+
+TEST(ScaledTest, LargerPicturesRepeatPixels) {
+  const Image wide = Scaled(ImageOf({"ab"}), {.width = 4, .height = 2});
+  EXPECT_EQ(wide.At(1, 1).red, 'a');
+  EXPECT_EQ(wide.At(2, 0).red, 'b');
+}
+
+TEST(ScaledTest, NoColourIsAboveItsAlpha) {
+  for (int turn = 0; turn < kTurnCount; ++turn) {
+    const Image image = Scaled(Checks(7), {.width = 5, .height = 3, .turn = turn});
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        EXPECT_LE(image.At(x, y).red, image.At(x, y).alpha);
+      }
+    }
+  }
+}
+
+TEST(ScaledTest, AQuarterTurnIsClockwise) {
+  const Image turned = Scaled(ImageOf({"ab"}), {.width = 2, .height = 1, .turn = kTurnCount / 4});
+  ASSERT_EQ(turned.width(), 1);
+  ASSERT_EQ(turned.height(), 2);
+  EXPECT_EQ(turned.At(0, 0).red, 'a');
+  EXPECT_EQ(turned.At(0, 1).red, 'b');
+}
+
+TEST(ScaledTest, ATurnedPictureIsAsLargeAsItsCorners) {
+  const Image turned = Scaled(Checks(8), {.width = 10, .height = 10, .turn = kTurnCount / 8});
+  EXPECT_EQ(turned.width(), 15);
+  EXPECT_EQ(turned.height(), 15);
+  EXPECT_EQ(turned.At(0, 0).alpha, 0);
+}
+
+TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
+  const Image source = ImageOf({"ab", "cd"});
+  const ScaledPictures pictures;
+  const ScaledSize size = {.width = 5, .height = 4};
+  EXPECT_EQ(pictures.Find(size), nullptr);
+  const auto made = pictures.Make(source, size);
+  EXPECT_TRUE(made->opaque);
+  EXPECT_EQ(made->image.width(), 5);
+  EXPECT_EQ(pictures.Find(size), made.get());
+  EXPECT_EQ(pictures.Make(source, size), made);
+  EXPECT_EQ(pictures.Find({.width = 4, .height = 5}), nullptr);
+  EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .turn = 1}), nullptr);
+}
+
+TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
+  const Image source = Checks(9);
+  const ScaledPictures pictures;
+  constexpr int kSide = 512;
+  int64_t kept_bytes = 0;
+  for (int width = 1; width <= kSide; ++width) {
+    const ScaledSize size = {.width = width, .height = kSide};
+    const auto made = pictures.Make(source, size);
+    EXPECT_EQ(made->image.width(), width) << "made all the same";
+    if (pictures.Find(size) != nullptr) {
+      kept_bytes += int64_t{4} * width * kSide;
+    }
+  }
+  EXPECT_FALSE(pictures.HasRoomFor({.width = kSide, .height = kSide}));
+  EXPECT_TRUE(ScaledPictures().HasRoomFor({.width = kSide, .height = kSide}));
+  EXPECT_GT(kept_bytes, ScaledPictures::kKeptBytesMax / 2);
+  EXPECT_LE(kept_bytes, ScaledPictures::kKeptBytesMax);
+}
+
+TEST(ScaledPicturesTest, ThreadsGetTheSame) {
+  constexpr int kThreadCount = 4;
+  constexpr int kSide = 24;
+  const Image source = Checks(9);
+  const ScaledPictures pictures;
+  std::vector<std::vector<const ScaledPicture*>> got(kThreadCount);
+  std::vector<std::thread> threads;
+  threads.reserve(kThreadCount);
+  for (std::vector<const ScaledPicture*>& mine : got) {
+    threads.emplace_back([&] {
+      for (int width = 1; width <= kSide; ++width) {
+        for (int height = 1; height <= kSide; ++height) {
+          const ScaledSize size = {.width = width, .height = height};
+          const ScaledPicture* found = pictures.Find(size);
+          mine.push_back(found != nullptr ? found : pictures.Make(source, size).get());
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  for (const std::vector<const ScaledPicture*>& mine : got) {
+    EXPECT_EQ(mine, got[0]);
+  }
+}
+
+}  // namespace
+}  // namespace procgen

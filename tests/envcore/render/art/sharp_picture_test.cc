@@ -1,0 +1,223 @@
+#include "envcore/render/art/sharp_picture.h"
+
+#include <algorithm>
+#include <numbers>
+#include <string>
+
+#include "envcore/render/art/turned_picture.h"
+#include "envcore/render/raster/turned_runs.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/envcore/render/text_canvas.h"
+
+namespace procgen {
+namespace {
+
+constexpr float kQuarterTurn = std::numbers::pi_v<float> / 2;
+constexpr float kHalfTurn = std::numbers::pi_v<float>;
+
+Picture Abcd() { return Picture(ImageOf({"ab", "cd"}), Levels::kOne); }
+
+std::string Drawn(const Picture& picture, const ScreenRect& rect, float rotation = 0) {
+  TextFrame frame(6);
+  DrawSharp(picture, rect, rotation, 1, frame.frame());
+  return frame.Text();
+}
+
+TEST(SharpPictureTest, IsStretchedIntoItsRectangle) {
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 2}), R"(
+......
+.aabb.
+.ccdd.
+......
+......
+......
+)");
+}
+
+TEST(SharpPictureTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
+  EXPECT_EQ(Drawn(Abcd(), {2.4, 0.6, 2, 2}), R"(
+......
+..ab..
+..cd..
+......
+......
+......
+)");
+}
+
+TEST(SharpPictureTest, IsCutAtTheFrame) {
+  EXPECT_EQ(Drawn(Abcd(), {-2, 4, 4, 4}), R"(
+......
+......
+......
+......
+bb....
+bb....
+)");
+  EXPECT_EQ(Drawn(Abcd(), {-1, -1, 2, 2}), R"(
+d.....
+......
+......
+......
+......
+......
+)");
+}
+
+TEST(SharpPictureTest, OfItsOwnSizeIsNotDrawnFromWithinTheLastPixelOn) {
+  EXPECT_EQ(Drawn(Abcd(), {5.0, 0, 2, 2}).substr(0, 8), "\n.....a\n");
+  EXPECT_EQ(Drawn(Abcd(), {5.1, 0, 2, 2}), TextFrame(6).Text());
+}
+
+TEST(SharpPictureTest, WithoutASizeIsNotDrawn) {
+  const std::string nothing = TextFrame(6).Text();
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 0, 4}), nothing);
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, -4}), nothing);
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 0, 4}, 1), nothing);
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 1e-9, 1e-9}), nothing);
+}
+
+TEST(SharpPictureTest, TinyRectanglesOverOnePixelCentreStayInThePicture) {
+  EXPECT_THAT(Drawn(Abcd(), {0.49999, 0.49999, 0.00002, 0.00002}), ::testing::SizeIs(43));
+}
+
+TEST(SharpPictureTest, HalfTurnReversesBothAxes) {
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn), R"(
+......
+.ddcc.
+.ddcc.
+.bbaa.
+.bbaa.
+......
+)");
+}
+
+TEST(SharpPictureTest, QuarterTurnIsClockwise) {
+  EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 4}, kQuarterTurn), R"(
+......
+.ccaa.
+.ccaa.
+.ddbb.
+.ddbb.
+......
+)");
+}
+
+TEST(SharpPictureTest, LargeQuarterTurnIsClockwiseToo) {
+  TextFrame frame(20);
+  DrawSharp(Abcd(), {2, 2, 16, 16}, -kQuarterTurn, 1, frame.frame());
+  EXPECT_EQ(frame.At(3, 3).red, 'b');
+  EXPECT_EQ(frame.At(16, 3).red, 'd');
+  EXPECT_EQ(frame.At(3, 16).red, 'a');
+  EXPECT_EQ(frame.At(16, 16).red, 'c');
+  EXPECT_EQ(frame.At(1, 5).red, 0);
+  EXPECT_EQ(frame.At(18, 5).red, 0);
+}
+
+TEST(SharpPictureTest, TurnedPicturesCoverAboutTheirArea) {
+  for (const double side : {5.3, 31.7}) {
+    for (int turn = 0; turn < 17; ++turn) {
+      const float rotation = 0.1F + 0.37F * static_cast<float>(turn);
+      TextCanvas canvas(64);
+      const TurnedRect turned({30.2 - side / 2, 31.1 - side / 4, side, side / 2}, rotation);
+      if (side > 16) {
+        EmitLargeTurned(turned, 64, canvas);
+      } else {
+        EmitThickLine(turned.Map(-side / 2, 0), turned.Map(side / 2, 0), 0.5, 64, canvas);
+      }
+      const std::string text = canvas.Text();
+      const auto pixels = static_cast<double>(std::count(text.begin(), text.end(), '#'));
+      EXPECT_NEAR(pixels, side * side / 2, side + 3) << text;
+      EXPECT_EQ(text.find('2'), std::string::npos);
+    }
+  }
+}
+
+TEST(SharpPictureTest, TurnedPicturesFarOutsideAreNotDrawn) {
+  const std::string nothing = TextFrame(6).Text();
+  EXPECT_EQ(Drawn(Abcd(), {-300, 2, 4, 4}, 0.7F), nothing);
+  EXPECT_EQ(Drawn(Abcd(), {2, 300, 40, 40}, 0.7F), nothing);
+}
+
+TEST(SharpPictureTest, OpacityFadesEachChannel) {
+  TextFrame frame(1);
+  Image white(1, 1);
+  white.At(0, 0) = {255, 255, 255, 255};
+  DrawSharp(Picture(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
+  EXPECT_EQ(frame.At(0, 0).red, 127);
+}
+
+TEST(SharpPictureTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
+  TextFrame upright(6);
+  DrawSharpGenerated(Abcd(), {1, 1, 4, 4}, 0, 1, upright.frame());
+  EXPECT_EQ(upright.Text(), Drawn(Abcd(), {1, 1, 4, 4}));
+  TextFrame turned(6);
+  DrawSharpGenerated(Abcd(), {1, 1, 4, 4}, kHalfTurn, 1, turned.frame());
+  EXPECT_EQ(turned.Text(), Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn));
+}
+
+TEST(SharpPictureTest, BackdropsReplaceWhatIsThere) {
+  TextFrame frame(6);
+  DrawSharpBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
+  EXPECT_EQ(frame.Text(), R"(
+aaabbb
+aaabbb
+aaabbb
+cccddd
+cccddd
+cccddd
+)");
+}
+
+TEST(SharpPictureTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
+  const Picture picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
+  TextFrame frame(6);
+  // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
+  DrawSharpBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
+  EXPECT_EQ(frame.Text(), R"(
+......
+.aabb.
+.aabb.
+.ccdd.
+......
+......
+)");
+  DrawSharpBackdrop(picture, {-1, 4, 3.5, 3.5}, nullptr, frame.frame());
+  EXPECT_EQ(frame.Text(), R"(
+......
+.aabb.
+.aabb.
+.ccdd.
+abb...
+abb...
+)");
+  EXPECT_NE(picture.KeptAt({.width = 4, .height = 4}), nullptr);
+}
+
+TEST(SharpPictureTest, BackdropsTellWhatIsDone) {
+  const Picture exact = Abcd();
+  const Picture scales(ImageOf({"ab", "cd"}), Levels::kAll);
+  for (const Picture* picture : {&exact, &scales}) {
+    BackdropPixels pixels;
+    pixels.hidden.Add(1, BitRange(2, 4));
+    TextFrame frame(6);
+    DrawSharpBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
+    EXPECT_EQ(frame.Text(), R"(
+aabb..
+aa....
+ccdd..
+ccdd..
+......
+......
+)");
+    int left = 0;
+    for (int row = 0; row < 6; ++row) {
+      pixels.done.ForEachRunOutside(row, 0, 6, [&](int first, int end) { left += end - first; });
+    }
+    EXPECT_EQ(left, 6 * 6 - 4 * 4);
+  }
+}
+
+}  // namespace
+}  // namespace procgen

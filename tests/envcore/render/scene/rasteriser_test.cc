@@ -1,0 +1,235 @@
+#include "envcore/render/scene/rasteriser.h"
+
+#include <cstdint>
+#include <vector>
+
+#include "envcore/level/generated_art.h"
+#include "envcore/random/random_stream.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+constexpr int kSidePx = 64;
+constexpr uint32_t kArtSeed = 5;
+
+class RasteriserTest : public ::testing::Test {
+ protected:
+  RasteriserTest() : art_(ArtPack::Embedded(), "test", {}, kArtSeed, {}) {
+    for (size_t kind = 0; kind < scene_.cells.looks.size(); ++kind) {
+      scene_.cells.looks[kind].image_kind = static_cast<int16_t>(kind);
+    }
+    scene_.camera = {8, 8, 16};
+    scene_.world_width = 16;
+    scene_.world_height = 16;
+    scene_.art_style = ArtStyle::kMonochrome;
+  }
+
+  std::vector<uint8_t> AgentView() {
+    std::vector<uint8_t> frame(kSidePx * kSidePx * 3, 99);
+    rasteriser_.DrawAgentView(scene_, art_, nullptr, {}, absl::MakeSpan(frame));
+    return frame;
+  }
+
+  static uint8_t RedAt(const std::vector<uint8_t>& frame, int x, int y) {
+    const int byte = (y * kSidePx + x) * 3;
+    return frame[static_cast<size_t>(byte)];
+  }
+
+  // The red of kind 0 in flat colours.
+  static constexpr uint8_t kRed0 = 127;
+
+  Rasteriser rasteriser_;
+  GameArt art_;
+  Scene scene_;
+};
+
+TEST_F(RasteriserTest, AnEmptySceneIsBlack) { EXPECT_THAT(AgentView(), ::testing::Each(0)); }
+
+TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
+  scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 8});
+  EXPECT_THAT(AgentView(), ::testing::Not(::testing::Contains(0)));
+  scene_.above_cells.clear();
+  scene_.art_style = ArtStyle::kPictures;
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater, .tile_ratio = 1};
+  scene_.world_width = 8;
+  scene_.world_height = 4;
+  const std::vector<uint8_t> frame = AgentView();
+  int lit = 0;
+  for (int y = 0; y < kSidePx; ++y) {
+    for (int x = 0; x < kSidePx; ++x) {
+      const bool inside = x < 32 && y >= 48;
+      const int blue = (y * kSidePx + x) * 3 + 2;
+      const bool is_lit = frame[static_cast<size_t>(blue)] != 0;
+      EXPECT_FALSE(is_lit && !inside) << x << ", " << y;
+      lit += is_lit ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(lit, 32 * 16) << "water is blue";
+}
+
+// Sprites that touch a few rows, many, or none; upright and turned; and what lies over them.
+TEST_F(RasteriserTest, WithAStillLayerPicturesAreTheSame) {
+  scene_.art_style = ArtStyle::kPictures;
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
+  const std::vector<Overlay> overlays = {
+      {.shape = Overlay::Shape::kRectangle, .x = 1, .y = 2, .width = 5, .height = 0.6F},
+      {.shape = Overlay::Shape::kNeedle, .x = 8, .y = 8, .width = 6, .height = 2, .angle = 2},
+      {.shape = Overlay::Shape::kJumpMark, .x = 4, .y = 4, .width = 2, .height = 2}};
+  for (const FrameFormat& format :
+       {FrameFormat{}, FrameFormat{.layout = Layout::kChw}, FrameFormat{.side_px = 84},
+        FrameFormat{.color = Color::kGrayscale}}) {
+    StillLayer still;
+    std::vector<uint8_t> frame(format.bytes());
+    std::vector<uint8_t> expected(format.bytes());
+    for (int step = 0; step < 60; ++step) {
+      const auto along = static_cast<float>(step) * 0.37F;
+      scene_.above_cells.assign({{.x = along, .y = 15.5F - along, .rx = 0.4F, .ry = 0.7F},
+                                 {.x = 9, .y = along - 2, .rx = 2, .ry = 0.3F, .rotation = along},
+                                 {.x = 8, .y = 17.3F, .rx = 2, .ry = 0.5F, .image_kind = 2}});
+      scene_.overlays.clear();
+      if (step % 4 > 0) {
+        scene_.overlays.push_back(overlays[static_cast<size_t>(step % 4) - 1]);
+      }
+      scene_.velocity.shown = step % 5 == 0;
+      rasteriser_.DrawAgentView(scene_, art_, &still, format, absl::MakeSpan(frame));
+      rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(expected));
+      ASSERT_EQ(frame, expected) << "step " << step << ", side " << format.side_px;
+    }
+  }
+}
+
+TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
+  scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
+  const std::vector<uint8_t> frame = AgentView();
+  EXPECT_EQ(RedAt(frame, 3, 2), 0);
+  EXPECT_EQ(RedAt(frame, 4, 2), kRed0);
+  EXPECT_EQ(RedAt(frame, 11, 5), kRed0);
+  EXPECT_EQ(RedAt(frame, 12, 5), 0);
+  EXPECT_EQ(RedAt(frame, 4, 6), 0);
+}
+
+// A box of 2 x 1 cells of the 16 in view, with its upper left corner at (1, 0.5).
+TEST_F(RasteriserTest, SpritesAreDrawnAtTheSizeThatIsAskedFor) {
+  scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
+  struct Box {
+    int side, left, top, right, bottom;
+  };
+  for (const Box& box : {Box{16, 1, 1, 3, 2}, Box{64, 4, 2, 12, 6}, Box{84, 5, 3, 16, 8},
+                         Box{512, 32, 16, 96, 48}}) {
+    const FrameFormat format = {.side_px = box.side, .color = Color::kGrayscale};
+    std::vector<uint8_t> frame(format.bytes());
+    rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(frame));
+    for (int y = 0; y < box.side; ++y) {
+      for (int x = 0; x < box.side; ++x) {
+        const bool inside = x >= box.left && x < box.right && y >= box.top && y < box.bottom;
+        ASSERT_EQ(frame[static_cast<size_t>(y * box.side + x)] != 0, inside)
+            << x << ", " << y << " of " << box.side;
+      }
+    }
+  }
+}
+
+TEST_F(RasteriserTest, CellsLieBetweenTheTwoListsOfSprites) {
+  Grid grid;
+  grid.Reset(16, 16, 51);
+  scene_.cells.grid = &grid;
+  scene_.cells.last_column = 15;
+  scene_.cells.last_row = 15;
+  scene_.below_cells.push_back({.x = 4, .y = 4, .rx = 1, .ry = 1});
+  scene_.above_cells.push_back({.x = 12, .y = 4, .rx = 1, .ry = 1});
+  const std::vector<uint8_t> frame = AgentView();
+  EXPECT_EQ(RedAt(frame, 16, 48), 191);
+  EXPECT_EQ(RedAt(frame, 48, 48), kRed0);
+}
+
+TEST_F(RasteriserTest, EmptyAndHiddenCellsAreNotDrawn) {
+  Grid grid;
+  grid.Reset(16, 16, kEmptyKind);
+  grid.Fill(0, 0, 8, 16, 3);
+  scene_.cells.grid = &grid;
+  scene_.cells.first_column = -3;
+  scene_.cells.last_column = 20;
+  scene_.cells.first_row = -3;
+  scene_.cells.last_row = 20;
+  scene_.cells.looks[3].image_kind = -1;
+  EXPECT_THAT(AgentView(), ::testing::Each(0));
+}
+
+TEST_F(RasteriserTest, OutsideOfTheWorldTheOutOfBoundsKindIsShown) {
+  Grid grid;
+  grid.Reset(1, 1, kEmptyKind);
+  scene_.cells.grid = &grid;
+  scene_.cells.first_column = 1;
+  scene_.cells.last_column = 1;
+  scene_.cells.first_row = 15;
+  scene_.cells.last_row = 15;
+  scene_.cells.out_of_bounds_kind = 0;
+  EXPECT_EQ(RedAt(AgentView(), 6, 2), kRed0);
+}
+
+TEST_F(RasteriserTest, VelocityIsShownInGreyOnTop) {
+  scene_.velocity = {.shown = true, .vx = 1, .vy = -3, .vx_max = 1, .vy_max = 1};
+  const std::vector<uint8_t> frame = AgentView();
+  EXPECT_EQ(RedAt(frame, 0, 0), 255);
+  EXPECT_EQ(RedAt(frame, 12, 12), 255);
+  EXPECT_EQ(RedAt(frame, 13, 0), 0);
+  scene_.velocity.vy = 0;
+  EXPECT_EQ(RedAt(AgentView(), 25, 12), 127);
+  EXPECT_EQ(RedAt(AgentView(), 26, 12), 0);
+}
+
+TEST_F(RasteriserTest, TiledSpritesAreCutIntoEqualParts) {
+  scene_.art_style = ArtStyle::kGenerated;
+  scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 2, .tile_ratio = 1});
+  const std::vector<uint8_t> frame = AgentView();
+  for (int y = 24; y < 40; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      EXPECT_EQ(RedAt(frame, x, y), RedAt(frame, x + 16, y));
+    }
+  }
+}
+
+TEST_F(RasteriserTest, GeneratedBackgroundsAreToldApart) {
+  RandomStream random(1);
+  GeneratedArt level = GenerateBackground(random);
+  scene_.background = {.shown = true, .generated = &level};
+  const std::vector<uint8_t> first = AgentView();
+  EXPECT_EQ(AgentView(), first);
+  level = GenerateBackground(random);
+  EXPECT_NE(AgentView(), first);
+}
+
+TEST_F(RasteriserTest, PicturesDoNotDependOnWhatWasDrawnBefore) {
+  RandomStream random(1);
+  std::vector<GeneratedArt> levels;
+  levels.reserve(12);
+  for (int i = 0; i < 12; ++i) {
+    levels.push_back(GenerateBackground(random));
+  }
+  const auto draw = [&](const GeneratedArt& level) {
+    scene_.background = {.shown = true, .generated = &level};
+    return AgentView();
+  };
+  std::vector<std::vector<uint8_t>> frames;
+  frames.reserve(levels.size());
+  for (const GeneratedArt& level : levels) {
+    frames.push_back(draw(level));
+  }
+  for (size_t i = levels.size(); i-- > 0;) {
+    EXPECT_EQ(draw(levels[i]), frames[i]);
+  }
+}
+
+TEST_F(RasteriserTest, HumanViewHasAnySide) {
+  scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
+  for (const int32_t side : {16, 333, 2048}) {
+    std::vector<uint8_t> frame(static_cast<size_t>(side) * static_cast<size_t>(side) * 3);
+    rasteriser_.DrawHumanView(scene_, art_, side, absl::MakeSpan(frame));
+    EXPECT_GT(frame[frame.size() / 2], 0) << side;
+  }
+}
+
+}  // namespace
+}  // namespace procgen

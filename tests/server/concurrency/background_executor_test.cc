@@ -1,0 +1,104 @@
+#include "server/concurrency/background_executor.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "absl/synchronization/blocking_counter.h"
+#include "absl/synchronization/notification.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using testing::ElementsAre;
+
+// The order in which one thread carries out what is handed over while it is busy. The owner of an
+// entry is its name without the digit.
+std::vector<std::string> OrderOf(const std::vector<std::string>& handed_over) {
+  std::vector<std::string> order;
+  absl::Notification is_busy;
+  absl::Notification all_are_handed_over;
+  BackgroundExecutor executor(1);
+  executor.Run("", [&] {
+    is_busy.Notify();
+    all_are_handed_over.WaitForNotification();
+  });
+  is_busy.WaitForNotification();
+  absl::BlockingCounter left(static_cast<int>(handed_over.size()));
+  for (const std::string& name : handed_over) {
+    executor.Run(name.substr(0, name.size() - 1), [&, name] {
+      order.push_back(name);
+      left.DecrementCount();
+    });
+  }
+  all_are_handed_over.Notify();
+  left.Wait();
+  return order;
+}
+
+TEST(BackgroundExecutorTest, AllWorkIsDoneBeforeItEnds) {
+  std::atomic<int> count = 0;
+  {
+    BackgroundExecutor executor(2);
+    for (int i = 0; i < 100; ++i) {
+      executor.Run(std::to_string(i % 3), [&] { ++count; });
+    }
+  }
+  EXPECT_EQ(count, 100);
+}
+
+TEST(BackgroundExecutorTest, WorkOfOneOwnerBeginsInOrder) {
+  EXPECT_THAT(OrderOf({"a1", "a2", "a3", "a4"}), ElementsAre("a1", "a2", "a3", "a4"));
+}
+
+TEST(BackgroundExecutorTest, OwnersAreServedInTurn) {
+  EXPECT_THAT(OrderOf({"alice1", "alice2", "alice3", "alice4", "bob1", "bob2", "carol1"}),
+              ElementsAre("alice1", "bob1", "carol1", "alice2", "bob2", "alice3", "alice4"));
+}
+
+TEST(BackgroundExecutorTest, WorkOfNobodyHasAQueueOfItsOwn) {
+  EXPECT_THAT(OrderOf({"alice1", "alice2", "1", "2"}), ElementsAre("alice1", "1", "alice2", "2"));
+}
+
+TEST(BackgroundExecutorTest, ALongQueueCostsAnotherOwnerOnePieceAtATime) {
+  std::vector<std::string> handed_over(1000, "alice1");
+  handed_over.insert(handed_over.end(), {"bob1", "bob2"});
+  std::vector<std::string> order = OrderOf(handed_over);
+  order.resize(4);
+  EXPECT_THAT(order, ElementsAre("alice1", "bob1", "alice1", "bob2"));
+}
+
+TEST(BackgroundExecutorTest, WorkMayHandOverMore) {
+  absl::Notification done;
+  BackgroundExecutor executor(1);
+  executor.Run("a", [&] { executor.Run("b", [&] { done.Notify(); }); });
+  done.WaitForNotification();
+}
+
+// In a process of its own that may have no more threads.
+TEST(BackgroundExecutorDeathTest, WithoutThreadsItThrowsAndLeavesNone) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        const rlimit none = {};
+        setrlimit(RLIMIT_NPROC, &none);
+        if (geteuid() == 0) {
+          setuid(65534);  // root has no limit
+        }
+        try {
+          BackgroundExecutor executor(2);
+        } catch (const std::system_error&) {
+          _exit(7);
+        }
+      },
+      testing::ExitedWithCode(7), "");
+}
+
+}  // namespace
+}  // namespace procgen

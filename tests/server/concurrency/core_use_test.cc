@@ -1,0 +1,64 @@
+#include "server/concurrency/core_use.h"
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+// Threads that want all cores, as long as this lives.
+class BusyMachine {
+ public:
+  BusyMachine() {
+    for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i) {
+      threads_.emplace_back([this] {
+        while (!ends_) {
+        }
+      });
+    }
+  }
+  ~BusyMachine() {
+    ends_ = true;
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+  }
+
+ private:
+  std::atomic<bool> ends_ = false;
+  std::vector<std::thread> threads_;
+};
+
+// Until so much time has gone by.
+void Work(absl::Duration duration) {
+  for (const absl::Time end = absl::Now() + duration; absl::Now() < end;) {
+  }
+}
+
+TEST(CoreUseTest, RestIsDueWhereOthersWantTheCore) {
+  const BusyMachine busy;
+  absl::Duration rest;
+  while (rest == absl::ZeroDuration()) {  // until another has been given the core
+    const CoreUse use;
+    Work(absl::Milliseconds(20));
+    rest = use.RestDue();
+  }
+  EXPECT_GT(rest, absl::ZeroDuration());
+}
+
+TEST(CoreUseTest, RestLeavesOneInTwoHundredOfTheMachine) {
+  const absl::Duration work = absl::Milliseconds(10);
+  EXPECT_EQ(work + CoreUse::RestAfter(work, 1), absl::Seconds(2));
+  EXPECT_EQ(work + CoreUse::RestAfter(work, 2), absl::Seconds(1));
+  EXPECT_EQ(work + CoreUse::RestAfter(work, 16), absl::Milliseconds(120));
+  EXPECT_EQ(CoreUse::RestAfter(work, 256), absl::ZeroDuration());
+  EXPECT_EQ(CoreUse::RestAfter(work, 0), CoreUse::RestAfter(work, 1)) << "their count is unknown";
+  EXPECT_EQ(CoreUse::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the most";
+}
+
+}  // namespace
+}  // namespace procgen

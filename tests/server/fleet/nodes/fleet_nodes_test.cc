@@ -1,0 +1,196 @@
+#include "server/fleet/nodes/fleet_nodes.h"
+
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+#include "tests/wall_clock/wall_clock.h"
+
+namespace procgen {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pair;
+
+NodeStatus Node(const std::string& node_id, int32_t capacity, int32_t used = 0) {
+  NodeStatus node;
+  node.node_id = node_id;
+  node.environment_capacity = capacity;
+  node.environment_count = used;
+  node.worker_count = 2;
+  node.healthy = true;
+  return node;
+}
+
+FleetOptions OptionsOf(const std::vector<NodeStatus>& nodes) {
+  FleetOptions options;
+  options.nodes = [nodes] { return nodes; };
+  return options;
+}
+
+using Counts = std::vector<std::pair<std::string, int32_t>>;
+
+Counts CountsOf(const absl::StatusOr<std::vector<FleetNodes::Share>>& shares) {
+  EXPECT_THAT(shares, IsOk());
+  Counts counts;
+  for (const FleetNodes::Share& share : *shares) {
+    counts.emplace_back(share.node_id, share.env_count);
+  }
+  return counts;
+}
+
+Counts Divide(const std::vector<NodeStatus>& nodes, int32_t env_count) {
+  return CountsOf(FleetNodes(OptionsOf(nodes)).Divide(env_count));
+}
+
+TEST(DivideTest, EqualNodesHaveEqualShares) {
+  EXPECT_THAT(Divide({Node("a", 100), Node("b", 100), Node("c", 100)}, 24),
+              ElementsAre(Pair("a", 8), Pair("b", 8), Pair("c", 8)));
+}
+
+TEST(DivideTest, WhatDoesNotDivideGoesToTheFirst) {
+  EXPECT_THAT(Divide({Node("a", 100), Node("b", 100), Node("c", 100)}, 26),
+              ElementsAre(Pair("a", 9), Pair("b", 9), Pair("c", 8)));
+}
+
+TEST(DivideTest, SharesAreByTheRoomThatIsLeft) {
+  EXPECT_THAT(Divide({Node("a", 100, 50), Node("b", 200, 50), Node("c", 400, 400)}, 80),
+              ElementsAre(Pair("b", 60), Pair("a", 20)));
+}
+
+TEST(DivideTest, NoNodeHasMoreThanItHasRoomFor) {
+  EXPECT_THAT(Divide({Node("a", 7), Node("b", 5), Node("c", 1)}, 13),
+              ElementsAre(Pair("a", 7), Pair("b", 5), Pair("c", 1)));
+}
+
+TEST(DivideTest, NodesThatDrainAreUnwellOrTakeNoneHaveNone) {
+  NodeStatus draining = Node("a", 100);
+  draining.draining = true;
+  NodeStatus unwell = Node("b", 100);
+  unwell.healthy = false;
+  EXPECT_THAT(Divide({draining, unwell, Node("fleet", 0), Node("d", 100)}, 16),
+              ElementsAre(Pair("d", 16)));
+}
+
+TEST(DivideTest, FewEnvironmentsStayTogether) {
+  const std::vector<NodeStatus> nodes = {Node("a", 100), Node("b", 100), Node("c", 100)};
+  EXPECT_THAT(Divide(nodes, 1), ElementsAre(Pair("a", 1)));
+  EXPECT_THAT(Divide(nodes, 7), ElementsAre(Pair("a", 7)));
+  EXPECT_THAT(Divide(nodes, 8), ElementsAre(Pair("a", 4), Pair("b", 4)));
+}
+
+TEST(DivideTest, FewEnvironmentsPartWhereThereIsNoRoomOtherwise) {
+  EXPECT_THAT(Divide({Node("a", 3), Node("b", 3), Node("c", 3)}, 8),
+              ElementsAre(Pair("a", 3), Pair("b", 3), Pair("c", 2)));
+}
+
+TEST(DivideTest, ErrorsTellWhatThereIs) {
+  EXPECT_THAT(FleetNodes(OptionsOf({})).Divide(8),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("no node at the moment")));
+  EXPECT_THAT(FleetNodes(OptionsOf({Node("a", 10, 4), Node("b", 3, 9)})).Divide(8),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       "spec.env_count is 8 and the fleet's nodes have room for 6 environments"));
+}
+
+TEST(FleetNodesTest, SeatsCountUntilTheyGo) {
+  FleetNodes nodes(OptionsOf({Node("a", 10), Node("b", 10)}));
+  {
+    auto seat = nodes.Take(8, "b");
+    ASSERT_THAT(seat, IsOk());
+    EXPECT_EQ(seat->node_id(), "b");
+    EXPECT_THAT(CountsOf(nodes.Divide(12)), ElementsAre(Pair("a", 10), Pair("b", 2)));
+    const auto elsewhere = nodes.Take(8, "b");
+    ASSERT_THAT(elsewhere, IsOk());
+    EXPECT_EQ(elsewhere->node_id(), "a") << "what is preferred has no room";
+    EXPECT_THAT(nodes.Take(8, "b"), StatusIs(absl::StatusCode::kUnavailable,
+                                             "none of 2 nodes has room for 8 environments"));
+    const FleetNodes::Seat moved = *std::move(seat);
+    EXPECT_EQ(moved.node_id(), "b");
+  }
+  EXPECT_THAT(CountsOf(nodes.Divide(20)), ElementsAre(Pair("a", 10), Pair("b", 10)));
+}
+
+TEST(FleetNodesTest, SuspectsAreUsedWhereThereIsNobodyElse) {
+  FleetNodes nodes(OptionsOf({Node("a", 100), Node("b", 10)}));
+  nodes.Suspect("a");
+  EXPECT_EQ(nodes.Take(4, "a")->node_id(), "b");
+  nodes.Suspect("b");
+  EXPECT_EQ(nodes.Take(4, "a")->node_id(), "a");
+}
+
+TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
+  absl::Time now = absl::UnixEpoch();
+  FleetOptions options = OptionsOf({Node("a", 100)});
+  options.clock = [&now] { return now; };
+  FleetNodes nodes(options);
+  for (const int seconds : {1, 2, 4, 8, 16, 32, 64, 128, 256, 300, 300}) {
+    EXPECT_THAT(
+        nodes.Distrust("a", absl::DataLossError("batch.rewards is empty")),
+        StatusIs(absl::StatusCode::kUnavailable, "node a answers wrongly: batch.rewards is empty"));
+    now += absl::Seconds(seconds) - absl::Nanoseconds(1);
+    EXPECT_THAT(nodes.Take(4, "a"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+    now += absl::Nanoseconds(1);
+    EXPECT_THAT(nodes.Take(4, "a"), IsOk());
+  }
+  now += absl::Minutes(10);
+  nodes.Distrust("a", absl::DataLossError("again")).IgnoreError();
+  now += absl::Seconds(1);
+  EXPECT_THAT(nodes.Take(4, "a"), IsOk()) << "what was long ago is forgotten";
+}
+
+TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
+  absl::Time now = absl::UnixEpoch();
+  std::string node_id;
+  FleetOptions options;
+  options.nodes = [&node_id] { return std::vector<NodeStatus>{Node(node_id, 100)}; };
+  options.clock = [&now] { return now; };
+  FleetNodes nodes(options);
+  for (int i = 0; i < 1000; ++i) {
+    node_id = absl::StrCat("node-", i);
+    EXPECT_THAT(nodes.Take(8, node_id), IsOk());
+    nodes.Suspect(node_id);
+    nodes.Distrust(node_id, absl::DataLossError("some nonsense")).IgnoreError();
+    nodes.OnChange();
+    now += absl::Minutes(1);
+  }
+  EXPECT_LE(nodes.known_count(), 7);
+}
+
+class SetClockTest : public testing::TestWithParam<absl::Duration> {
+ protected:
+  ~SetClockTest() override { SetWallClockOffset(0); }
+};
+
+TEST_P(SetClockTest, WaitsForNodesEndAtTheirTime) {
+  const FleetNodes nodes(OptionsOf({}));
+  std::thread operator_thread([] { SetWallClockOffset(absl::ToInt64Nanoseconds(GetParam())); });
+  const absl::Time begin = SteadyNow();
+  nodes.AwaitChange(begin + absl::Milliseconds(300));
+  EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(300));
+  operator_thread.join();
+}
+
+INSTANTIATE_TEST_SUITE_P(BackAndForth, SetClockTest,
+                         testing::Values(-absl::Hours(1), absl::Hours(1)));
+
+TEST(FleetNodesTest, OnlyThoseThatServeAreUsable) {
+  NodeStatus draining = Node("b", 100);
+  draining.draining = true;
+  const FleetNodes nodes(OptionsOf({Node("a", 100), draining, Node("fleet", 0)}));
+  EXPECT_TRUE(nodes.IsUsable("a"));
+  EXPECT_FALSE(nodes.IsUsable("b"));
+  EXPECT_TRUE(nodes.IsPresent("b"));
+  EXPECT_FALSE(nodes.IsUsable("gone"));
+  EXPECT_FALSE(nodes.IsPresent("gone"));
+  EXPECT_THAT(nodes.Present(), ElementsAre("a", "b"));
+  EXPECT_EQ(nodes.worker_count(), 2);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,240 @@
+// Requests that an earlier process had accepted, on a real pool whose calls fail, or are done
+// before they return, as those of a fleet do.
+
+#include "server/rpc/step/answer_replay.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/synchronization/notification.h"
+#include "absl/time/time.h"
+#include "gmock/gmock.h"
+#include "grpc/grpc.h"
+#include "gtest/gtest.h"
+#include "procgen/v1/step.pb.h"
+#include "server/concurrency/steady_time.h"
+#include "server/session/host/local_pool.h"
+#include "tests/server/session/test_surroundings.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+// A pool whose parts are done when StepAsync returns, if they do not fail.
+class PromptPool final : public HostedPool {
+ public:
+  // `fails`: the error of the next part; OK: none. `gone` is notified when this goes.
+  PromptPool(std::unique_ptr<HostedPool> pool, std::function<absl::Status()> fails,
+             absl::Notification* gone)
+      : pool_(std::move(pool)), fails_(std::move(fails)), gone_(gone) {}
+  ~PromptPool() override {
+    pool_ = nullptr;
+    gone_->Notify();
+  }
+
+  const PoolOptions& options() const override { return pool_->options(); }
+  bool AwaitsReset(int32_t environment) const override { return pool_->AwaitsReset(environment); }
+  void BeginRequest(const Request& request, const Batch& first_part) override {
+    pool_->BeginRequest(request, first_part);
+  }
+  void StepAsync(const StepInput& part, const Batch& batch, Done done,
+                 NearEnd /*near_end*/) override {
+    const char here = 0;
+    NoteStack(reinterpret_cast<intptr_t>(&here));
+    absl::Status status = fails_();
+    if (status.ok()) {
+      absl::Notification stepped;
+      pool_->StepAsync(
+          part, batch,
+          [&](absl::Status result) {
+            status = std::move(result);
+            stepped.Notify();
+          },
+          nullptr);
+      stepped.WaitForNotification();
+    }
+    done(std::move(status));
+  }
+  void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override {
+    pool_->SetLevelSampler(std::move(level_sampler), std::move(done));
+  }
+  void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override {
+    pool_->SaveStates(environments, std::move(take), std::move(done));
+  }
+  void RestoreStates(std::vector<StateToRestore> states, Done done) override {
+    pool_->RestoreStates(std::move(states), std::move(done));
+  }
+  void CloneStates(std::vector<StateToClone> pairs, Done done) override {
+    pool_->CloneStates(std::move(pairs), std::move(done));
+  }
+  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
+            LookDone done) override {
+    pool_->Look(environments, view, side_px, std::move(done));
+  }
+
+  int part_count() const { return part_count_; }
+  // Between the highest and the lowest frame of StepAsync.
+  intptr_t stack_bytes() const { return highest_ - lowest_; }
+
+ private:
+  void NoteStack(intptr_t here) {
+    lowest_ = part_count_ == 0 ? here : std::min<intptr_t>(lowest_, here);
+    highest_ = part_count_ == 0 ? here : std::max<intptr_t>(highest_, here);
+    ++part_count_;
+  }
+
+  std::unique_ptr<HostedPool> pool_;
+  const std::function<absl::Status()> fails_;
+  absl::Notification* const gone_;
+  std::atomic<int> part_count_ = 0;
+  std::atomic<intptr_t> lowest_ = 0;
+  std::atomic<intptr_t> highest_ = 0;
+};
+
+class AnswerReplayTest : public testing::Test {
+ protected:
+  // gRPC, whose timers are used, lives longer than any replay, as in a server.
+  static void SetUpTestSuite() { grpc_init(); }
+  // The last to use the pool may be the thread of a timer, and the surroundings must outlive it.
+  void TearDown() override { gone_.WaitForNotification(); }
+
+  // A pool that stands before request 1, the only one of an earlier process.
+  std::shared_ptr<PoolSession> Make(int32_t env_count, std::function<absl::Status()> fails) {
+    PoolOptions options;
+    options.games = {"maze"};
+    options.env_count = env_count;
+    auto made = Pool::Create(options, std::make_shared<Crew>(1));
+    EXPECT_THAT(made, IsOk());
+    auto pool = std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails),
+                                             &gone_);
+    pool_ = pool.get();
+    auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
+                                                 absl::InfiniteDuration(), surroundings_.Get());
+    session->ResumeAt(2);
+    return session;
+  }
+
+  static std::vector<std::string> OneStep(int32_t env_count) {
+    v1::StepPoolRequest request;
+    request.set_sequence_number(1);
+    request.mutable_step()->mutable_slice()->set_environment_count(env_count);
+    request.mutable_step()->mutable_actions()->Resize(env_count, 4);
+    request.mutable_step()->set_repeat_count(1);
+    request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);
+    return {request.SerializeAsString()};
+  }
+
+  // Waits for a turn.
+  static absl::Status Turn(PoolSession* session) {
+    absl::Notification begun;
+    absl::Status turn;
+    session->TakeTurn([&](absl::Status status) {
+      turn = std::move(status);
+      begun.Notify();
+    });
+    begun.WaitForNotification();
+    if (turn.ok()) {
+      session->EndTurn();
+    }
+    return turn;
+  }
+
+  static absl::Status Attach(PoolSession* session) {
+    std::optional<absl::Status> attached;
+    session->Attach(
+        {}, [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
+        [&](absl::Status status) { attached = std::move(status); });
+    return attached.value_or(absl::UnknownError("it has not been answered"));
+  }
+
+  TestSurroundings surroundings_;
+  absl::Notification gone_;  // the pool is
+  PromptPool* pool_ = nullptr;
+};
+
+TEST_F(AnswerReplayTest, ManyPartsTakeNoMoreStackThanOne) {
+  constexpr int32_t kEnvCount = 1000;  // of 12 KiB each, in parts of 64 KiB
+  const auto session = Make(kEnvCount, [] { return absl::OkStatus(); });
+  ReplayAnswers(session, OneStep(kEnvCount), int64_t{64} << 20);
+  EXPECT_THAT(Turn(session.get()), IsOk());
+  EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
+  EXPECT_GE(pool_->part_count(), 200);
+  EXPECT_LE(pool_->stack_bytes(), 4096);
+}
+
+class PermanentErrorTest : public AnswerReplayTest,
+                           public testing::WithParamInterface<absl::StatusCode> {};
+
+TEST_P(PermanentErrorTest, EndsTheReplayAndAnswersAttach) {
+  const auto session = Make(2, [] { return absl::Status(GetParam(), "the node is of 1970"); });
+  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  const auto is_told =
+      StatusIs(GetParam(), "pool pools/7 could not be resumed: the node is of 1970");
+  EXPECT_THAT(Turn(session.get()), is_told);
+  EXPECT_THAT(Attach(session.get()), is_told);
+  EXPECT_EQ(pool_->part_count(), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Codes, PermanentErrorTest,
+    testing::Values(absl::StatusCode::kInvalidArgument, absl::StatusCode::kDataLoss,
+                    absl::StatusCode::kFailedPrecondition, absl::StatusCode::kUnimplemented,
+                    absl::StatusCode::kInternal, absl::StatusCode::kOutOfRange));
+
+TEST_F(AnswerReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
+  std::atomic<int> failures_left = 3;
+  const auto session = Make(2, [&]() -> absl::Status {
+    return failures_left-- > 0 ? absl::UnavailableError("there is no node") : absl::OkStatus();
+  });
+  const absl::Time begin = SteadyNow();
+  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  EXPECT_THAT(Turn(session.get()), IsOk());
+  EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(100 + 200 + 400));
+  EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request, and how all environments stand";
+  EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
+}
+
+TEST_F(AnswerReplayTest, AClosedPoolIsLetGoOfAtOnce) {
+  absl::Notification failed;
+  std::atomic<int> failure_count = 0;
+  auto session = Make(2, [&]() -> absl::Status {
+    if (++failure_count == 5) {
+      failed.Notify();
+    }
+    return absl::UnavailableError("there is no node");
+  });
+  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  failed.WaitForNotification();  // the next attempt is 1.6 s away
+  const int count = failure_count;
+  session->Close(absl::AbortedError("it was deleted"));
+  session = nullptr;
+  gone_.WaitForNotification();
+  EXPECT_EQ(failure_count, count);
+}
+
+TEST_F(AnswerReplayTest, AServerThatDrainsDoesNotWaitForIt) {
+  absl::Notification failed;
+  std::atomic<int> failure_count = 0;
+  const auto session = Make(2, [&]() -> absl::Status {
+    if (++failure_count == 5) {
+      failed.Notify();
+    }
+    return absl::UnavailableError("there is no node");
+  });
+  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  failed.WaitForNotification();
+  const int count = failure_count;
+  session->EndTaps(absl::UnavailableError("the server drains"));
+  EXPECT_THAT(Turn(session.get()), IsOk());
+  EXPECT_EQ(failure_count, count);
+}
+
+}  // namespace
+}  // namespace procgen

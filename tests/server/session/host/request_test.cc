@@ -1,0 +1,117 @@
+#include "server/session/host/request.h"
+
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int32_t kEnvCount = 4;
+
+absl::Status Check(Request request) { return CheckRequest("pools/7", kEnvCount, &request); }
+
+Request StepOf(const std::vector<int32_t>& actions) {
+  Request request;
+  request.kind = Request::Kind::kStep;
+  request.actions = actions;
+  return request;
+}
+
+TEST(RequestTest, CountIsFilledInToThePoolsEnd) {
+  Request request;
+  request.first = 1;
+  EXPECT_THAT(CheckRequest("pools/7", kEnvCount, &request), IsOk());
+  EXPECT_EQ(request.count, 3);
+}
+
+TEST(RequestTest, SliceThatBeginsBehindThePoolIsRefused) {
+  Request request;
+  request.first = 4;
+  EXPECT_THAT(Check(request),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "slice.first_environment is 4, pool pools/7 has environments 0 to 3"));
+}
+
+TEST(RequestTest, SliceThatEndsBehindThePoolIsRefused) {
+  Request request;
+  request.first = 2;
+  request.count = 3;
+  EXPECT_THAT(Check(request),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "slice.environment_count is 3, from environment 2 on pool pools/7 has 2"));
+}
+
+TEST(RequestTest, CountsThatWouldOverflowAreRefused) {
+  Request request;
+  request.first = 3;
+  request.count = INT32_MAX;
+  EXPECT_THAT(Check(request),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("2147483647")));
+}
+
+TEST(RequestTest, WrongNumberOfActionsIsRefused) {
+  const std::vector<int32_t> actions = {4, 4, 4};
+  EXPECT_THAT(Check(StepOf(actions)),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "actions has 3 entries, the slice of pool pools/7 has 4 environments"));
+}
+
+TEST(RequestTest, ActionsFromMinusOneTo14AreAllowed) {
+  const std::vector<int32_t> actions = {-1, 0, 13, 14};
+  EXPECT_THAT(Check(StepOf(actions)), IsOk());
+}
+
+TEST(RequestTest, ActionOutOfRangeIsRefused) {
+  for (const int32_t action : {-2, 15, INT32_MIN, INT32_MAX}) {
+    const std::vector<int32_t> actions = {4, 4, action, 4};
+    EXPECT_THAT(Check(StepOf(actions)),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         "actions[2] is " + std::to_string(action) + ", allowed: -1 to 14"));
+  }
+}
+
+TEST(RequestTest, RepeatOutOfRangeIsRefused) {
+  const std::vector<int32_t> actions(kEnvCount, 4);
+  for (const int32_t repeat : {-1, 0, 1001}) {
+    Request request = StepOf(actions);
+    request.repeat = repeat;
+    EXPECT_THAT(Check(request),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         "repeat_count is " + std::to_string(repeat) + ", allowed: 1 to 1000"));
+  }
+}
+
+TEST(RequestTest, NextLevelOutsideOfTheSliceIsRefused) {
+  const std::vector<int32_t> actions(2, 4);
+  const std::vector<NextLevel> next_levels = {{1, 5}, {3, 5}};
+  Request request = StepOf(actions);
+  request.first = 1;
+  request.count = 2;
+  request.next_levels = next_levels;
+  EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,
+                                       "next_levels[1].environment is 3, the slice is 1 to 2"));
+}
+
+TEST(RequestTest, EnvironmentThatIsResetTwiceIsRefused) {
+  const std::vector<Reset> resets = {{2, {}, {}}, {0, {}, {}}, {2, {}, {}}};
+  Request request;
+  request.kind = Request::Kind::kReset;
+  request.resets = resets;
+  EXPECT_THAT(Check(request),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "resets[2].environment is 2 again, allowed: each at most once"));
+}
+
+TEST(RequestTest, ResetOfNothingIsRefused) {
+  Request request;
+  request.kind = Request::Kind::kReset;
+  EXPECT_THAT(Check(request), StatusIs(absl::StatusCode::kInvalidArgument,
+                                       "resets is empty, allowed: at least one environment"));
+}
+
+}  // namespace
+}  // namespace procgen

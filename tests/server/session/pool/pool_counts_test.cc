@@ -1,0 +1,89 @@
+#include "server/session/pool/pool_counts.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/batch_numbers.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::HasSubstr;
+
+PoolOptions OptionsOf(std::vector<std::string> games, int32_t first_environment) {
+  PoolOptions options;
+  options.games = std::move(games);
+  options.env_count = 8;
+  options.first_environment = first_environment;
+  options.environment.distribution_mode = DistributionMode::kEasy;
+  return options;
+}
+
+// How `metrics` tell the steps of a game.
+std::string Steps(const std::string& game, int64_t count) {
+  return absl::StrCat("procgen_steps_total{game=\"", game, R"(",mode="easy"} )", count, "\n");
+}
+
+std::string Episode(const std::string& what, const std::string& game, int64_t value) {
+  return absl::StrCat("procgen_episode_", what, "{game=\"", game, R"(",mode="easy"} )", value,
+                      "\n");
+}
+
+TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
+  Metrics metrics("test");
+  BatchNumbers memory;
+  PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_environment=*/1), &metrics);
+  // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
+  EXPECT_EQ(counts.Add({2, 4}, {}, memory.LendTo({}, 4)), 4);
+  // Environment 0 is heist.
+  EXPECT_EQ(counts.Add({0, 1}, {}, memory.LendTo({}, 1)), 1);
+  EXPECT_EQ(counts.step_count(), 5);
+  EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 2)));
+  EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 2)));
+  EXPECT_THAT(metrics.Text(), HasSubstr(Steps("ninja", 1)));
+}
+
+TEST(PoolCountsTest, AnEnvironmentThatIsResetIsNotStepped) {
+  Metrics metrics("test");
+  BatchNumbers memory;
+  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
+  Reset reset;
+  reset.environment = 3;
+  EXPECT_EQ(counts.Add({0, 8}, {reset}, memory.LendTo({}, 8)), 7);
+  EXPECT_THAT(metrics.Text(), HasSubstr(Steps("maze", 4)));
+  EXPECT_THAT(metrics.Text(), HasSubstr(Steps("heist", 3)));
+}
+
+TEST(PoolCountsTest, EpisodesCountWhereTheyEnd) {
+  Metrics metrics("test");
+  BatchNumbers memory;
+  PoolCounts counts(OptionsOf({"maze", "heist"}, 0), &metrics);
+  const Batch batch = memory.LendTo({}, 4);
+  std::fill(batch.terminated.begin(), batch.terminated.end(), 0);
+  std::fill(batch.truncated.begin(), batch.truncated.end(), 0);
+  batch.terminated[1] = 1;  // environment 3, heist
+  batch.episode_returns[1] = 10;
+  batch.episode_lengths[1] = 70;
+  batch.truncated[2] = 1;  // environment 4, maze
+  batch.episode_returns[2] = 0;
+  batch.episode_lengths[2] = 500;
+  counts.Add({2, 4}, {}, batch);
+  const std::string text = metrics.Text();
+  EXPECT_THAT(text, HasSubstr(Episode("return_count", "heist", 1)));
+  EXPECT_THAT(text, HasSubstr(Episode("return_sum", "heist", 10)));
+  EXPECT_THAT(text, HasSubstr(Episode("length_steps_sum", "heist", 70)));
+  EXPECT_THAT(text, HasSubstr(Episode("return_count", "maze", 1)));
+  EXPECT_THAT(text, HasSubstr(Episode("length_steps_sum", "maze", 500)));
+  const RecentEpisodes::Summary episodes = counts.episodes().Read();
+  EXPECT_EQ(episodes.count, 2);
+  EXPECT_FLOAT_EQ(episodes.mean_return, 5);
+  EXPECT_FLOAT_EQ(episodes.mean_length, 285);
+}
+
+}  // namespace
+}  // namespace procgen

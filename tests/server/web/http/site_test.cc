@@ -1,0 +1,98 @@
+#include "server/web/http/site.h"
+
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen::web {
+namespace {
+
+class SiteTest : public testing::Test {
+ protected:
+  static Visit VisitTo(const std::string& target, const std::string& host = "127.0.0.1:8080") {
+    Visit visit;
+    visit.method = "GET";
+    visit.target = target;
+    visit.host = host;
+    visit.local_host = "127.0.0.1";
+    return visit;
+  }
+  Reply Socket(const std::string& host, const std::string& origin, bool is_secure = false) const {
+    Visit visit = VisitTo("/socket", host);
+    visit.origin = origin;
+    visit.is_secure = is_secure;
+    return site_.ReplyToSocket(visit);
+  }
+
+  const Site site_{{"lab.example"},
+                   {{"index.html", "<live>"},
+                    {"play.html", "<play>"},
+                    {"a/b.html", "<inner>"},
+                    {"a/b.js", "script"},
+                    {"style/page.css", "style"}}};
+};
+
+TEST_F(SiteTest, PagesStandAtTheirNamesAndAllElseUnderAssets) {
+  EXPECT_EQ(site_.ReplyToPage(VisitTo("/")).contents, "<live>");
+  EXPECT_EQ(site_.ReplyToPage(VisitTo("/play?game=maze&level_seed=1")).contents, "<play>");
+  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.js")).contents, "script");
+  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.js")).content_type,
+            "text/javascript; charset=utf-8");
+  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.html")).contents, "<inner>");
+  for (const char* missing : {"/index.html", "/play.html", "/a/b.js", "/assets/play.html", "",
+                              "play", "/play/", "/assets/../play"}) {
+    EXPECT_EQ(site_.ReplyToPage(VisitTo(missing)).status, 404) << missing;
+  }
+}
+
+TEST_F(SiteTest, AnEtagIsThatOfTheContents) {
+  Visit visit = VisitTo("/");
+  const std::string etag = site_.ReplyToPage(visit).etag;
+  EXPECT_NE(etag, site_.ReplyToPage(VisitTo("/play")).etag);
+  visit.if_none_match = etag;
+  EXPECT_EQ(site_.ReplyToPage(visit).status, 304);
+  EXPECT_EQ(site_.ReplyToPage(visit).contents, "");
+}
+
+TEST_F(SiteTest, OurNamesAreOursWhateverThePort) {
+  for (const char* host :
+       {"localhost", "LocalHost:1", "127.0.0.1", "lab.example", "LAB.example:443"}) {
+    EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 200) << host;
+  }
+  for (const char* host :
+       {"", "evil.example", "lab.example.evil", "127.0.0.2", "[::1]", "[", "localhost.evil:80",
+        ":80", "127.0.0.1evil", "127.0.0.1:evil.example", "localhost:80:80", "localhost:65536",
+        "localhost:-1", "localhost: 80", "[127.0.0.1]evil", "[localhost]80"}) {
+    EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 421) << host;
+  }
+  Visit visit = VisitTo("/", "[::1]:80");
+  visit.local_host = "::1";
+  EXPECT_EQ(site_.ReplyToPage(visit).status, 200);
+  visit.host = "[::1]evil:80";
+  EXPECT_EQ(site_.ReplyToPage(visit).status, 421);
+}
+
+TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {
+  EXPECT_EQ(Socket("127.0.0.1:8080", "http://127.0.0.1:8080").status, 101);
+  EXPECT_EQ(Socket("Lab.example", "http://lab.EXAMPLE").status, 101);
+  EXPECT_EQ(Socket("lab.example", "https://lab.example", /*is_secure=*/true).status, 101);
+  EXPECT_EQ(Socket("lab.example", "https://lab.example").status, 403);
+  EXPECT_EQ(Socket("lab.example", "http://lab.example", /*is_secure=*/true).status, 403);
+  EXPECT_EQ(Socket("127.0.0.1:8080", "http://localhost:8080").status, 403);
+  EXPECT_EQ(Socket("127.0.0.1:8080", "").status, 403);
+  EXPECT_EQ(Socket("127.0.0.1:8080", "null").status, 403);
+  EXPECT_EQ(Socket("evil.example", "http://evil.example").status, 421);
+}
+
+TEST_F(SiteTest, ANameThatIsNoneIsNotRepeatedInAHeader) {
+  Visit visit = VisitTo("/", "a;script-src evil.example");
+  for (const auto& [name, value] : Site::SafetyHeaders(visit)) {
+    EXPECT_EQ(value.find("evil"), std::string::npos) << name;
+  }
+  const std::string text = site_.ReplyToPage(VisitTo("/", "<b>\x01")).text;
+  EXPECT_THAT(text, testing::HasSubstr("\\001"));
+}
+
+}  // namespace
+}  // namespace procgen::web

@@ -1,0 +1,122 @@
+#include "server/web/json/message.h"
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen::web {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Binary(const std::string& header, const std::string& rest) {
+  std::string bytes(4, '\0');
+  bytes[0] = static_cast<char>(header.size());
+  bytes[1] = static_cast<char>(header.size() >> 8);
+  return absl::StrCat(bytes, header, rest);
+}
+
+std::string Refusal(const std::string& bytes, bool is_binary) {
+  return std::string(ParseRequest(bytes, is_binary).status().message());
+}
+
+TEST(ParseRequestTest, TextHasAMethodAndMembers) {
+  const auto request = ParseRequest(R"({"id": 7, "method": "play.step", "action": 3})", false);
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->id, 7);
+  EXPECT_EQ(request->method, "play.step");
+  EXPECT_EQ(request->members, Json({{"action", 3}}));
+  EXPECT_TRUE(request->parts.empty());
+}
+
+TEST(ParseRequestTest, BinaryHasPartsInTheirOrder) {
+  const auto request = ParseRequest(
+      Binary(R"({"id":1,"method":"m","parts":[{"name":"a","format":"trace","bytes":3},)"
+             R"({"name":"b","format":"x","bytes":0},{"name":"c","format":"x","bytes":2}]})",
+             "12345"),
+      true);
+  ASSERT_TRUE(request.ok()) << request.status();
+  ASSERT_EQ(request->parts.size(), 3U);
+  EXPECT_EQ(request->parts[0].bytes, "123");
+  EXPECT_EQ(request->parts[1].bytes, "");
+  EXPECT_EQ(request->parts[2].bytes, "45");
+  EXPECT_EQ(request->members, Json::object());
+}
+
+TEST(ParseRequestTest, WhatIsNoneIsToldWhy) {
+  EXPECT_EQ(Refusal("[]", false), "the message is no JSON object");
+  EXPECT_EQ(Refusal("\xff", false), "the message is no JSON object");
+  EXPECT_THAT(Refusal(R"({"id": -1, "method": ""})", false), HasSubstr("id is no integer"));
+  EXPECT_THAT(Refusal(R"({"id": 1e3, "method": ""})", false), HasSubstr("id is no integer"));
+  EXPECT_THAT(Refusal(R"({"id": 1})", false), HasSubstr("method is no text"));
+  EXPECT_THAT(Refusal(std::string(kHeaderBytesMax + 1, ' '), false), HasSubstr("65537 bytes"));
+  EXPECT_THAT(Refusal("abc", true), HasSubstr("shorter than the header"));
+  EXPECT_THAT(Refusal("\x05{}", true), HasSubstr("shorter than the header"));
+  EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m"})", "x"), true), HasSubstr("1 bytes more"));
+  EXPECT_THAT(Refusal(Binary(R"({"id":1,"method":"m","parts":7})", ""), true),
+              HasSubstr("parts is no list"));
+}
+
+TEST(ParseRequestTest, DeepNestingIsAsHarmlessAsAnyOther) {
+  const std::string depth(30000, '[');
+  EXPECT_THAT(Refusal(depth, false), HasSubstr("no JSON object"));
+  const std::string object =
+      absl::StrCat(R"({"id":1,"method":"m","x":)", depth, std::string(30000, ']'), "}");
+  const auto request = ParseRequest(object, false);
+  ASSERT_TRUE(request.ok());
+  Fields fields(request->members);
+  EXPECT_EQ(fields.Integer("x", 3, 5), 3);
+  EXPECT_EQ(fields.CheckAll().message(), "x is array, allowed: integers from 3 to 5");
+}
+
+TEST(WireTest, AnswersAreTextUnlessTheyHaveParts) {
+  const Wire text = AnswerWire(7, Answer{{{"a", 1}}, {}});
+  EXPECT_FALSE(text.is_binary);
+  EXPECT_EQ(Json::parse(text.bytes), Json({{"id", 7}, {"result", {{"a", 1}}}}));
+
+  const Wire binary = AnswerWire(7, Answer{{{"a", 1}}, {{"p", "rgb", "xyz", {{"width", 1}}}}});
+  EXPECT_TRUE(binary.is_binary);
+  const size_t length = static_cast<uint8_t>(binary.bytes[0]);
+  const Json header = Json::parse(binary.bytes.substr(4, length));
+  EXPECT_EQ(header["parts"], Json::parse(R"([{"name":"p","format":"rgb","bytes":3,"width":1}])"));
+  EXPECT_EQ(binary.bytes.substr(4 + length), "xyz");
+}
+
+TEST(WireTest, ErrorsHaveTheirCodeAndTextThatIsCutWithinACharacterIsMended) {
+  const Wire wire = AnswerWire(7, absl::NotFoundError("no pool \xc3"));
+  EXPECT_EQ(Json::parse(wire.bytes)["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(Json::parse(wire.bytes)["error"]["message"], "no pool \xef\xbf\xbd");
+}
+
+TEST(FieldsTest, TheFirstThatIsWrongIsTold) {
+  const Json members = {{"a", 1}, {"b", "x"}, {"c", 3}};
+  Fields fields(members);
+  EXPECT_EQ(fields.Integer("a", 0, 9), 1);
+  EXPECT_EQ(fields.Integer("b", 0, 9), 0);
+  EXPECT_EQ(fields.Text("c"), "");
+  EXPECT_EQ(fields.CheckAll().message(), "b is 'x', allowed: integers from 0 to 9");
+}
+
+TEST(FieldsTest, WhatNobodyAskedForIsRefused) {
+  const Json members = {{"a", 1}, {"b", 2}};
+  Fields fields(members);
+  fields.Integer("a", 0, 9);
+  EXPECT_EQ(fields.CheckAll().message(), "'b' is no member of this request; its members: a");
+}
+
+TEST(FieldsTest, NumbersOfAnySizeAreLookedAtBeforeTheyAreTaken) {
+  const Json members = {{"a", UINT64_MAX}, {"b", INT64_MIN}, {"c", 1e300}, {"d", {1, UINT64_MAX}}};
+  for (const char* name : {"a", "b", "c"}) {
+    Fields fields(members);
+    EXPECT_EQ(fields.Integer(name, -5, 5), -5);
+    EXPECT_THAT(std::string(fields.CheckAll().message()), HasSubstr(" is "));
+  }
+  Fields fields(members);
+  fields.Integers("d", 4, 100);
+  EXPECT_EQ(fields.CheckAll().message(), "d is no list of 1 to 4 integers from 0 to 100");
+}
+
+}  // namespace
+}  // namespace procgen::web

@@ -1,0 +1,203 @@
+#include "server/wire/convert_pool.h"
+
+#include <string>
+
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+v1::PoolSpec MazeSpec() {
+  v1::PoolSpec spec;
+  spec.add_games("maze");
+  spec.set_env_count(4);
+  return spec;
+}
+
+TEST(ConvertPoolTest, AbsentOptionsAreThoseOfThePythonPackage) {
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(MazeSpec());
+  ASSERT_THAT(options, IsOk());
+  EXPECT_EQ(options->environment.distribution_mode, DistributionMode::kHard);
+  EXPECT_TRUE(options->environment.center_agent);
+  EXPECT_TRUE(options->environment.use_backgrounds);
+  EXPECT_EQ(options->episode_end, EpisodeEnd::kSameStep);
+  EXPECT_GE(options->environment.rand_seed, 0);
+  EXPECT_LT(options->environment.rand_seed, 2147483647);
+}
+
+TEST(ConvertPoolTest, FalseIsToldFromAbsent) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_center_agent(false);
+  spec.mutable_options()->set_rand_seed(0);
+  const absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  EXPECT_FALSE(options->environment.center_agent);
+  EXPECT_EQ(options->environment.rand_seed, 0);
+}
+
+TEST(ConvertPoolTest, NoGamesAreRefused) {
+  EXPECT_THAT(
+      PoolOptionsOf(v1::PoolSpec()),
+      StatusIs(absl::StatusCode::kInvalidArgument, "spec.games has 0 entries, allowed: 1 to 64"));
+}
+
+TEST(ConvertPoolTest, UnknownModeNumberIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_distribution_mode(static_cast<v1::DistributionMode>(99));
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("distribution_mode is number 99, allowed: "
+                                 "DISTRIBUTION_MODE_EASY, DISTRIBUTION_MODE_HARD")));
+}
+
+TEST(ConvertPoolTest, NegativeLevelCountIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_num_levels(-1);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.options.num_levels is -1, allowed: 0 to 2147483647"));
+}
+
+TEST(ConvertPoolTest, ExplorationTakesNoLevels) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EXPLORATION);
+  EXPECT_THAT(PoolOptionsOf(spec), IsOk());
+  spec.mutable_options()->set_num_levels(3);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("num_levels is 3")));
+}
+
+TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
+  v1::PoolSpec spec = MazeSpec();
+  spec.set_first_environment(10);
+  spec.set_total_environments(13);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("spec.total_environments is 13, allowed: 0, or "
+                                 "first_environment + env_count = 14")));
+  spec.set_total_environments(14);
+  EXPECT_THAT(PoolOptionsOf(spec), IsOk());
+  spec.set_first_environment(INT32_MAX);
+  spec.set_total_environments(0);
+  EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+}
+
+TEST(ConvertPoolTest, AbsentObservationFormatIsTheReleasedOne) {
+  EXPECT_EQ(PoolOptionsOf(MazeSpec())->observation_format, ObservationFormat());
+  v1::PoolSpec spec = MazeSpec();
+  spec.mutable_observation_format();
+  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, ObservationFormat());
+}
+
+TEST(ConvertPoolTest, ObservationFormatIsTakenOver) {
+  v1::PoolSpec spec = MazeSpec();
+  v1::ObservationFormat* format = spec.mutable_observation_format();
+  format->set_color(v1::COLOR_GRAYSCALE);
+  format->set_layout(v1::LAYOUT_CHW);
+  format->set_width_px(84);
+  format->set_height_px(84);
+  format->set_frame_stack(4);
+  ObservationFormat expected;
+  expected.frame = {.side_px = 84, .color = Color::kGrayscale, .layout = Layout::kChw};
+  expected.frame_stack = 4;
+  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected);
+  format->clear_height_px();
+  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected) << "one side is enough";
+  format->set_height_px(84);
+  format->clear_width_px();
+  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected);
+}
+
+TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRefused) {
+  const auto message = [](const auto& set) {
+    v1::PoolSpec spec = MazeSpec();
+    set(spec.mutable_observation_format());
+    const absl::Status status = PoolOptionsOf(spec).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    return std::string(status.message());
+  };
+  using Format = v1::ObservationFormat*;
+  EXPECT_EQ(message([](Format format) { format->set_width_px(15); }),
+            "spec.observation_format.width_px is 15, allowed: 0, or 16 to 512");
+  EXPECT_EQ(message([](Format format) { format->set_height_px(513); }),
+            "spec.observation_format.height_px is 513, allowed: 0, or 16 to 512");
+  EXPECT_EQ(message([](Format format) { format->set_width_px(-1); }),
+            "spec.observation_format.width_px is -1, allowed: 0, or 16 to 512");
+  EXPECT_EQ(message([](Format format) {
+              format->set_width_px(84);
+              format->set_height_px(64);
+            }),
+            "spec.observation_format.height_px is 64 and width_px is 84, allowed: the same, or one "
+            "of them 0; pictures are square");
+  EXPECT_EQ(message([](Format format) { format->set_frame_stack(17); }),
+            "spec.observation_format.frame_stack is 17, allowed: 0 to 16");
+  EXPECT_EQ(message([](Format format) { format->set_frame_stack(-1); }),
+            "spec.observation_format.frame_stack is -1, allowed: 0 to 16");
+  EXPECT_EQ(message([](Format format) { format->set_color(static_cast<v1::Color>(9)); }),
+            "spec.observation_format.color is number 9, allowed: COLOR_RGB, COLOR_GRAYSCALE");
+  EXPECT_EQ(message([](Format format) { format->set_layout(static_cast<v1::Layout>(9)); }),
+            "spec.observation_format.layout is number 9, allowed: LAYOUT_HWC, LAYOUT_CHW");
+}
+
+TEST(ConvertPoolTest, MemoryIsSharedWhereItIsAskedForAndOffered) {
+  v1::PoolSpec spec = MazeSpec();
+  EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(false));
+  spec.set_transport(v1::TRANSPORT_STREAM);
+  EXPECT_THAT(SharesMemory(spec, false), IsOkAndHolds(false));
+  spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
+  EXPECT_THAT(SharesMemory(spec, true), IsOkAndHolds(true));
+  EXPECT_THAT(SharesMemory(spec, false),
+              StatusIs(absl::StatusCode::kUnimplemented, HasSubstr("offered: TRANSPORT_STREAM")));
+  spec.set_transport(static_cast<v1::Transport>(9));
+  EXPECT_THAT(SharesMemory(spec, true),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("number 9")));
+}
+
+TEST(ConvertPoolTest, LevelSamplersAreMadeAndTheirFieldsNamed) {
+  v1::PoolSpec spec = MazeSpec();
+  EXPECT_EQ(PoolOptionsOf(spec)->level_sampler, nullptr);
+  spec.mutable_level_sampler()->add_level_seeds(7);
+  spec.mutable_level_sampler()->add_level_seeds(-9);
+  spec.mutable_level_sampler()->add_weights(0);
+  EXPECT_THAT(PoolOptionsOf(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.level_sampler.weights has 1 entries, must have 2, as level_seeds, or "
+                       "none"));
+  spec.mutable_level_sampler()->add_weights(0.5F);
+  const auto options = PoolOptionsOf(spec);
+  ASSERT_THAT(options, IsOk());
+  RandomStream stream(1);
+  EXPECT_EQ(options->level_sampler->Draw(stream), -9);
+}
+
+TEST(ConvertPoolTest, LeaseIsADuration) {
+  google::protobuf::Duration message;
+  message.set_seconds(90);
+  message.set_nanos(500'000'000);
+  const auto lease = LeaseDurationOf("lease", message, Limits());
+  ASSERT_THAT(lease, IsOk());
+  EXPECT_EQ(*lease, absl::Milliseconds(90500));
+  EXPECT_EQ(DurationMessageOf(*lease).seconds(), 90);
+  EXPECT_EQ(DurationMessageOf(*lease).nanos(), 500'000'000);
+}
+
+TEST(ConvertPoolTest, WhatIsNoDurationIsNoLease) {
+  google::protobuf::Duration message;
+  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+              StatusIs(absl::StatusCode::kInvalidArgument, "lease is 0, allowed: 1s to 24h"));
+  message.set_seconds(INT64_MAX);
+  EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("lease_duration_max")));
+  message.set_seconds(5);
+  for (const int32_t nanos : {-1, 1'000'000'000}) {
+    message.set_nanos(nanos);
+    EXPECT_THAT(LeaseDurationOf("lease", message, Limits()),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("nanos, allowed")));
+  }
+}
+
+}  // namespace
+}  // namespace procgen
