@@ -17,8 +17,8 @@
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/remote_learner.h"
 #include "tests/benchmark/time_now.h"
+#include "tests/service/fleet/test_fleet.h"
 #include "tests/service/server_process.h"
-#include "tests/service/test_fleet.h"
 
 namespace procgen {
 namespace {

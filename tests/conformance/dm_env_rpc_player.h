@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "envcore/trace/trace.h"
-#include "tests/conformance/player.h"
+#include "tools/conformance/player.h"
 
 namespace procgen {
 

@@ -9,8 +9,8 @@
 #include "server/rpc/server.h"
 #include "tests/conformance/dm_env_rpc_player.h"
 #include "tests/conformance/recordings.h"
-#include "tests/conformance/replay.h"
 #include "tests/status_matchers.h"
+#include "tools/conformance/replay.h"
 
 namespace procgen {
 namespace {

@@ -1,7 +1,7 @@
 // Recordings of the released benchmark, replayed by one worker and by two. Those of golden/ always;
 // those beside the checkout where there are any.
 
-#include "tests/conformance/replay.h"
+#include "tools/conformance/replay.h"
 
 #include <filesystem>
 #include <memory>
@@ -13,9 +13,9 @@
 #include "envcore/pool/shared_art.h"
 #include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
-#include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
 #include "tests/status_matchers.h"
+#include "tools/conformance/player.h"
 
 namespace procgen {
 namespace {

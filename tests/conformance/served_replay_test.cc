@@ -7,10 +7,10 @@
 #include "envcore/trace/trace.h"
 #include "gtest/gtest.h"
 #include "server/rpc/server.h"
-#include "tests/conformance/player.h"
 #include "tests/conformance/recordings.h"
-#include "tests/conformance/replay.h"
 #include "tests/status_matchers.h"
+#include "tools/conformance/player.h"
+#include "tools/conformance/replay.h"
 
 namespace procgen {
 namespace {

@@ -10,9 +10,9 @@
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
 #include "tests/envcore/pool/painted_art.h"
-#include "tests/service/batch_copy.h"
 #include "tests/service/server_process.h"
 #include "tests/service/service_fixture.h"
+#include "tests/service/stream/batch_copy.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
 

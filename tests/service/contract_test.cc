@@ -6,10 +6,10 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/service/batch_copy.h"
-#include "tests/service/damaging_server.h"
-#include "tests/service/raw_stream.h"
+#include "tests/service/robustness/damaging_server.h"
 #include "tests/service/service_fixture.h"
+#include "tests/service/stream/batch_copy.h"
+#include "tests/service/stream/raw_stream.h"
 
 namespace procgen {
 namespace {

@@ -89,6 +89,9 @@ ARROWS = {
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
     "clients/top": ("proto", "clients/cpp"),
     "clients": ("proto",),
+    # Programs for people, over the engine or over a server.
+    "tools": (*_BELOW_ENVIRONMENT, "envcore/environment", "envcore/pool", "envcore/trace", "proto",
+              "clients/cpp"),
 }
 # Folders whose files may include anything.
 _FREE = ("tests",)

@@ -76,7 +76,7 @@ def check_python_is_used(tree):
 _EXPLAINED = (".h", ".cc", ".py", ".sh", ".proto", ".ts", ".js", ".go", ".yaml", ".yml",
               "CMakeLists.txt", "Dockerfile")
 # Under tests, what mirrors the tree is explained by what it mirrors.
-_MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy)(/|$)")
+_MIRROR = re.compile(r"tests/(envcore|server|clients|proto|deploy|tools)(/|$)")
 
 
 def check_readmes(tree):

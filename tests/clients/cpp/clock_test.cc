@@ -17,7 +17,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "tests/service/fault_proxy.h"
+#include "tests/service/robustness/fault_proxy.h"
 #include "tests/service/service_fixture.h"
 #include "tests/status_matchers.h"
 

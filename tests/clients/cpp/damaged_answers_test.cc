@@ -12,9 +12,9 @@
 #include "grpcpp/generic/async_generic_service.h"
 #include "gtest/gtest.h"
 #include "procgen_client/client.h"
-#include "tests/service/damaging_server.h"
+#include "tests/service/robustness/damaging_server.h"
 #include "tests/service/service_fixture.h"
-#include "tests/service/shared_memory_fixture.h"
+#include "tests/service/stream/shared_memory_fixture.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

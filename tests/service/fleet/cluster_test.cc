@@ -1,0 +1,310 @@
+// Servers of clusters, each a process, as clients see them over gRPC.
+
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/hash/hash.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/fleet/cluster_credentials.h"
+#include "tests/service/server_process.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::Client;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// A node that dies is gone within two seconds; the machine of the tests may be busy.
+constexpr absl::Duration kGoneWithin = absl::Seconds(3);
+// What takes no lease to run out is far quicker.
+constexpr absl::Duration kGoneAtOnceWithin = absl::Seconds(1);
+constexpr absl::Duration kSeenWithin = absl::Seconds(20);
+
+// A server process that is a node of the test's cluster, and a client of it.
+class Node {
+ public:
+  Node(const std::string& node_id, const std::string& cluster,
+       const std::vector<std::string>& flags = {})
+      : process_(FlagsOf(node_id, cluster, flags)), address_(process_.Address()) {
+    absl::StatusOr<std::unique_ptr<Client>> client = Client::Connect(address_);
+    EXPECT_THAT(client, IsOk()) << process_.beginning();
+    client_ = *std::move(client);
+  }
+
+  ServerProcess& process() { return process_; }
+  const std::string& address() const { return address_; }
+  Client& client() { return *client_; }
+
+  // The ids of the nodes that it lists.
+  std::vector<std::string> Listed() {
+    const auto nodes = client_->ListNodes();
+    EXPECT_THAT(nodes, IsOk());
+    return nodes.ok() ? IdsOf(*nodes) : std::vector<std::string>();
+  }
+
+  // Whether it tells within `timeout` what `is_so` holds of.
+  bool Tells(const std::function<bool(const v1::WatchNodesResponse&)>& is_so,
+             absl::Duration timeout = kSeenWithin) {
+    const auto watch = client_->WatchNodes();
+    absl::Notification told;
+    std::thread alarm([&] {
+      if (!told.WaitForNotificationWithTimeout(timeout)) {
+        watch->Stop();
+      }
+    });
+    absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
+    while (nodes.ok() && !is_so(*nodes)) {
+      nodes = watch->Next();
+    }
+    told.Notify();
+    alarm.join();
+    return nodes.ok();
+  }
+
+  bool TellsIds(const std::vector<std::string>& ids, absl::Duration timeout = kSeenWithin) {
+    return Tells([&](const v1::WatchNodesResponse& nodes) { return IdsOf(nodes) == ids; }, timeout);
+  }
+
+ private:
+  static std::vector<std::string> FlagsOf(const std::string& node_id, const std::string& cluster,
+                                          const std::vector<std::string>& flags) {
+    std::vector<std::string> all = {"--address=127.0.0.1:0", "--workers=1", "--node_id=" + node_id,
+                                    "--cluster=" + cluster,
+                                    absl::StrCat("--cluster_domain=", getpid() % 100)};
+    all.insert(all.end(), flags.begin(), flags.end());
+    return all;
+  }
+
+  template <typename Nodes>
+  static std::vector<std::string> IdsOf(const Nodes& nodes) {
+    std::vector<std::string> ids;
+    for (const v1::Node& node : nodes.nodes()) {
+      ids.push_back(node.name().substr(std::string("nodes/").size()));
+    }
+    return ids;
+  }
+
+  ServerProcess process_;
+  const std::string address_;
+  std::unique_ptr<Client> client_;
+};
+
+class ClusterServiceTest : public testing::Test {
+ protected:
+  // That no other test has, nor one of another process.
+  const std::string cluster_ = absl::StrCat(
+      "test-", getpid(), "-",
+      absl::Hex(absl::HashOf(
+          std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))));
+};
+
+TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  Node c("c", cluster_);
+  ASSERT_THAT(b.client().CreatePool(MazeSpec(7)), IsOk());
+  for (Node* node : {&a, &b, &c}) {
+    EXPECT_TRUE(node->TellsIds({"a", "b", "c"}));
+    EXPECT_THAT(node->Listed(), ElementsAre("a", "b", "c"));
+    const auto nodes = node->client().ListNodes();
+    EXPECT_EQ(nodes->cluster(), cluster_);
+    EXPECT_EQ(nodes->nodes(1).address(), b.address());
+    EXPECT_EQ(nodes->nodes(1).role(), v1::NODE_ROLE_HOST);
+    EXPECT_TRUE(nodes->nodes(1).healthy());
+    EXPECT_FALSE(nodes->nodes(1).draining());
+    EXPECT_TRUE(node->Tells([](const v1::WatchNodesResponse& told) {
+      return told.nodes_size() == 3 && told.nodes(1).environment_count() == 7 &&
+             told.nodes(1).pool_count() == 1;
+    }));
+  }
+  EXPECT_EQ(a.client().ListNodes()->answering_node(), "nodes/a");
+}
+
+TEST_F(ClusterServiceTest, RatesAreTold) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  const auto pool = b.client().CreatePool(MazeSpec(4));
+  const auto stream = b.client().Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  absl::Notification told;
+  std::thread learner([&] {
+    procgen_client::Batch batch;
+    while (!told.HasBeenNotified() && (*stream)->Step({4, 4, 4, 4}, &batch).ok()) {
+    }
+  });
+  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() > 10;
+  }));
+  told.Notify();
+  learner.join();
+  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).steps_per_second() == 0;
+  }));
+}
+
+TEST_F(ClusterServiceTest, AServerThatIsKilledIsGoneWithinTwoSeconds) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  b.process().Signal(SIGKILL);
+  EXPECT_TRUE(a.TellsIds({"a"}, kGoneWithin));
+  EXPECT_THAT(a.Listed(), ElementsAre("a"));
+}
+
+TEST_F(ClusterServiceTest, AServerThatIsPausedIsGoneAndComesBack) {
+  Node a("a", cluster_);
+  Node b("b", cluster_);
+  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  ASSERT_TRUE(b.TellsIds({"a", "b"}));
+  b.process().Signal(SIGSTOP);
+  EXPECT_TRUE(a.TellsIds({"a"}, kGoneWithin));
+  b.process().Signal(SIGCONT);
+  EXPECT_TRUE(a.TellsIds({"a", "b"}));
+  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+}
+
+TEST_F(ClusterServiceTest, AServerThatStopsTellsThatItDrainsAndIsGoneAtOnce) {
+  Node a("a", cluster_);
+  Node b("b", cluster_, {"--drain_deadline=60s"});
+  ASSERT_TRUE(a.TellsIds({"a", "b"}));
+  const auto pool = b.client().CreatePool(MazeSpec(1));
+  const auto stream = b.client().Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  b.process().Signal(SIGTERM);  // it waits for the learner to save its states
+  EXPECT_TRUE(a.Tells([](const v1::WatchNodesResponse& nodes) {
+    return nodes.nodes_size() == 2 && nodes.nodes(1).draining() && !nodes.nodes(1).healthy();
+  }));
+  EXPECT_THAT(b.client().DeletePool(pool->name()), IsOk());
+  EXPECT_EQ(b.process().Wait(), 0);
+  EXPECT_TRUE(a.TellsIds({"a"}, kGoneAtOnceWithin));
+}
+
+TEST_F(ClusterServiceTest, WatchingDoesNotHoldUpTheEndAndEndsWithIt) {
+  Node a("a", cluster_);
+  const auto watch = a.client().WatchNodes();
+  ASSERT_THAT(watch->Next(), IsOk());
+  const absl::Time begin = absl::Now();
+  a.process().Signal(SIGTERM);
+  absl::StatusOr<v1::WatchNodesResponse> nodes = watch->Next();
+  while (nodes.ok()) {
+    nodes = watch->Next();
+  }
+  EXPECT_THAT(nodes, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("the server stops")));
+  EXPECT_EQ(a.process().Wait(), 0);
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));  // far within --drain_deadline
+}
+
+TEST_F(ClusterServiceTest, ClustersOfOtherNamesDoNotMeet) {
+  Node a("a", cluster_);
+  Node other("other", cluster_ + ".");
+  Node b("b", cluster_);
+  EXPECT_TRUE(a.TellsIds({"a", "b"}));
+  EXPECT_THAT(other.Listed(), ElementsAre("other"));
+  EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
+}
+
+TEST_F(ClusterServiceTest, PeersFindEachOtherAndThoseWithoutAddressAreWaitedForByNobody) {
+  const std::vector<std::string> flags = {"--cluster_peers=localhost,node-7.nodes.invalid"};
+  Node a("a", cluster_, flags);
+  Node b("b", cluster_, flags);
+  EXPECT_THAT(a.process().beginning(), HasSubstr("peer node-7.nodes.invalid has no address"));
+  EXPECT_TRUE(a.TellsIds({"a", "b"}));
+  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+}
+
+TEST_F(ClusterServiceTest, TheAdvertisedAddressIsTold) {
+  Node a("a", cluster_, {"--advertised_address=localhost:0"});
+  const std::string port = a.address().substr(a.address().rfind(':'));
+  EXPECT_EQ(a.client().ListNodes()->nodes(0).address(), "localhost" + port);
+}
+
+TEST_F(ClusterServiceTest, AServerWithoutAClusterTellsOfItself) {
+  ServerProcess process({"--address=127.0.0.1:0", "--node_id=hermit", "--workers=1"});
+  const std::string address = process.Address();
+  const auto client = Client::Connect(address);
+  ASSERT_THAT(client, IsOk());
+  const auto nodes = (*client)->ListNodes();
+  ASSERT_THAT(nodes, IsOk());
+  EXPECT_EQ(nodes->cluster(), "");
+  ASSERT_EQ(nodes->nodes_size(), 1);
+  EXPECT_EQ(nodes->nodes(0).name(), "nodes/hermit");
+  EXPECT_EQ(nodes->nodes(0).address(), address);
+  EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().environment_count_max);
+  EXPECT_EQ(nodes->answering_node(), "nodes/hermit");
+}
+
+TEST_F(ClusterServiceTest, WrongFlagsAreExplained) {
+  for (const auto& [flag, message] :
+       {std::pair<std::string, std::string>{"--cluster=a*", "--cluster is 'a*', allowed: 1 to 64"},
+        {"--cluster_peers=a", "--cluster is missing"},
+        {"--node_id=a b", "--node_id is 'a b'"},
+        {"--advertised_address=0.0.0.0:1", "--advertised_address is '0.0.0.0:1'"}}) {
+    ServerProcess process({"--address=127.0.0.1:0", flag});
+    EXPECT_EQ(process.Wait(), 2) << flag;
+    EXPECT_THAT(process.rest(), HasSubstr("procgen-server: " + message));
+  }
+}
+
+// The flags of a node with these credentials.
+std::vector<std::string> SecurityFlags(const ClusterSecurity& security) {
+  return {"--cluster_identity_ca=" + security.identity_ca,
+          "--cluster_identity_certificate=" + security.identity_certificate,
+          "--cluster_identity_key=" + security.identity_key,
+          "--cluster_permissions_ca=" + security.permissions_ca,
+          "--cluster_governance=" + security.governance,
+          "--cluster_permissions=" + security.permissions};
+}
+
+TEST_F(ClusterServiceTest, WithSecurityWhoShowsNoneOrAStrangersIsNotSeen) {
+  const ClusterCredentials ours(cluster_);
+  const ClusterCredentials strangers(cluster_);
+  Node a("a", cluster_, SecurityFlags(ours.security()));
+  Node open("open", cluster_);
+  Node stranger("stranger", cluster_, SecurityFlags(strangers.security()));
+  // It comes last: where it is seen, the others have had their time.
+  Node b("b", cluster_, SecurityFlags(ours.security()));
+  EXPECT_TRUE(a.TellsIds({"a", "b"}));
+  EXPECT_TRUE(b.TellsIds({"a", "b"}));
+  EXPECT_THAT(open.Listed(), ElementsAre("open"));
+  EXPECT_THAT(stranger.Listed(), ElementsAre("stranger"));
+  EXPECT_THAT(a.Listed(), ElementsAre("a", "b"));
+}
+
+TEST_F(ClusterServiceTest, PermissionsForAnotherClusterDoNotLetIntoThisOne) {
+  const ClusterCredentials elsewhere(cluster_ + ".");
+  std::vector<std::string> flags = SecurityFlags(elsewhere.security());
+  flags.insert(flags.end(), {"--address=127.0.0.1:0", "--cluster=" + cluster_,
+                             absl::StrCat("--cluster_domain=", getpid() % 100)});
+  ServerProcess process(flags);
+  EXPECT_EQ(process.Wait(), 2);
+  EXPECT_THAT(process.rest(), HasSubstr("procgen-server: cannot join cluster " + cluster_));
+}
+
+TEST_F(ClusterServiceTest, FilesOfSecurityThatCannotBeUsedAreTold) {
+  const ClusterCredentials ours(cluster_);
+  ClusterSecurity security = ours.security();
+  security.governance = "/no/such/file";
+  std::vector<std::string> flags = SecurityFlags(security);
+  flags.insert(flags.end(), {"--address=127.0.0.1:0", "--cluster=" + cluster_});
+  ServerProcess process(flags);
+  EXPECT_EQ(process.Wait(), 2);
+  EXPECT_THAT(process.rest(), HasSubstr("--cluster_governance: cannot read /no/such/file"));
+}
+
+}  // namespace
+}  // namespace procgen

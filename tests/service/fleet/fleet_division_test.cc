@@ -1,0 +1,183 @@
+// When a pool is divided anew among the nodes of a fleet.
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/fleet/pool/fleet_pool.h"
+#include "server/wire/convert_pool.h"
+#include "tests/service/fleet/fleet_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+// The pools on nodes. The name of a shard ends with its number in the life of its pool and its
+// epoch.
+std::set<std::string> ShardsOn(const std::vector<NodeStatus>& nodes) {
+  std::set<std::string> shards;
+  for (const NodeStatus& node : nodes) {
+    const auto client = procgen_client::Client::Connect(node.address);
+    EXPECT_THAT(client.status(), IsOk());
+    const auto pools = (*client)->ListPools();
+    EXPECT_THAT(pools, IsOk());
+    for (const v1::Pool& shard : *pools) {
+      shards.insert(shard.name());
+    }
+  }
+  return shards;
+}
+
+NodeStatus ForgedNode(int number, const std::string& address) {
+  NodeStatus forged;
+  forged.node_id = absl::StrCat("forged-", number);
+  forged.address = address;
+  forged.environment_capacity = 1'000'000;  // the best of all, as it says
+  forged.worker_count = 1;
+  forged.healthy = true;
+  return forged;
+}
+
+class FleetDivisionTest : public FleetTest {};
+
+// The fleet pool alone, so that the test decides when it looks at its nodes.
+TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
+  const std::thread::id test_thread = std::this_thread::get_id();
+  std::atomic<bool> others_wait = true;
+  std::atomic<int> look_count = 0;
+  FleetOptions options;
+  options.nodes = [&] {
+    // The pool looks at its nodes several times while anything else asks for them once: while it
+    // is divided, and while a shard leaves its node.
+    const int until = look_count + 3;
+    while (std::this_thread::get_id() != test_thread && others_wait && look_count < until) {
+      absl::SleepFor(absl::Milliseconds(1));
+    }
+    return list_.Nodes();
+  };
+  StartNode("a");
+  Metrics metrics("test");
+  FleetNodes nodes(options);
+  Leftovers leftovers("fleet-test-", &nodes);
+  BackgroundExecutor executor(1);
+  ShardTerms terms;
+  terms.id_prefix = "fleet-test-";
+  terms.options = &options;
+  terms.nodes = &nodes;
+  terms.leftovers = &leftovers;
+  terms.metrics = &metrics;
+  const auto pool_options = PoolOptionsOf(Script().spec);
+  ASSERT_THAT(pool_options, IsOk());
+  terms.spec = PoolSpecMessageOf(*pool_options);
+  FleetPool pool(*pool_options, FleetPool::Check(*pool_options).value(), terms, &executor,
+                 [](FleetPool* /*gone*/) {});
+  const auto look_until_done = [&](const std::function<void(HostedPool::Done)>& begin) {
+    absl::Notification done;
+    begin([&done](const absl::Status& status) {
+      EXPECT_THAT(status, IsOk());
+      done.Notify();
+    });
+    while (!done.HasBeenNotified()) {
+      pool.Look();
+      ++look_count;
+    }
+  };
+  const auto shares = nodes.Divide(pool.env_count());
+  look_until_done([&](HostedPool::Done done) { pool.Begin(*shares, std::move(done)); });
+  StartNode("b");
+  ASSERT_THAT(nodes.Connect("b"), IsOk());
+  Request request;
+  request.kind = Request::Kind::kStep;
+  request.count = pool.env_count();
+  const std::vector<int32_t> actions(static_cast<size_t>(pool.env_count()), 7);
+  request.actions = actions;
+  for (int i = 0; i < 20; ++i) {
+    look_until_done([&](HostedPool::Done done) {
+      pool.BeginRequest(request, {});
+      pool.StepAsync({.count = request.count}, {}, std::move(done), nullptr);
+    });
+  }
+  others_wait = false;
+  const std::set<std::string> shards = ShardsOn(list_.Nodes());
+  EXPECT_THAT(shards, testing::IsSupersetOf({"pools/fleet-test-2-1", "pools/fleet-test-3-1"}));
+  EXPECT_THAT(shards, testing::Not(testing::Contains(testing::HasSubstr("-4-"))));
+}
+
+TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomCounts) {
+  StartNode("a");
+  StartNode("b");
+  for (NodeStatus node : list_.Nodes()) {
+    node.environment_capacity = 24;
+    node.environment_count = node.node_id == "a" ? 24 : 0;
+    list_.Set(node);
+  }
+  list_.Set(ForgedNode(1, "127.0.0.1:1"));
+  FleetOptions options;
+  options.nodes = [this] { return list_.Nodes(); };
+  FleetNodes nodes(options);
+  const auto counts = [&nodes] {
+    std::map<std::string, int32_t> counts;
+    const auto shares = nodes.DivideAgain(24, {{"a", 24}});
+    EXPECT_THAT(shares, IsOk());
+    for (const FleetNodes::Share& share : *shares) {
+      counts[share.node_id] = share.env_count;
+    }
+    return counts;
+  };
+  EXPECT_THAT(nodes.DivideAgain(24, {{"a", 24}}),
+              StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  ASSERT_THAT(nodes.Connect("a"), IsOk());
+  EXPECT_THAT(nodes.Connect("forged-1"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+  EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 24}}));
+  ASSERT_THAT(nodes.Connect("b"), IsOk());
+  EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 12}, {"b", 12}}));
+}
+
+// A participant of the cluster announces nodes that nobody can reach.
+TEST_F(FleetDivisionTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
+  look_interval_ = absl::Milliseconds(20);
+  StartNode("a");
+  StartNode("b");
+  const std::vector<NodeStatus> real = list_.Nodes();
+  StartFleet();
+  std::set<std::string> before;
+  std::set<std::string> after;
+  absl::Time killed;
+  absl::Duration pause;
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 50) {
+      before = ShardsOn(real);
+      for (int i = 0; i < 100; ++i) {
+        list_.Set(ForgedNode(i, "127.0.0.1:1"));
+      }
+    }
+    if (index > 50 && index < 250) {
+      absl::SleepFor(absl::Milliseconds(10));  // a learner that thinks, while nodes are looked at
+    }
+    if (index == 300) {
+      after = ShardsOn(real);
+      nodes_.erase("b");
+      killed = SteadyNow();
+    }
+    if (index == 310) {
+      pause = SteadyNow() - killed;
+    }
+  });
+  EXPECT_EQ(before.size(), 2);
+  EXPECT_EQ(after, before) << "shards have moved";
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 1\n"));
+  EXPECT_LT(pause, absl::Seconds(1)) << "it was tried to reach forged nodes before the real one";
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,25 @@
+// As broken_connection_test.cc, for longer, and however observations are carried.
+
+#include "gtest/gtest.h"
+#include "tests/service/robustness/broken_connection.h"
+#include "tests/service/server_process.h"
+
+namespace procgen {
+namespace {
+
+class BrokenConnectionSlowTest : public testing::TestWithParam<Carriage> {};
+
+TEST_P(BrokenConnectionSlowTest, NothingIsLostInAThousandBreaks) {
+  ServerProcess server({"--address=127.0.0.1:0", "--workers=2", "--log_level=error"});
+  ExpectNothingIsLost(server.Address(), /*seed=*/1000, /*break_count=*/1000, GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(kCarriages),
+                         [](const testing::TestParamInfo<Carriage>& carriage) {
+                           return v1::Transport_Name(carriage.param.transport) + "_" +
+                                  v1::Encoding_Name(carriage.param.encoding) +
+                                  (carriage.param.direct_line ? "" : "_BY_GRPC");
+                         });
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,23 @@
+// A learner whose connections break sees what one sees whose connection does not.
+
+#include "tests/service/robustness/broken_connection.h"
+
+#include "gtest/gtest.h"
+#include "tests/service/service_fixture.h"
+
+namespace procgen {
+namespace {
+
+class BrokenConnectionTest : public ServiceTest {};
+
+TEST_F(BrokenConnectionTest, NothingIsLostInFiftyBreaks) {
+  ExpectNothingIsLost(server_->address(), /*seed=*/7, /*break_count=*/50);
+}
+
+TEST_F(BrokenConnectionTest, NothingIsLostOfWhatIsToldByDifferences) {
+  ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40,
+                      {.encoding = v1::ENCODING_ZSTD_DIFFERENCE});
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,23 @@
+// Learners that leave in every bad way leave nothing behind.
+
+#include "tests/service/robustness/churn.h"
+
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+// Growth of a process that leaks nothing: the memory of libraries settles.
+constexpr int64_t kSettlingBytes = 16 << 20;
+
+TEST(ChurnTest, MemoryAndFilesAreFlat) {
+  ChurnPools(60);
+  const Holdings before = SettledHoldings();
+  ChurnPools(240);
+  const Holdings after = SettledHoldings();
+  EXPECT_LT(after.memory_bytes, before.memory_bytes + kSettlingBytes);
+  EXPECT_LE(after.file_count, before.file_count);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,189 @@
+"""The program procgen-server, run in surroundings that a test chooses."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import re
+import resource
+import signal
+import struct
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import IO
+
+import grpc
+
+from procgen_client._proto import pools_pb2, pools_pb2_grpc, step_pb2, step_pb2_grpc
+
+# No wait of these tests is longer, on the slowest machine and under the sanitizers.
+TIMEOUT_S = 60.0
+# What a server may take to end besides its --drain_deadline, as server/README.md promises.
+STOP_GRACE_S = 10.0
+# As many processes as a user may have, as prlimit takes it.
+_HARD_LIMIT = resource.getrlimit(resource.RLIMIT_NPROC)[1]
+_PROCESS_COUNT_MAX = "unlimited" if _HARD_LIMIT == resource.RLIM_INFINITY else str(_HARD_LIMIT)
+
+
+def binary() -> str:
+    """The program of this build: what CTest says, else what was built last in this checkout."""
+    if "PROCGEN_SERVER_BINARY" in os.environ:
+        return os.environ["PROCGEN_SERVER_BINARY"]
+    found = list(Path(__file__).resolve().parents[4].glob("build/*/bin/procgen-server"))
+    assert found, "no procgen-server was built"
+    return str(max(found, key=lambda path: path.stat().st_mtime))
+
+
+def wait_until(is_so: Callable[[], object], what: str, timeout_s: float = TIMEOUT_S) -> None:
+    """Waits for something that nobody reports."""
+    end = time.monotonic() + timeout_s
+    while not is_so():
+        assert time.monotonic() < end, f"{what}: not within {timeout_s:g} s"
+        time.sleep(0.02)
+
+
+class Server:
+    """A process procgen-server that has said where it listens, or has ended."""
+
+    def __init__(
+        self, process: subprocess.Popen[bytes], log_path: Path | None, prefix: Sequence[str]
+    ) -> None:
+        self.process = process
+        self._prefix = prefix
+        self.log_path = log_path
+        assert process.stdout is not None
+        line = process.stdout.readline().decode().strip()
+        self.address = line.removeprefix("listening on ")
+
+    def log(self) -> str:
+        """What is in its log file."""
+        assert self.log_path is not None
+        return self.log_path.read_text()
+
+    def told(self, name: str) -> str:
+        """A value of the log line `listening`."""
+        found = re.search(rf'event=listening .*\b{name}=("[^"]*"|\S+)', self.log())
+        assert found is not None, self.log()
+        return found.group(1).strip('"')
+
+    def thread_count(self) -> int:
+        return len(os.listdir(f"/proc/{self.process.pid}/task"))
+
+    def allow_threads(self, more: int | None) -> None:
+        """Lets it have so many threads more than it has; None: as many as it wants."""
+        most = _PROCESS_COUNT_MAX if more is None else str(self.thread_count() + more)
+        user = self._prefix  # who may change it
+        command = [*user, "prlimit", f"--pid={self.process.pid}", f"--nproc={most}:"]
+        subprocess.run(command, check=True)
+
+    def is_alive(self) -> bool:
+        return self.process.poll() is None
+
+    def stop(self, within_s: float = TIMEOUT_S) -> int:
+        """Asks it to end; gives its exit status, negative where a signal ended it."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(within_s)
+
+
+@contextlib.contextmanager
+def run(
+    *flags: str,
+    log_path: Path | None = None,
+    log: int | IO[bytes] | None = None,
+    prefix: Sequence[str] = (),
+    environment: dict[str, str] | None = None,
+) -> Iterator[Server]:
+    """Runs the program. `log`: standard error, where it is not the file `log_path`."""
+    with contextlib.ExitStack() as stack:
+        if log_path is not None:
+            log = stack.enter_context(open(log_path, "wb"))
+        process = subprocess.Popen(
+            [*prefix, binary(), "--address=127.0.0.1:0", *flags],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            env={**os.environ, **(environment or {})},
+        )
+        try:
+            yield Server(process, log_path, prefix)
+        finally:
+            process.kill()
+            process.wait()
+            assert process.stdout is not None
+            process.stdout.close()
+
+
+class SharedStream:
+    """A stream of a pool that shares memory, message by message; nothing is mapped."""
+
+    def __init__(self, stub: step_pb2_grpc.StepServiceStub, pool: str, env_count: int) -> None:
+        self._actions = [4] * env_count
+        self._requests: queue.Queue[step_pb2.StepPoolRequest] = queue.Queue()
+        self.responses = stub.StepPool(iter(self._requests.get, None), timeout=TIMEOUT_S)
+        self._requests.put(step_pb2.StepPoolRequest(attach=step_pb2.Attach(pool=pool)))
+        self.attached = next(self.responses).attached
+        self._number = self.attached.next_sequence_number
+        self._released: list[int] = []
+
+    def step(self) -> step_pb2.Batch:
+        """Steps all environments, and is done with the answer at once."""
+        request = step_pb2.StepPoolRequest(
+            sequence_number=self._number,
+            released_batches=self._released,
+            step=step_pb2.Step(actions=self._actions),
+        )
+        self._requests.put(request)
+        self._number += 1
+        batch = next(self.responses).batch
+        self._released = [batch.shared_batch]
+        return batch
+
+
+class SharedPool:
+    """A pool that shares memory."""
+
+    def __init__(self, channel: grpc.Channel, env_count: int = 2) -> None:
+        spec = pools_pb2.PoolSpec(
+            games=["coinrun"], env_count=env_count, transport=pools_pb2.TRANSPORT_SHARED_MEMORY
+        )
+        request = pools_pb2.CreatePoolRequest(spec=spec)
+        made = pools_pb2_grpc.PoolServiceStub(channel).CreatePool(request, timeout=TIMEOUT_S)
+        self._stub = step_pb2_grpc.StepServiceStub(channel)
+        self._name = made.name
+        self._env_count = env_count
+
+    @contextlib.contextmanager
+    def attach(self) -> Iterator[SharedStream]:
+        stream = SharedStream(self._stub, self._name, self._env_count)
+        yield stream
+        stream.responses.cancel()
+
+
+@contextlib.contextmanager
+def shared_pool(server: Server) -> Iterator[SharedPool]:
+    """Makes one on a connection of its own."""
+    with grpc.insecure_channel(server.address) as channel:
+        yield SharedPool(channel)
+
+
+class WallClock:
+    """The wall clock of a process that runs with `environment`."""
+
+    def __init__(self, folder: Path) -> None:
+        self._file = folder / "wall_clock"
+        self._file.write_bytes(bytes(8))
+        sanitizer = os.environ.get("ASAN_OPTIONS", "")
+        self.environment = {
+            "LD_PRELOAD": os.environ["PROCGEN_WALL_CLOCK"],
+            "PROCGEN_WALL_CLOCK_FILE": str(self._file),
+            # The sanitizer's library comes second.
+            "ASAN_OPTIONS": ":".join(filter(None, [sanitizer, "verify_asan_link_order=0"])),
+        }
+
+    def move(self, seconds: int) -> None:
+        """Sets it so far from the machine's."""
+        with self._file.open("r+b") as file:
+            file.write(struct.pack("=q", seconds * 10**9))

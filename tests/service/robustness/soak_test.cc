@@ -1,0 +1,187 @@
+// Dozens of learners that come and go badly, for long, their observations carried in one way and
+// another: each sees what it would see undisturbed, and the server grows by nothing. Half an hour,
+// or PROCGEN_SOAK_SECONDS in the environment.
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/robustness/broken_connection.h"
+#include "tests/service/robustness/fault_proxy.h"
+#include "tests/service/robustness/holdings.h"
+#include "tests/service/server_process.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::Client;
+
+constexpr int kLearnerCount = 24;
+constexpr size_t kTraceMax = 120;  // answers that a learner stays for
+// Of pools that nobody deletes; longer than a learner takes to come back, also where all is slow.
+constexpr int64_t kLeaseSeconds = 8;
+// Of a server that leaks nothing: it settles, and the number of its pools varies, each of which
+// takes several times as much under a sanitizer.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int64_t kGrowthBytes = 96 << 20;
+#else
+constexpr int64_t kGrowthBytes = 24 << 20;
+#endif
+
+absl::Duration SoakLength() {
+  const char* seconds = std::getenv("PROCGEN_SOAK_SECONDS");
+  return seconds == nullptr ? absl::Minutes(30) : absl::Seconds(std::atoi(seconds));
+}
+
+v1::PoolSpec Spec(const Carriage& carriage = {}) {
+  v1::PoolSpec spec = TracedSpec(carriage);
+  spec.mutable_lease_duration()->set_seconds(kLeaseSeconds);
+  return spec;
+}
+
+// One learner after the other, until `end`.
+class Learners {
+ public:
+  Learners(std::string address, const std::vector<size_t>& undisturbed, uint32_t seed)
+      : address_(std::move(address)), undisturbed_(undisturbed), random_(seed) {}
+
+  void ComeAndGoUntil(absl::Time end) {
+    for (; absl::Now() < end && !testing::Test::HasFailure(); ++count_) {
+      const auto client = Client::Connect(address_);
+      ASSERT_THAT(client, IsOk());
+      const Carriage& carriage = kCarriages[random_() % kCarriages.size()];
+      const auto pool = (*client)->CreatePool(Spec(carriage));
+      ASSERT_THAT(pool, IsOk());
+      PlayOverABadNetwork(pool->name(), carriage);
+      Leave(client->get(), pool->name());
+    }
+  }
+
+  int count() const { return count_; }
+  int break_count() const { return break_count_; }
+
+ private:
+  void PlayOverABadNetwork(const std::string& pool, const Carriage& carriage) {
+    FaultProxy::Options options = BadNetwork(address_, uint32_t(random_()), carriage);
+    options.bytes_between_faults *= 2;
+    FaultProxy proxy(options);
+    const size_t length = 1 + random_() % kTraceMax;
+    const std::vector<size_t> trace = TraceAt(
+        proxy.address(), pool, carriage, [&](size_t answers) { return answers < length; },
+        [&] { proxy.SetFaults(true); });
+    EXPECT_THAT(trace, testing::ElementsAreArray(undisturbed_.begin(),
+                                                 undisturbed_.begin() + static_cast<int>(length)));
+    break_count_ += proxy.break_count();
+  }
+
+  void Leave(Client* client, const std::string& pool) {
+    switch (random_() % 4) {
+      case 0:  // as one should
+        EXPECT_THAT(client->DeletePool(pool), IsOk());
+        return;
+      case 1: {  // with requests under way, and the pool deleted under them
+        const auto stream = client->Attach(pool, {.take_over = true});
+        ASSERT_THAT(stream, IsOk());
+        (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
+        EXPECT_THAT(client->DeletePool(pool), IsOk());
+        return;
+      }
+      case 2: {  // over a network that is gone from one moment to the next
+        auto proxy = std::make_unique<FaultProxy>(FaultProxy::Options{.target = address_});
+        const auto lost = Client::Connect(proxy->address());
+        ASSERT_THAT(lost, IsOk());
+        const auto stream =
+            (*lost)->Attach(pool, {.reconnect_timeout = absl::ZeroDuration(), .take_over = true});
+        ASSERT_THAT(stream, IsOk());
+        (*stream)->Send(SliceStepRequest(0, 1, 4)).IgnoreError();
+        proxy = nullptr;
+        return;
+      }
+      default:  // for the lease to free it
+        return;
+    }
+  }
+
+  const std::string address_;
+  const std::vector<size_t>& undisturbed_;
+  std::mt19937 random_;
+  int count_ = 0;
+  int break_count_ = 0;
+};
+
+std::vector<size_t> UndisturbedTrace(const std::string& address, Client* client) {
+  const auto pool = client->CreatePool(Spec());
+  EXPECT_THAT(pool, IsOk());
+  std::vector<size_t> trace = TraceAt(
+      address, pool->name(), {}, [](size_t answers) { return answers < kTraceMax; }, [] {});
+  EXPECT_THAT(client->DeletePool(pool->name()), IsOk());
+  return trace;
+}
+
+// The most memory that the process has at any time until `end`.
+int64_t PeakUntil(absl::Time end, pid_t process) {
+  int64_t peak = 0;
+  while (absl::Now() < end) {
+    peak = std::max(peak, Holdings::Of(process).memory_bytes);
+    absl::SleepFor(absl::Milliseconds(200));
+  }
+  return peak;
+}
+
+TEST(SoakTest, LearnersThatComeAndGoBadlySeeTheirTracesAndLeaveNothing) {
+  HaveFreedMemoryGivenBack();
+  // Its log would fill the pipe that nobody reads meanwhile.
+  // On a fast machine there are hundreds of pools whose leases run.
+  ServerProcess server(
+      {"--address=127.0.0.1:0", "--workers=2", "--log_level=error", "--pool_count_max=4096"});
+  const std::string address = server.Address();
+  const auto client = Client::Connect(address);
+  ASSERT_THAT(client, IsOk());
+  const std::vector<size_t> undisturbed = UndisturbedTrace(address, client->get());
+  const int64_t files = Holdings::Of(server.process_id()).file_count;
+
+  const absl::Time begin = absl::Now();
+  const absl::Duration length = SoakLength();
+  std::vector<Learners> learners;
+  learners.reserve(kLearnerCount);
+  std::vector<std::thread> threads;
+  for (uint32_t seed = 1; seed <= kLearnerCount; ++seed) {
+    learners.emplace_back(address, undisturbed, seed);
+    threads.emplace_back([&, seed] { learners[seed - 1].ComeAndGoUntil(begin + length); });
+  }
+  const int64_t first_peak = PeakUntil(begin + length / 2, server.process_id());
+  const int64_t last_peak = PeakUntil(begin + length, server.process_id());
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_LT(last_peak, first_peak + kGrowthBytes);
+  // The leases run out, and connections end a little later than their clients.
+  while ((*client)->GetLoad()->pool_count() > 0 ||
+         Holdings::Of(server.process_id()).file_count > files) {
+    absl::SleepFor(absl::Milliseconds(20));
+  }
+  int count = 0;
+  int break_count = 0;
+  for (const Learners& one : learners) {
+    count += one.count();
+    break_count += one.break_count();
+  }
+  std::printf("%d learners, %d broken connections; most memory in bytes: %ld, then %ld\n", count,
+              break_count, first_peak, last_peak);
+  EXPECT_GT(break_count, 0);
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,242 @@
+// TLS: what clients and servers show each other, and what happens when that is missing, wrong, out
+// of date or replaced.
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "grpcpp/create_channel.h"
+#include "gtest/gtest.h"
+#include "tests/service/security/access_fixture.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using procgen_client::Credentials;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class CredentialsTest : public AccessTest {
+ protected:
+  // Vouched for by `authority`; with the certificate `own`, if it is not empty.
+  Credentials Tls(const std::string& authority, const std::string& own = "",
+                  const std::string& token = "") const {
+    Credentials credentials = Token(token);
+    credentials.ca = certificates_.Read(authority + ".pem");
+    if (!own.empty()) {
+      credentials.certificate = certificates_.Read(own + ".pem");
+      credentials.key = certificates_.Read(own + ".key");
+    }
+    return credentials;
+  }
+
+  // What a server that cannot start says.
+  static std::string RefusalOf(std::vector<std::string> flags) {
+    flags.insert(flags.begin(), "--address=127.0.0.1:0");
+    ServerProcess server(flags);
+    EXPECT_EQ(server.Wait(), 2);
+    return server.rest();
+  }
+
+  // By a connection of its own, and without a second attempt: who is refused finds out at once.
+  bool Serves(const Credentials& credentials) const {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto channel = grpc::CreateCustomChannel(
+        address_, *procgen_client::ChannelCredentialsOf(credentials, address_), arguments);
+    grpc::ClientContext context;
+    procgen_client::ShowToken(credentials.token, &context);
+    v1::Catalog catalog;
+    return v1::CatalogService::NewStub(channel)
+        ->GetCatalog(&context, v1::GetCatalogRequest(), &catalog)
+        .ok();
+  }
+};
+
+TEST_F(CredentialsTest, TlsIsSpokenWithWhoTrustsTheServerOnly) {
+  Start(TlsFlags());
+  certificates_.MakeAuthority("stranger");
+  EXPECT_TRUE(Serves(Tls("authority")));
+  EXPECT_FALSE(Serves(Tls("stranger")));
+  EXPECT_FALSE(Serves(Credentials())) << "plain text";
+}
+
+TEST_F(CredentialsTest, TokensAreAskedForInTlsToo) {
+  std::vector<std::string> flags = TlsFlags();
+  flags.push_back("--tokens=" + certificates_.Path("tokens"));
+  Start(flags);
+  EXPECT_TRUE(Serves(Tls("authority", "", kAliceToken)));
+  EXPECT_FALSE(Serves(Tls("authority")));
+  EXPECT_FALSE(Serves(Tls("authority", "", "stranger-0123456789")));
+}
+
+TEST_F(CredentialsTest, ClientsMustShowACertificateThatIsVouchedForAndInDate) {
+  std::vector<std::string> flags = TlsFlags();
+  certificates_.MakeAuthority("clients");
+  flags.push_back("--tls_client_ca=" + certificates_.Path("clients.pem"));
+  certificates_.Make("clients", "alice", "/CN=alice", "DNS:x");
+  certificates_.Make("clients", "late", "/CN=late", "DNS:x", -1);
+  certificates_.Make("authority", "stranger", "/CN=alice", "DNS:x");
+  Start(flags);
+  EXPECT_TRUE(Serves(Tls("authority", "alice")));
+  EXPECT_FALSE(Serves(Tls("authority")));
+  EXPECT_FALSE(Serves(Tls("authority", "late")));
+  EXPECT_FALSE(Serves(Tls("authority", "stranger")));
+}
+
+TEST_F(CredentialsTest, CertificatesTellOwnersWhereThereAreNoTokens) {
+  std::vector<std::string> flags = TlsFlags();
+  flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
+  certificates_.Make("authority", "common", "/CN=Alice A", "DNS:x");
+  certificates_.Make("authority", "uri", "/CN=someone", "DNS:x,URI:spiffe://lab/bob");
+  certificates_.Make("authority", "nobody", "/O=lab", "DNS:x");
+  Start(flags);
+  const auto common = Connect(Tls("authority", "common"));
+  const auto uri = Connect(Tls("authority", "uri"));
+  ASSERT_THAT(common, IsOk());
+  ASSERT_THAT(uri, IsOk());
+  EXPECT_EQ((*common)->CreatePool(MazeSpec(1), "a")->owner(), "Alice A");
+  EXPECT_EQ((*uri)->CreatePool(MazeSpec(1), "b")->owner(), "spiffe://lab/bob");
+  EXPECT_THAT((*uri)->GetPool("pools/a"), StatusIs(absl::StatusCode::kNotFound, testing::_));
+  const auto nobody = Connect(Tls("authority", "nobody"));
+  ASSERT_THAT(nobody, IsOk());
+  EXPECT_THAT((*nobody)->GetCatalog(),
+              StatusIs(absl::StatusCode::kUnauthenticated, HasSubstr("names nobody")));
+}
+
+TEST_F(CredentialsTest, WithBothATokenTellsTheOwner) {
+  std::vector<std::string> flags = TlsFlags();
+  flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
+  flags.push_back("--tokens=" + certificates_.Path("tokens"));
+  certificates_.Make("authority", "carol", "/CN=carol", "DNS:x");
+  Start(flags);
+  EXPECT_FALSE(Serves(Tls("authority", "carol")));
+  const auto client = Connect(Tls("authority", "carol", kAliceToken));
+  ASSERT_THAT(client, IsOk());
+  EXPECT_EQ((*client)->CreatePool(MazeSpec(1))->owner(), "alice");
+}
+
+TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
+  Start(TlsFlags());
+  const auto client = Connect(Tls("authority"));
+  ASSERT_THAT(client, IsOk());
+  const auto pool = (*client)->CreatePool(MazeSpec(1));
+  const auto stream = (*client)->Attach(pool->name());
+  ASSERT_THAT(stream, IsOk());
+  const std::string key = certificates_.Read("server.key");
+  certificates_.MakeAuthority("next");
+  certificates_.MakeServer("next", "next-server");
+
+  certificates_.Replace("server.pem", "nonsense");
+  EXPECT_TRUE(Serves(Tls("authority"))) << "the old one stays";
+  certificates_.Replace("server.pem", certificates_.Read("next-server.pem"));
+  EXPECT_TRUE(Serves(Tls("authority"))) << "as long as the key is another's";
+  certificates_.Replace("server.key", certificates_.Read("next-server.key"));
+  EXPECT_TRUE(Serves(Tls("next")));
+  EXPECT_FALSE(Serves(Tls("authority")));
+  procgen_client::Batch batch;
+  EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
+  EXPECT_THAT(StopAndReadLog(),
+              AllOf(HasSubstr("server.pem: has no certificate in PEM"),
+                    HasSubstr("is not the key of"), HasSubstr("event=certificates_read")));
+}
+
+TEST_F(CredentialsTest, WithdrawnClientAuthoritiesLetNobodyInAnyMore) {
+  std::vector<std::string> flags = TlsFlags();
+  certificates_.MakeAuthority("clients");
+  certificates_.MakeAuthority("others");
+  flags.push_back("--tls_client_ca=" + certificates_.Path("clients.pem"));
+  certificates_.Make("clients", "alice", "/CN=alice", "DNS:x");
+  Start(flags);
+  EXPECT_TRUE(Serves(Tls("authority", "alice")));
+  certificates_.Replace("clients.pem", certificates_.Read("others.pem"));
+  EXPECT_FALSE(Serves(Tls("authority", "alice")));
+}
+
+TEST_F(CredentialsTest, FilesThatAreNoneAreNamedAtTheStart) {
+  const std::vector<std::string> good = TlsFlags();
+  certificates_.Write("locked.key", "-----BEGIN ENCRYPTED PRIVATE KEY-----\n");
+  const std::string folder = certificates_.Path("");
+  for (const auto& [flags, message] :
+       {std::pair<std::vector<std::string>, std::string>{
+            {"--tls_certificate=" + folder + "none.pem", good[1]},
+            "--tls_certificate: " + folder + "none.pem: No such file or directory"},
+        {{"--tls_certificate=" + folder + "server.key", good[1]},
+         "--tls_certificate: " + folder + "server.key: has no certificate in PEM"},
+        {{good[0], "--tls_key=" + folder + "server.pem"},
+         "--tls_key: " + folder + "server.pem: has no private key in PEM"},
+        {{good[0], "--tls_key=" + folder + "locked.key"},
+         "--tls_key: " + folder + "locked.key: has no private key in PEM without a password"},
+        {{good[0], "--tls_key=" + folder + "authority.key"},
+         absl::StrCat("--tls_key: ", folder, "authority.key: is not the key of ", folder,
+                      "server.pem")},
+        {{good[0], good[1], "--tls_client_ca=" + folder + "tokens"},
+         "--tls_client_ca: " + folder + "tokens: has no certificate in PEM"},
+        {{"--tokens=" + folder + "none"}, "--tokens: " + folder + "none: No such file"},
+        {{"--tokens=" + folder + "server.pem"}, "--tokens: " + folder + "server.pem: line "}}) {
+    EXPECT_THAT(RefusalOf(flags), HasSubstr(message));
+  }
+}
+
+TEST_F(CredentialsTest, OtherMachinesAreNotLetInWithoutBothUnlessSaid) {
+  const std::vector<std::string> tls = TlsFlags();
+  for (const char* address : {"0.0.0.0:0", "[::]:0"}) {
+    const std::string flag = absl::StrCat("--address=", address);
+    EXPECT_THAT(RefusalOf({flag}), AllOf(HasSubstr("--tls_certificate"), HasSubstr("--tokens"),
+                                         HasSubstr("--allow_insecure")));
+    EXPECT_THAT(RefusalOf({flag, tls[0], tls[1]}), HasSubstr("give --tokens or --tls_client_ca"));
+    EXPECT_THAT(RefusalOf({flag, "--tokens=" + certificates_.Path("tokens")}),
+                HasSubstr("give --tls_certificate and --tls_key"));
+  }
+  ServerProcess open({"--address=0.0.0.0:0", "--allow_insecure"});
+  EXPECT_NE(open.Address(), "");
+  ServerProcess secure(
+      {"--address=0.0.0.0:0", tls[0], tls[1], "--tokens=" + certificates_.Path("tokens")});
+  EXPECT_NE(secure.Address(), "");
+}
+
+TEST_F(CredentialsTest, ClientsSendNoTokenToOtherMachinesInPlainText) {
+  for (const char* address : {"example.com:1", "127.0.0.1.example.com:1", "10.0.0.1:1"}) {
+    EXPECT_THAT(procgen_client::ChannelCredentialsOf(Token(kAliceToken), address),
+                StatusIs(absl::StatusCode::kInvalidArgument,
+                         AllOf(HasSubstr("in plain text"), testing::Not(HasSubstr(kAliceToken)))));
+  }
+  for (const char* address : {"localhost:1", "127.0.0.1:1", "[::1]:1", "unix:/x"}) {
+    EXPECT_THAT(procgen_client::ChannelCredentialsOf(Token(kAliceToken), address), IsOk());
+  }
+  Credentials told = Token(kAliceToken);
+  told.token_in_plain_text = true;
+  EXPECT_THAT(procgen_client::ChannelCredentialsOf(told, "example.com:1"), IsOk());
+}
+
+TEST_F(CredentialsTest, ClientsReadTheirEnvironment) {
+  std::vector<std::string> flags = TlsFlags();
+  flags.push_back("--tokens=" + certificates_.Path("tokens"));
+  flags.push_back("--tls_client_ca=" + certificates_.Path("authority.pem"));
+  certificates_.Make("authority", "carol", "/CN=carol", "DNS:x");
+  Start(flags);
+  const std::vector<std::pair<const char*, std::string>> variables = {
+      {"PROCGEN_SERVER_CA", certificates_.Path("authority.pem")},
+      {"PROCGEN_SERVER_CERTIFICATE", certificates_.Path("carol.pem")},
+      {"PROCGEN_SERVER_KEY", certificates_.Path("carol.key")},
+      {"PROCGEN_SERVER_TOKEN", kBobToken}};
+  for (const auto& [name, value] : variables) {
+    setenv(name, value.c_str(), 1);
+  }
+  const auto client = procgen_client::Client::Connect(address_);
+  ASSERT_THAT(client, IsOk());
+  EXPECT_EQ((*client)->CreatePool(MazeSpec(1))->owner(), "bob");
+  setenv("PROCGEN_SERVER_CA", "/nowhere.pem", 1);
+  EXPECT_THAT(procgen_client::Client::Connect(address_),
+              StatusIs(absl::StatusCode::kNotFound, HasSubstr("/nowhere.pem")));
+  for (const auto& [name, value] : variables) {
+    unsetenv(name);
+  }
+}
+
+}  // namespace
+}  // namespace procgen

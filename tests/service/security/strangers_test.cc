@@ -1,0 +1,221 @@
+// What strangers can do to a server without being let in, or with too much of what they may do.
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
+#include "absl/synchronization/notification.h"
+#include "gmock/gmock.h"
+#include "grpcpp/create_channel.h"
+#include "gtest/gtest.h"
+#include "tests/service/raw_call.h"
+#include "tests/service/security/access_fixture.h"
+#include "tests/service/service_fixture.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+using testing::HasSubstr;
+
+class StrangersTest : public AccessTest {
+ protected:
+  // Connects, and does nothing else.
+  int OpenConnection() const {
+    int port = 0;
+    EXPECT_TRUE(absl::SimpleAtoi(address_.substr(address_.rfind(':') + 1), &port));
+    const int connection = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address = {};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(connect(connection, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+    return connection;
+  }
+
+  // Whether the server has closed the connection: waits for what it says first, or for its end.
+  static bool IsClosed(int connection) {
+    char byte = 0;
+    return recv(connection, &byte, 1, 0) <= 0;
+  }
+
+  // The most memory that a process ever had; -1: it is not told.
+  static int64_t PeakKilobytes(int process_id) {
+    std::ifstream facts(absl::StrCat("/proc/", process_id, "/status"));
+    int64_t peak_kb = -1;
+    for (std::string line; std::getline(facts, line);) {
+      absl::string_view rest = line;
+      if (absl::ConsumePrefix(&rest, "VmHWM:") && absl::ConsumeSuffix(&rest, " kB")) {
+        EXPECT_TRUE(absl::SimpleAtoi(rest, &peak_kb));
+      }
+    }
+    return peak_kb;
+  }
+
+  std::shared_ptr<grpc::Channel> Channel() const {
+    return grpc::CreateChannel(address_, grpc::InsecureChannelCredentials());
+  }
+};
+
+TEST_F(StrangersTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
+  Start();
+  const rlimit few = {64, 64};
+  ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
+  std::vector<int> connections;
+  connections.reserve(100);
+  for (int i = 0; i < 100; ++i) {
+    connections.push_back(OpenConnection());
+  }
+  for (const int connection : connections) {
+    close(connection);
+  }
+  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk());
+}
+
+TEST_F(StrangersTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
+  Start({"--connection_count_max=8"});
+  const auto client = ConnectAs("");
+  ASSERT_THAT(client->GetCatalog(), IsOk());
+  // One address has as many as are left: four of eight.
+  std::vector<int> connections;
+  connections.reserve(3);
+  for (int i = 0; i < 3; ++i) {
+    connections.push_back(OpenConnection());
+  }
+  for (int i = 0; i < 20; ++i) {
+    const int refused = OpenConnection();
+    EXPECT_TRUE(IsClosed(refused));
+    close(refused);
+  }
+  EXPECT_THAT(client->GetCatalog(), IsOk());
+  for (const int connection : connections) {
+    close(connection);
+  }
+  EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk()) << "there is room again";
+  EXPECT_THAT(StopAndReadLog(), HasSubstr("event=connections_refused"));
+}
+
+TEST_F(StrangersTest, CompressedRequestsAreNotUnpacked) {
+  Start();
+  // A connection that has begun a call before: 200 kB are more than a new one may send.
+  const auto stub = v1::PoolService::NewStub(Channel());
+  grpc::ClientContext first;
+  v1::ListPoolsResponse pools;
+  ASSERT_TRUE(stub->ListPools(&first, v1::ListPoolsRequest(), &pools).ok());
+  grpc::ClientContext context;
+  context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
+  v1::GetPoolRequest request;
+  request.set_name(std::string(200 << 20, 'x'));
+  v1::Pool pool;
+  const int64_t before_kb = PeakKilobytes(server_->process_id());
+  ASSERT_GT(before_kb, 0);
+  EXPECT_EQ(stub->GetPool(&context, request, &pool).error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  const int64_t after_kb = PeakKilobytes(server_->process_id());
+  ASSERT_GE(after_kb, before_kb);
+  EXPECT_LT(after_kb - before_kb, 80 << 10);
+}
+
+TEST_F(StrangersTest, AStreamThatNeverAttachesEnds) {
+  Start({"--attach_timeout=1s"});
+  grpc::ClientContext context;
+  const auto stream = v1::StepService::NewStub(Channel())->StepPool(&context);
+  v1::StepPoolResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(status.error_message(),
+            "the stream has sent no attach within 1s, limit attach_timeout");
+}
+
+TEST_F(StrangersTest, StreamsThatHaveNotAttachedCountAsCalls) {
+  Start({"--owner_call_count_max=3"});
+  const auto client = ConnectAs("");
+  const auto pool = client->CreatePool(MazeSpec(1));
+  ASSERT_THAT(pool, IsOk());
+  const auto attached = client->Attach(pool->name());
+  ASSERT_THAT(attached, IsOk());
+  const auto stub = v1::StepService::NewStub(Channel());
+  std::vector<grpc::ClientContext> contexts(4);
+  // At least one of the four is beyond the limit. Which one, nobody knows: a server begins the
+  // calls of a connection on several threads. A second one may be, for a call counts until its
+  // answer is on its way, so a moment longer than its caller waits.
+  std::vector<std::string> messages(contexts.size());
+  absl::Notification first_end;
+  std::atomic<int> ends = 0;
+  std::vector<std::thread> streams;
+  for (size_t i = 0; i < contexts.size(); ++i) {
+    streams.emplace_back([&, i] {
+      const auto stream = stub->StepPool(&contexts[i]);
+      v1::StepPoolResponse response;
+      EXPECT_FALSE(stream->Read(&response));
+      messages[i] = stream->Finish().error_message();
+      if (ends++ == 0) {
+        first_end.Notify();
+      }
+    });
+  }
+  first_end.WaitForNotification();
+  procgen_client::Batch batch;
+  EXPECT_THAT((*attached)->Step({4}, &batch), IsOk());
+  for (grpc::ClientContext& context : contexts) {
+    context.TryCancel();
+  }
+  for (std::thread& stream : streams) {
+    stream.join();
+  }
+  EXPECT_THAT(messages, testing::Contains("every caller together has 3 calls under way and asks "
+                                          "for 1 more, limit owner_call_count_max is 3"));
+}
+
+TEST_F(StrangersTest, LongTextIsNotRepeated) {
+  Start();
+  const auto client = ConnectAs("");
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.add_games(std::string(1 << 20, 'x'));
+  EXPECT_THAT(client->CreatePool(spec),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "spec.games[1] has 1048576 characters, allowed: the name of a game, at "
+                       "most 64"));
+  for (const absl::Status& status :
+       {client->CreatePool(MazeSpec(1), std::string(1 << 20, 'x')).status(),
+        client->DeletePool(std::string(1 << 20, 'x'))}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_LT(status.message().size(), 500U);
+  }
+}
+
+TEST_F(StrangersTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
+  Start({"--clone_sources=allowed.invalid:7"});
+  const auto client = ConnectAs("");
+  const auto pool = client->CreatePool(MazeSpec(1));
+  ASSERT_THAT(pool, IsOk());
+  for (const std::string& source : {address_, std::string("169.254.169.254:80"),
+                                    std::string("unix:/run/x.sock"), std::string("localhost:1")}) {
+    EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", source}),
+                StatusIs(absl::StatusCode::kPermissionDenied,
+                         "source_server is " + source +
+                             ", which this server may not connect to; its operator allows sources "
+                             "with --clone_sources"));
+  }
+  for (const char* source : {"dns:///allowed.invalid:7", "xds:///x", "ipv4:127.0.0.1:1", "x"}) {
+    EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", source}),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("source_server is '")));
+  }
+  EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", "allowed.invalid:7"}),
+              StatusIs(absl::StatusCode::kUnavailable, HasSubstr("cannot be reached")));
+}
+
+}  // namespace
+}  // namespace procgen

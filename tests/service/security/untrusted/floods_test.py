@@ -1,0 +1,188 @@
+"""Floods of frames: calls that are reset, headers that never end or expand, control frames."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import pytest
+from http2 import (
+    CONTINUATION,
+    DATA,
+    END_HEADERS,
+    HEADERS,
+    INITIAL_WINDOW_SIZE,
+    PING,
+    PRIORITY,
+    SETTINGS,
+    Http2Connection,
+    frame,
+    message,
+)
+from testbed import (
+    GET_POOL,
+    HEALTH_CHECK,
+    LIST_POOLS,
+    METADATA,
+    OTHER_METADATA,
+    REFLECTION,
+    STEP_POOL,
+    serve,
+    victim,
+)
+
+_AT_ONCE = 100
+_CONTROL_FRAMES = {
+    "ping": frame(PING, 0, 0, bytes(8)),
+    "settings": frame(SETTINGS, 0, 0, struct.pack(">HI", INITIAL_WINDOW_SIZE, 65535)),
+    "priority": frame(PRIORITY, 0, 1, struct.pack(">IB", 0, 15)),
+    "empty_data": frame(DATA, 0, 1, b""),
+}
+
+
+def reset_calls(connection: Http2Connection, method: str, count: int, **begin: object) -> int:
+    """Begins calls and resets them at once; gives how many before the connection closed."""
+    for sent in range(0, count, _AT_ONCE):
+        for _ in range(_AT_ONCE):
+            connection.reset(connection.begin(method, **begin))  # type: ignore[arg-type]
+        connection.flush()
+        for _ in connection.frames():
+            pass
+        if connection.is_closed:
+            return sent
+    return count
+
+
+def identify(connection: Http2Connection) -> None:
+    """Makes a call with a token, whose connection may do more from then on."""
+    stream = connection.begin(LIST_POOLS, METADATA)
+    connection.send(stream, message(b""), ends=True)
+    assert connection.trailers(stream)["grpc-status"] == "0"
+
+
+def send_control_frames(connection: Http2Connection, kind: str, count: int) -> None:
+    """Sends that many frames, unless the connection closes, and reads nothing."""
+    for _ in range(0, count, 1000):
+        connection.waiting += _CONTROL_FRAMES[kind] * 1000
+        connection.flush(timeout=2)
+        if connection.is_closed:
+            return
+
+
+@pytest.mark.parametrize("method", [GET_POOL, STEP_POOL, HEALTH_CHECK, REFLECTION, "x.y/z"])
+def test_calls_without_a_token_that_are_reset_close_the_connection(
+    tmp_path: Path, method: str
+) -> None:
+    with serve(tmp_path) as server, victim(server) as learner:
+        before_mb = server.memory_mb()
+        with Http2Connection(server.address) as connection:
+            reset_calls(connection, method, 20_000)
+            assert connection.awaits_close(20)
+            assert server.memory_mb() - before_mb < 80
+        assert learner.stop()[0] < 1.0
+
+
+def test_calls_of_another_owner_that_are_reset_leave_little(tmp_path: Path) -> None:
+    with serve(tmp_path) as server, victim(server) as learner:
+        before_mb = server.memory_mb()
+        with Http2Connection(server.address) as connection:
+            reset_calls(connection, GET_POOL, 20_000, metadata=OTHER_METADATA)
+            assert server.memory_mb() - before_mb < 150
+        assert learner.stop()[0] < 2.0
+
+
+@pytest.mark.parametrize(
+    ("listens", "host"),
+    [("127.0.0.1:0", "127.0.0.1"), ("[::1]:0", "[::1]"), ("[::]:0", "127.0.0.1")],
+)
+def test_calls_that_are_refused_close_the_connection(
+    tmp_path: Path, listens: str, host: str
+) -> None:
+    with serve(tmp_path, "--allow_insecure", address=listens) as server:
+        address = f"{host}:{server.address.rsplit(':', 1)[1]}"
+        with Http2Connection(address) as connection:
+            for _ in range(110):
+                connection.begin(GET_POOL)
+                connection.flush()
+            assert connection.awaits_close(20)
+
+
+def test_headers_that_never_end_close_the_connection(tmp_path: Path) -> None:
+    # gRPC 1.51 reads a length again from its begin with each frame: time in the square of the bytes
+    # (CVE-2023-33953).
+    flood = frame(CONTINUATION, 0, 1, b"\x80" * 16) * 400
+    with serve(tmp_path) as server, victim(server) as learner:
+        before_s = server.cpu_s()
+        with Http2Connection(server.address) as connection:
+            block = connection.block(GET_POOL) + b"\0\x03x-a\x7f"
+            connection.waiting += frame(HEADERS, 0, 1, block)
+            for _ in range(100):
+                connection.waiting += flood
+                connection.flush(timeout=5)
+                if connection.is_closed:
+                    break
+            assert connection.awaits_close(20)
+        assert learner.stop()[0] < 1.0
+        with server.client() as client:
+            assert client.catalog().games
+        assert server.cpu_s() - before_s < 3.0
+
+
+def test_metadata_of_a_known_caller_may_be_continued(tmp_path: Path) -> None:
+    with serve(tmp_path) as server, Http2Connection(server.address) as connection:
+        block = connection.block(GET_POOL, METADATA)
+        connection.waiting += frame(HEADERS, 0, 1, block[:20])
+        for byte in block[20:-1]:
+            connection.waiting += frame(CONTINUATION, 0, 1, bytes([byte]))
+        connection.waiting += frame(CONTINUATION, END_HEADERS, 1, block[-1:])
+        connection.windows[1] = connection.stream_window
+        connection.send(1, b"\0\0\0\0\0", ends=True)
+        assert connection.trailers(1)["grpc-status"] == "3"
+
+
+@pytest.mark.parametrize("kind", _CONTROL_FRAMES)
+def test_control_frames_without_a_token_close_the_connection(tmp_path: Path, kind: str) -> None:
+    with serve(tmp_path) as server, victim(server) as learner:
+        before_mb, before_s = server.memory_mb(), server.cpu_s()
+        with Http2Connection(server.address) as connection:
+            send_control_frames(connection, kind, 500_000)
+            assert connection.awaits_close(20)
+        assert server.memory_mb() - before_mb < 80
+        assert learner.stop()[0] < 1.0
+        assert server.cpu_s() - before_s < 3.0
+
+
+@pytest.mark.parametrize("kind", _CONTROL_FRAMES)
+def test_control_frames_of_a_known_caller_hold_up_nobody(tmp_path: Path, kind: str) -> None:
+    with serve(tmp_path) as server, victim(server) as learner:
+        with Http2Connection(server.address) as connection:
+            identify(connection)
+            before_mb = server.memory_mb()
+            send_control_frames(connection, kind, 500_000)
+            assert kind != "ping" or connection.awaits_close(20), "too many pings"
+            with server.client() as client:
+                assert client.catalog().games
+            assert server.memory_mb() - before_mb < 150
+        assert learner.stop()[0] < 1.0
+
+
+@pytest.mark.parametrize("metadata", [(), METADATA])
+@pytest.mark.parametrize("value_bytes", [127 + 30, 127 + 3750])
+def test_headers_that_refer_to_a_large_one_close_the_connection(
+    tmp_path: Path, value_bytes: int, metadata: list[tuple[str, str]]
+) -> None:
+    # One byte each names an entry of the dynamic table of HPACK: 16 KiB become 47 MB.
+    low, high = (value_bytes - 127) & 0x7F, (value_bytes - 127) >> 7
+    entry = b"\x40\x01x\x7f" + bytes([low | 0x80, high]) + b"v" * value_bytes
+    with serve(tmp_path) as server, victim(server) as learner:
+        with Http2Connection(server.address) as connection:
+            if metadata:
+                identify(connection)
+            before_mb, before_s = server.memory_mb(), server.cpu_s()
+            for _ in range(50):
+                connection.begin(GET_POOL, metadata, block_end=entry + b"\xbe" * 12_000)
+            connection.flush()
+            assert connection.awaits_close(20)
+            assert server.memory_mb() - before_mb < 150
+        assert learner.stop()[0] < 1.0
+        assert server.cpu_s() - before_s < 3.0

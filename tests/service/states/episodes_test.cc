@@ -1,0 +1,331 @@
+// What happened in an episode: it is played again, and is the same.
+
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/wire/convert_pool.h"
+#include "tests/service/service_fixture.h"
+#include "tests/service/states/episode_replay.h"
+
+namespace procgen {
+namespace {
+
+using testing::_;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+constexpr int32_t kEnvCount = 3;
+
+v1::StepPoolRequest Unobserved(const std::vector<int32_t>& actions) {
+  v1::StepPoolRequest request = StepRequest(actions);
+  request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
+  return request;
+}
+
+class EpisodesTest : public ServiceTest {
+ protected:
+  v1::Episode Read(const std::string& pool, int32_t environment, v1::WhichEpisode which) {
+    const auto episode = client_->ReadEpisode(pool, environment, which);
+    EXPECT_THAT(episode, IsOk());
+    return episode.value_or(v1::Episode());
+  }
+  v1::Episode Last(const std::string& pool, int32_t environment = 0) {
+    return Read(pool, environment, v1::WHICH_EPISODE_LAST);
+  }
+  v1::Episode Current(const std::string& pool, int32_t environment = 0) {
+    return Read(pool, environment, v1::WHICH_EPISODE_CURRENT);
+  }
+};
+
+class EveryGameEpisodesTest : public EpisodesTest,
+                              public testing::WithParamInterface<std::string> {};
+
+TEST_P(EveryGameEpisodesTest, EpisodesArePlayedAgainInEachMode) {
+  std::vector<DistributionMode> modes(FindGame(GetParam())->modes.begin(),
+                                      FindGame(GetParam())->modes.end());
+  if (FindGame(GetParam())->exploration_level.has_value()) {
+    modes.push_back(DistributionMode::kExploration);
+  }
+  for (const DistributionMode mode : modes) {
+    v1::PoolSpec spec;
+    spec.add_games(GetParam());
+    spec.set_env_count(kEnvCount);
+    spec.mutable_options()->set_rand_seed(5);
+    spec.mutable_options()->set_distribution_mode(DistributionModeMessageOf(mode));
+    const auto stream = CreateAndAttach(spec);
+    std::minstd_rand random(7);
+    procgen_client::Batch batch;
+    for (int32_t step = 0; step < 150; ++step) {
+      std::vector<int32_t> actions;
+      actions.reserve(kEnvCount);
+      for (int32_t i = 0; i < kEnvCount; ++i) {
+        actions.push_back(random() % 50 == 0 ? -1 : static_cast<int32_t>(random() % 15));
+      }
+      ASSERT_THAT(stream->Call(Unobserved(actions), &batch), IsOk());
+      for (int32_t i = 0; i < kEnvCount && step % 10 == 9; ++i) {
+        const auto episode = client_->ReadEpisode(stream->pool().name(), i);
+        if (!absl::IsFailedPrecondition(episode.status())) {
+          ASSERT_THAT(episode, IsOk());
+          ExpectPlaysTheSame(*episode);
+        }
+      }
+    }
+    for (int32_t i = 0; i < kEnvCount; ++i) {
+      ExpectPlaysTheSame(Last(stream->pool().name(), i));
+      ExpectPlaysTheSame(Current(stream->pool().name(), i));
+    }
+    ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
+  }
+}
+
+std::vector<std::string> AllGames() {
+  std::vector<std::string> games;
+  for (const GameFacts& facts : GameCatalog()) {
+    games.emplace_back(facts.name);
+  }
+  return games;
+}
+
+INSTANTIATE_TEST_SUITE_P(Games, EveryGameEpisodesTest, testing::ValuesIn(AllGames()),
+                         [](const auto& info) { return info.param; });
+
+TEST_F(EpisodesTest, ItIsToldWhatTheLearnerDidAndGot) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const std::string pool = stream->pool().name();
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Observe(&batch), IsOk());
+  const int32_t level_seed = batch.level_seeds()[1];
+  EXPECT_EQ(Current(pool, 1).level_seed(), level_seed);
+  EXPECT_THAT(client_->ReadEpisode(pool, 1), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                                      "environment 1 has ended no episode yet"));
+  ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({7, 14}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({7, -1}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({7, 1}, &batch), IsOk());
+  const v1::Episode last = Last(pool, 1);
+  EXPECT_EQ(last.environment(), 1);
+  EXPECT_EQ(last.sequence_number(), 5);
+  EXPECT_EQ(last.game(), "maze");
+  EXPECT_EQ(last.level_seed(), level_seed);
+  EXPECT_EQ(last.options().start_level(), level_seed);
+  EXPECT_EQ(last.options().num_levels(), 1);
+  EXPECT_EQ(last.actions(), std::string("\x03\x0e\xff"));
+  EXPECT_THAT(last.rewards(), SizeIs(3));
+  EXPECT_THAT(last.action_counts(), IsEmpty());
+  EXPECT_EQ(last.outcome(), v1::EPISODE_OUTCOME_TERMINATED);
+  const v1::Episode current = Current(pool, 1);
+  EXPECT_EQ(current.level_seed(), batch.level_seeds()[1]);
+  EXPECT_EQ(current.actions(), std::string("\x01"));
+  EXPECT_EQ(current.outcome(), v1::EPISODE_OUTCOME_UNDER_WAY);
+}
+
+TEST_F(EpisodesTest, RepeatedActionsAreAsManyActions) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.set_games(0, "bigfish");
+  const auto stream = CreateAndAttach(spec);
+  std::minstd_rand random(3);
+  procgen_client::Batch batch;
+  for (int32_t step = 0; step < 300; ++step) {
+    v1::StepPoolRequest request = Unobserved({static_cast<int32_t>(random() % 9)});
+    request.mutable_step()->set_repeat_count(1 + static_cast<int32_t>(random() % 6));
+    ASSERT_THAT(stream->Call(request, &batch), IsOk());
+  }
+  const v1::Episode last = Last(stream->pool().name());
+  EXPECT_EQ(last.action_counts_size(), last.rewards_size());
+  ExpectPlaysTheSame(last);
+  ExpectPlaysTheSame(Current(stream->pool().name()));
+}
+
+TEST_F(EpisodesTest, LevelsOfASequenceAreTold) {
+  v1::PoolSpec spec = MazeSpec(4);
+  spec.set_games(0, "leaper");
+  spec.mutable_options()->set_use_sequential_levels(true);
+  for (int32_t seed = 10; seed < 30; ++seed) {
+    spec.mutable_level_sampler()->add_level_seeds(seed);
+  }
+  const auto stream = CreateAndAttach(spec);
+  procgen_client::Batch batch;
+  int levels = 0;
+  std::minstd_rand random(11);
+  for (int32_t step = 0; step < 1500; ++step) {
+    std::vector<int32_t> actions;
+    actions.reserve(4);
+    for (int32_t i = 0; i < 4; ++i) {
+      actions.push_back(random() % 4 == 0 ? 4 : 5);
+    }
+    ASSERT_THAT(stream->Call(Unobserved(actions), &batch), IsOk());
+    for (int32_t i = 0; i < 4; ++i) {
+      if (batch.prev_level_complete()[static_cast<size_t>(i)]) {
+        const v1::Episode current = Current(stream->pool().name(), i);
+        ExpectPlaysTheSame(current);
+        levels += current.later_levels_size();
+      }
+    }
+  }
+  EXPECT_GT(levels, 0);
+}
+
+TEST_F(EpisodesTest, SlicesMayBeSteppedInTurn) {
+  const auto stream = CreateAndAttach(MazeSpec(4));
+  procgen_client::Batch batch;
+  for (int32_t step = 0; step < 100; ++step) {
+    ASSERT_THAT(stream->Call(SliceStepRequest(0, 2, step % 15), &batch), IsOk());
+    if (step % 3 == 0) {
+      ASSERT_THAT(stream->Call(SliceStepRequest(1, 3, step == 60 ? -1 : 7), &batch), IsOk());
+    }
+  }
+  for (int32_t i = 0; i < 4; ++i) {
+    ExpectPlaysTheSame(Current(stream->pool().name(), i));
+  }
+  EXPECT_THAT(Current(stream->pool().name(), 0).actions(), SizeIs(100));
+  EXPECT_THAT(Last(stream->pool().name(), 3).actions(), SizeIs(21));
+  ExpectPlaysTheSame(Last(stream->pool().name(), 1));
+}
+
+// A server whose pools have little memory for their episodes.
+class LittleMemoryEpisodesTest : public EpisodesTest {
+ protected:
+  void SetUp() override {
+    EpisodesTest::SetUp();
+    ServerOptions options;
+    options.address = "127.0.0.1:0";
+    options.worker_count = 2;
+    options.limits = TestLimits();
+    options.limits.episode_bytes_max = 260'500;
+    absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
+    ASSERT_THAT(server, IsOk());
+    little_memory_ = *std::move(server);
+    auto client = procgen_client::Client::Connect(little_memory_->address(), {});
+    ASSERT_THAT(client, IsOk());
+    client_ = *std::move(client);
+  }
+
+ private:
+  std::unique_ptr<Server> little_memory_;
+};
+
+TEST_F(LittleMemoryEpisodesTest, OverlappingSlicesForgetTheirOldestStepsAlone) {
+  constexpr int32_t kCount = 66;
+  constexpr int32_t kRunAndJump[] = {7, 7, 7, 8, 8, 5};
+  v1::PoolSpec spec = MazeSpec(kCount);
+  spec.set_games(0, "coinrun");
+  spec.mutable_options()->set_use_sequential_levels(true);
+  const auto stream = CreateAndAttach(spec);
+  std::minstd_rand random(2);
+  procgen_client::Batch batch;
+  v1::StepPoolRequest request;
+  for (int32_t step = 0; step < 1500; ++step) {
+    const auto first = static_cast<int32_t>(random() % 4);
+    request = SliceStepRequest(first, kCount - 3, kRunAndJump[random() % 6]);
+    request.mutable_step()->set_observation(v1::OBSERVATION_NONE);
+    ASSERT_THAT(stream->Call(request, &batch), IsOk());
+  }
+  const v1::Episode current = Current(stream->pool().name(), 20);
+  ASSERT_THAT(current.actions(), Not(IsEmpty()));
+  EXPECT_EQ(current.actions().back(), static_cast<char>(request.step().actions(0)));
+}
+
+TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const std::string pool = stream->pool().name();
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({7, 7}, &batch), IsOk());
+  v1::StepPoolRequest reset;
+  reset.mutable_reset()->add_resets()->set_environment(0);
+  reset.mutable_reset()->mutable_resets(0)->set_level_seed(-5);
+  for (int32_t i = 0; i < 2; ++i) {  // the second time it has had no step
+    ASSERT_THAT(stream->Call(reset, &batch), IsOk());
+  }
+  EXPECT_EQ(Last(pool).outcome(), v1::EPISODE_OUTCOME_RESET);
+  EXPECT_EQ(Last(pool).actions(), std::string("\x07"));
+  ExpectPlaysTheSame(Last(pool));
+  EXPECT_THAT(Current(pool).actions(), IsEmpty());
+  // In place of a step, another one goes on.
+  v1::StepPoolRequest step = StepRequest({3, 5});
+  *step.mutable_step()->add_resets() = reset.reset().resets(0);
+  ASSERT_THAT(stream->Step({2, 4}, &batch), IsOk());
+  ASSERT_THAT(stream->Call(step, &batch), IsOk());
+  EXPECT_EQ(Last(pool).actions(), std::string("\x02"));
+  EXPECT_EQ(Last(pool).level_seed(), -5);
+  EXPECT_EQ(Current(pool, 1).actions(), std::string("\x07\x04\x05"));
+  ASSERT_THAT(stream->Step({8, 8}, &batch), IsOk());
+  EXPECT_EQ(Current(pool).actions(), std::string("\x08"));
+  ExpectPlaysTheSame(Current(pool));
+}
+
+TEST_F(EpisodesTest, WhatIsIgnoredBetweenEpisodesIsInNone) {
+  v1::PoolSpec spec = MazeSpec(1);
+  spec.set_episode_end(v1::EPISODE_END_NEXT_STEP);
+  const auto stream = CreateAndAttach(spec);
+  const std::string pool = stream->pool().name();
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step({3}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({-1}, &batch), IsOk());
+  EXPECT_THAT(client_->ReadEpisode(pool, 0, v1::WHICH_EPISODE_CURRENT),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("between two episodes")));
+  ASSERT_THAT(stream->Step({9}, &batch), IsOk());
+  EXPECT_THAT(Current(pool).actions(), IsEmpty());
+  ASSERT_THAT(stream->Step({6}, &batch), IsOk());
+  EXPECT_EQ(Current(pool).actions(), std::string("\x06"));
+  EXPECT_EQ(Last(pool).actions(), std::string("\x03\xff"));
+  ExpectPlaysTheSame(Last(pool));
+  ExpectPlaysTheSame(Current(pool));
+}
+
+TEST_F(EpisodesTest, StatesThatArePutInAreToldAndTheNextEpisodeIsWhole) {
+  const auto stream = CreateAndAttach(MazeSpec(2));
+  const std::string pool = stream->pool().name();
+  v1::PoolSpec other_spec = MazeSpec(1);
+  other_spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_HARD);
+  const auto other = CreateAndAttach(other_spec);
+  procgen_client::Batch batch;
+  const auto fresh = client_->SaveStates(other->pool().name());
+  ASSERT_THAT(other->Step({5}, &batch), IsOk());
+  const auto later = client_->SaveStates(other->pool().name());
+  ASSERT_THAT(fresh, IsOk());
+  ASSERT_THAT(later, IsOk());
+  ASSERT_THAT(stream->Step({7, 7}, &batch), IsOk());
+  ASSERT_THAT(client_->RestoreStates(pool, *later), IsOk());
+  ASSERT_THAT(stream->Step({2, 3}, &batch), IsOk());
+  EXPECT_THAT(Current(pool).incomplete_because(), HasSubstr("a state was put into"));
+  EXPECT_EQ(Current(pool).actions(), std::string("\x02"));
+  ASSERT_THAT(stream->Step({-1, 3}, &batch), IsOk());
+  EXPECT_THAT(Last(pool).incomplete_because(), HasSubstr("a state was put into"));
+  // With the options that came along.
+  ASSERT_THAT(stream->Step({4, 3}, &batch), IsOk());
+  EXPECT_EQ(Current(pool).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
+  ExpectPlaysTheSame(Current(pool));
+  // A state of an episode's beginning is one.
+  ASSERT_THAT(client_->RestoreStates(pool, *fresh), IsOk());
+  ASSERT_THAT(stream->Step({1, 3}, &batch), IsOk());
+  EXPECT_EQ(Current(pool).actions(), std::string("\x01"));
+  ExpectPlaysTheSame(Current(pool));
+  // What is cloned is put in, too.
+  ASSERT_THAT(client_->CloneStates(pool, {Pair(0, 1)}), IsOk());
+  EXPECT_THAT(Current(pool, 1).incomplete_because(), HasSubstr("a state was put into"));
+  ASSERT_THAT(stream->Step({1, -1}, &batch), IsOk());
+  ASSERT_THAT(stream->Step({1, 4}, &batch), IsOk());
+  EXPECT_EQ(Current(pool, 1).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
+  ExpectPlaysTheSame(Current(pool, 1));
+}
+
+TEST_F(EpisodesTest, WrongInputsAreRefused) {
+  const std::string pool = CreatePool(MazeSpec(2));
+  EXPECT_THAT(client_->ReadEpisode(pool, 2),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       "environment is 2, pool " + pool + " has environments 0 to 1"));
+  EXPECT_THAT(client_->ReadEpisode(pool, -1), StatusIs(absl::StatusCode::kInvalidArgument, _));
+  EXPECT_THAT(client_->ReadEpisode("pools/nothing", 0), StatusIs(absl::StatusCode::kNotFound, _));
+  EXPECT_THAT(client_->ReadEpisode(pool, 0, static_cast<v1::WhichEpisode>(9)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("which")));
+}
+
+}  // namespace
+}  // namespace procgen

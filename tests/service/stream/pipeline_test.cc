@@ -1,0 +1,193 @@
+// A step that is carried out in several slices is one step: taken whole or not at all, with the
+// same values to the last bit.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "procgen_client/client.h"
+#include "tests/service/service_fixture.h"
+#include "tests/service/stream/batch_copy.h"
+
+namespace procgen {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+v1::PoolSpec SpecOf(const std::string& game, int32_t env_count) {
+  v1::PoolSpec spec = MazeSpec(env_count);
+  spec.set_games(0, game);
+  return spec;
+}
+
+// Sticky moves, ends of episodes, levels and resets all over the pool.
+v1::StepPoolRequest RequestAt(int step, int32_t env_count) {
+  std::vector<int32_t> actions(static_cast<size_t>(env_count));
+  for (int32_t i = 0; i < env_count; ++i) {
+    actions[static_cast<size_t>(i)] = (step / 3 * 5 + i * 7) % 16 - 1;
+  }
+  v1::StepPoolRequest request = StepRequest(actions);
+  v1::Step* message = request.mutable_step();
+  message->set_with_final_observations(step % 2 == 0);
+  message->set_observation(step % 5 == 4 ? v1::OBSERVATION_NONE : v1::OBSERVATION_FRAME);
+  for (int32_t i = step % 3; i < env_count; i += 3) {
+    v1::NextLevel* next = message->add_next_levels();
+    next->set_environment(i);
+    next->set_level_seed(100 * step + i);
+  }
+  for (int32_t i = env_count - 1 - step; i >= 0; i -= 11) {
+    message->add_resets()->set_environment(i);
+  }
+  return request;
+}
+
+class PipelineTest : public ServiceTest {
+ protected:
+  // How many environments each response to a step of a pool has.
+  std::vector<int32_t> ResponseSizes(int32_t env_count, int32_t response_count_min) {
+    const std::string name = CreatePool(MazeSpec(env_count));
+    const auto stub = v1::StepService::NewStub(channel_);
+    grpc::ClientContext context;
+    const auto stream = stub->StepPool(&context);
+    v1::StepPoolRequest request;
+    request.mutable_attach()->set_pool(name);
+    stream->Write(request);
+    request = StepRequest(std::vector<int32_t>(static_cast<size_t>(env_count), 4));
+    request.set_sequence_number(1);
+    request.mutable_step()->set_response_count_min(response_count_min);
+    stream->Write(request);
+    stream->WritesDone();
+    v1::StepPoolResponse response;
+    EXPECT_TRUE(stream->Read(&response));
+    std::vector<int32_t> sizes;
+    int32_t next = 0;
+    while (stream->Read(&response)) {
+      EXPECT_EQ(response.sequence_number(), 1);
+      EXPECT_EQ(response.batch().first_environment(), next);
+      EXPECT_EQ(response.batch().rewards_size(), response.batch().environment_count());
+      sizes.push_back(response.batch().environment_count());
+      next += sizes.back();
+      EXPECT_EQ(response.batch().last(), next == env_count);
+    }
+    EXPECT_TRUE(stream->Finish().ok());
+    EXPECT_THAT(client_->DeletePool(name), IsOk());
+    return sizes;
+  }
+
+  // A step in slices after the other beside whole ones, in pools of their own.
+  void ExpectSlicedStepsEqualWholeOnes(const v1::PoolSpec& spec) {
+    const auto whole = CreateAndAttach(spec);
+    const auto sliced = CreateAndAttach(spec);
+    procgen_client::Batch expected;
+    procgen_client::Batch batch;
+    for (int step = 0; step < 12; ++step) {
+      v1::StepPoolRequest request = RequestAt(step, spec.env_count());
+      ASSERT_THAT(whole->Call(request, &expected), IsOk());
+      request.mutable_step()->set_response_count_min(2 + step % 5);
+      ASSERT_THAT(sliced->Call(request, &batch), IsOk());
+      ASSERT_TRUE(BatchCopy(batch) == BatchCopy(expected)) << "step " << step;
+    }
+    EXPECT_THAT(client_->DeletePool(whole->pool().name()), IsOk());
+    EXPECT_THAT(client_->DeletePool(sliced->pool().name()), IsOk());
+  }
+};
+
+TEST_F(PipelineTest, AnswersComeInAsManyResponsesAsAskedFor) {
+  EXPECT_THAT(ResponseSizes(8, 0), ElementsAre(8));
+  EXPECT_THAT(ResponseSizes(8, 1), ElementsAre(8));
+  EXPECT_THAT(ResponseSizes(8, 2), ElementsAre(4, 4));
+  EXPECT_THAT(ResponseSizes(5, 4), ElementsAre(2, 1, 1, 1));
+  EXPECT_THAT(ResponseSizes(3, 64), ElementsAre(1, 1, 1));
+}
+
+TEST_F(PipelineTest, ResponsesStayWithinTheirLimit) {
+  // Five environments fit 65536 bytes.
+  procgen_client::StreamOptions options;
+  options.response_bytes_max = 65536;
+  options.pipeline = 2;
+  const auto stream = CreateAndAttach(MazeSpec(33), options);
+  procgen_client::Batch batch;
+  ASSERT_THAT(stream->Step(std::vector<int32_t>(33, 4), &batch), IsOk());
+  EXPECT_EQ(batch.environment_count(), 33);
+  EXPECT_THAT(batch.episode_lengths(), Each(1));
+}
+
+TEST_F(PipelineTest, SlicedStepsEqualWholeOnes) {
+  for (const std::string game : {"bigfish", "coinrun", "maze", "plunder"}) {
+    for (const int32_t env_count : {1, 2, 13, 40}) {
+      SCOPED_TRACE(game + ", environments: " + std::to_string(env_count));
+      ExpectSlicedStepsEqualWholeOnes(SpecOf(game, env_count));
+    }
+  }
+}
+
+TEST_F(PipelineTest, ClientStepsInTheSlicesThatItIsTold) {
+  procgen_client::StreamOptions options;
+  options.pipeline = 3;
+  const auto sliced = CreateAndAttach(MazeSpec(10), options);
+  options.pipeline = 1;
+  const auto whole = CreateAndAttach(MazeSpec(10), options);
+  EXPECT_EQ(sliced->pipeline(), 3);
+  procgen_client::Batch expected;
+  procgen_client::Batch batch;
+  for (int step = 0; step < 20; ++step) {
+    std::vector<int32_t> actions(10, step % 9);
+    actions[static_cast<size_t>(step % 10)] = -1;
+    ASSERT_THAT(whole->Step(actions, &expected), IsOk());
+    ASSERT_THAT(sliced->SendStep(actions), IsOk());
+    ASSERT_THAT(sliced->Receive(&batch), IsOk());
+    ASSERT_TRUE(BatchCopy(batch) == BatchCopy(expected)) << step;
+  }
+}
+
+TEST_F(PipelineTest, OnlyLargePoolsAreSlicedUnlessToldTo) {
+  EXPECT_EQ(CreateAndAttach(MazeSpec(16))->pipeline(), 1);
+  EXPECT_GT(CreateAndAttach(MazeSpec(400))->pipeline(), 1);
+}
+
+TEST_F(PipelineTest, MistakeInTheLastSliceMovesNothingInTheFirst) {
+  const std::string name = CreatePool(MazeSpec(8));
+  procgen_client::StreamOptions options;
+  options.pipeline = 4;
+  std::vector<int32_t> wrong(8, 4);
+  wrong.back() = 15;
+  procgen_client::Batch batch;
+  {
+    const auto stream = client_->Attach(name, options);
+    ASSERT_THAT(stream, IsOk());
+    EXPECT_THAT((*stream)->Step(wrong, &batch),
+                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("actions[7] is 15")));
+  }
+  const auto stream = client_->Attach(name, options);
+  ASSERT_THAT(stream, IsOk());
+  EXPECT_EQ((*stream)->pool().next_sequence_number(), 1);
+  ASSERT_THAT((*stream)->Step(std::vector<int32_t>(8, 4), &batch), IsOk());
+  EXPECT_THAT(batch.episode_lengths(), Each(1));
+}
+
+TEST_F(PipelineTest, EpisodeThatAwaitsItsResetInTheLastSliceStopsTheFirst) {
+  v1::PoolSpec spec = MazeSpec(4);
+  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  const std::string name = CreatePool(spec);
+  procgen_client::StreamOptions options;
+  options.pipeline = 2;
+  procgen_client::Batch batch;
+  {
+    const auto stream = client_->Attach(name, options);
+    ASSERT_THAT(stream, IsOk());
+    ASSERT_THAT((*stream)->Step({4, 4, 4, -1}, &batch), IsOk());
+    EXPECT_THAT((*stream)->Step({4, 4, 4, 4}, &batch),
+                StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 3")));
+  }
+  const auto stream = client_->Attach(name, options);
+  ASSERT_THAT(stream, IsOk());
+  ASSERT_THAT((*stream)->Observe(&batch), IsOk());
+  EXPECT_THAT(batch.episode_lengths(), Each(1));
+}
+
+}  // namespace
+}  // namespace procgen

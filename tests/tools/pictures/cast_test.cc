@@ -1,0 +1,65 @@
+#include "tools/pictures/cast.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "envcore/games/game.h"
+#include "envcore/games/game_catalog.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace procgen {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAreArray;
+
+TEST(CastTest, EachGameHasOneInAModeOfIts) {
+  std::vector<absl::string_view> games;
+  for (const Cast& cast : Casts()) {
+    games.push_back(cast.game);
+    EXPECT_TRUE(FindGame(cast.game)->HasMode(cast.mode)) << cast.game;
+    EXPECT_EQ(&CastOf(cast.game), &cast);
+  }
+  std::vector<absl::string_view> catalog;
+  for (const GameFacts& facts : GameCatalog()) {
+    catalog.push_back(facts.name);
+  }
+  EXPECT_THAT(games, ElementsAreArray(catalog));
+}
+
+TEST(CastTest, PartsAndGroundsShowPicturesThatTheirGameHas) {
+  for (const Cast& cast : Casts()) {
+    const std::unique_ptr<Game> game = FindGame(cast.game)->make(GameOptions());
+    std::vector<int> kinds = {kDotImage, kBackgroundGround};
+    for (const ArtSlot& slot : game->art().slots) {
+      kinds.push_back(slot.kind);
+    }
+    for (const Part& part : cast.parts) {
+      EXPECT_NE(part.image_kinds.begin(), part.image_kinds.end()) << cast.game << part.name;
+      for (const int kind : part.image_kinds) {
+        EXPECT_THAT(kinds, Contains(kind)) << cast.game << " " << part.name;
+      }
+      for (const int kind : part.grounds) {
+        EXPECT_THAT(kinds, Contains(kind)) << cast.game << " " << part.name;
+      }
+    }
+  }
+}
+
+TEST(CastTest, PartsOfOneRoleNeedNotDifferUnlessTheyAreNamed) {
+  const Part agent = {.name = "agent", .role = Role::kAgent};
+  const Part saw = {.name = "saw", .role = Role::kKills};
+  const Part lava = {.name = "lava", .role = Role::kKills};
+  const Part red_key = {.name = "red key", .role = Role::kNamed};
+  const Part blue_key = {.name = "blue key", .role = Role::kNamed};
+  EXPECT_TRUE(MustDiffer(agent, saw));
+  EXPECT_FALSE(MustDiffer(saw, lava));
+  EXPECT_TRUE(MustDiffer(red_key, blue_key));
+}
+
+}  // namespace
+}  // namespace procgen

@@ -1,0 +1,121 @@
+// procgen-conformance FILE...: replays recordings and compares every observed value with them.
+
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/strings/str_cat.h"
+#include "envcore/pool/shared_art.h"
+#include "envcore/trace/trace.h"
+#include "tools/conformance/player.h"
+#include "tools/conformance/replay.h"
+
+ABSL_FLAG(
+    std::string, server, "",
+    "replay through the server at this address, e.g. 127.0.0.1:50051; empty: in this process");
+ABSL_FLAG(std::string, art, "",
+          "folder of the released art: draws with it and compares the pictures that were recorded "
+          "with it, too; with --server, it only says that the server draws with it");
+ABSL_FLAG(int32_t, workers, 1, "threads that step the environments in this process, at least 1");
+
+namespace procgen {
+namespace {
+
+constexpr char kUsage[] =
+    "usage: procgen-conformance [--server ADDRESS] [--workers N] [--art DIR] FILE...";
+
+enum class Verdict { kPassed, kFailed, kSkipped };
+
+// How recordings are replayed.
+struct Stage {
+  std::string server;                    // its address; empty: this process
+  std::shared_ptr<const SharedArt> art;  // drawn with in this process; null: the built-in art
+  bool has_released_art = false;         // what is drawn with is the released art
+};
+
+absl::StatusOr<Stage> MakeStage() {
+  Stage stage;
+  stage.server = absl::GetFlag(FLAGS_server);
+  const std::string folder = absl::GetFlag(FLAGS_art);
+  stage.has_released_art = !folder.empty();
+  if (stage.has_released_art && stage.server.empty()) {
+    auto art = SharedArt::LoadFolder(folder);
+    if (!art.ok()) {
+      return art.status();
+    }
+    stage.art = *std::move(art);
+  }
+  return stage;
+}
+
+absl::StatusOr<std::unique_ptr<Player>> MakePlayer(const Stage& stage, const Trace& trace,
+                                                   bool with_pictures) {
+  return stage.server.empty()
+             ? MakeLocalPlayer(trace, absl::GetFlag(FLAGS_workers), with_pictures, stage.art)
+             : MakeRemotePlayer(trace, stage.server, with_pictures);
+}
+
+Verdict Replay(const Stage& stage, const std::string& path) {
+  const absl::StatusOr<Trace> trace = ReadTrace(path);
+  if (!trace.ok()) {
+    std::cout << path << ": " << trace.status() << "\n";
+    return Verdict::kFailed;
+  }
+  const bool with_pictures = trace->HasComparablePictures(stage.has_released_art);
+  absl::StatusOr<std::unique_ptr<Player>> player = MakePlayer(stage, *trace, with_pictures);
+  if (absl::IsUnimplemented(player.status())) {
+    std::cout << path << ": skipped: " << player.status().message() << "\n";
+    return Verdict::kSkipped;
+  }
+  if (!player.ok()) {
+    std::cout << path << ": " << player.status() << "\n";
+    return Verdict::kFailed;
+  }
+  const std::string difference = FirstDifference(*trace, **player, with_pictures);
+  std::cout << path << ": " << (difference.empty() ? "ok" : difference) << std::endl;
+  return difference.empty() ? Verdict::kPassed : Verdict::kFailed;
+}
+
+int Main(const std::vector<char*>& arguments) {
+  if (arguments.size() < 2 || absl::GetFlag(FLAGS_workers) < 1) {
+    std::cerr << kUsage << "\nat least one file is needed, and N must be at least 1\n";
+    return 2;
+  }
+  const absl::StatusOr<Stage> stage = MakeStage();
+  if (!stage.ok()) {
+    std::cerr << "procgen-conformance: --art: " << stage.status().message() << "\n";
+    return 2;
+  }
+  int passed = 0;
+  int failed = 0;
+  int skipped = 0;
+  for (size_t i = 1; i < arguments.size(); ++i) {
+    switch (Replay(*stage, arguments[i])) {
+      case Verdict::kPassed:
+        ++passed;
+        break;
+      case Verdict::kFailed:
+        ++failed;
+        break;
+      case Verdict::kSkipped:
+        ++skipped;
+        break;
+    }
+  }
+  std::cout << passed << " passed, " << failed << " failed, " << skipped << " skipped\n";
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(absl::StrCat(
+      "Replays recordings of the released benchmark and compares every value that is observed.\n",
+      procgen::kUsage));
+  return procgen::Main(absl::ParseCommandLine(argc, argv));
+}

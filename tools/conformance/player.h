@@ -1,0 +1,49 @@
+#ifndef TOOLS_CONFORMANCE_PLAYER_H_
+#define TOOLS_CONFORMANCE_PLAYER_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "envcore/pool/shared_art.h"
+#include "envcore/trace/trace.h"
+
+namespace procgen {
+
+// What E environments tell after a step, or after their creation.
+struct Observed {
+  std::vector<float> rewards;                // [E]
+  std::vector<uint8_t> first;                // [E]
+  std::vector<int32_t> level_seeds;          // [E]
+  std::vector<int32_t> prev_level_seeds;     // [E]
+  std::vector<uint8_t> prev_level_complete;  // [E]
+  std::vector<uint8_t> observations;         // [E, 64, 64, 3], or empty
+};
+
+// Plays the environments of a trace, here or on a server.
+class Player {
+ public:
+  virtual ~Player() = default;
+  // What is to be seen before the first step.
+  virtual absl::Status Observe(Observed* observed) = 0;
+  virtual absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) = 0;
+};
+
+// Plays in this process with `worker_count` >= 1 workers and draws with `art` (null: the built-in
+// art). Errors: as Pool::Create.
+absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int32_t worker_count,
+                                                        bool with_pictures,
+                                                        std::shared_ptr<const SharedArt> art);
+
+// Plays on the server at `address`, which draws with its own art. Errors: as the server's.
+absl::StatusOr<std::unique_ptr<Player>> MakeRemotePlayer(const Trace& trace,
+                                                         const std::string& address,
+                                                         bool with_pictures);
+
+}  // namespace procgen
+
+#endif  // TOOLS_CONFORMANCE_PLAYER_H_

@@ -1,0 +1,61 @@
+#include "tools/pictures/sprite_card.h"
+
+#include <algorithm>
+
+#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/smooth_picture.h"
+#include "envcore/render/output/frame.h"
+#include "tools/pictures/images.h"
+
+namespace procgen {
+namespace {
+
+constexpr Rgba kGrounds[] = {{226, 224, 214, 255}, {44, 48, 60, 255}};
+constexpr int kLargeSidePx = 168;
+constexpr int kMarginPx = 4;
+constexpr int kSmallSidesPx[] = {4, 6, 9};
+constexpr int kSmallFactor = 8;  // times which they are enlarged
+constexpr int kSmallHeightPx = 9 * kSmallFactor + 2 * kMarginPx;
+
+// The largest rectangle of the picture's proportions in the middle of a square.
+ScreenRect InMiddle(const Picture& picture, int side_px, double length_px) {
+  const Image& image = picture.level(0);
+  const double scale = length_px / std::max(image.width(), image.height());
+  const double width = image.width() * scale;
+  const double height = image.height() * scale;
+  return {(side_px - width) / 2, (side_px - height) / 2, width, height};
+}
+
+// A square of one colour.
+Image Ground(int side_px, const Rgba& color) {
+  Image image(side_px, side_px);
+  std::fill_n(image.Row(0), side_px * side_px, color);
+  return image;
+}
+
+}  // namespace
+
+Image SpriteCard(const Picture& picture) {
+  Image card(2 * kLargeSidePx, kLargeSidePx + kSmallHeightPx);
+  int left = 0;
+  for (const Rgba& color : kGrounds) {
+    Image large = Ground(kLargeSidePx, color);
+    DrawSmooth(picture, InMiddle(picture, kLargeSidePx, kLargeSidePx - 2 * kMarginPx), 0, 1,
+               {large.Row(0), kLargeSidePx});
+    Paste(large, left, 0, &card);
+    for (int y = 0; y < kSmallHeightPx; ++y) {
+      std::fill_n(card.Row(kLargeSidePx + y) + left, kLargeSidePx, color);
+    }
+    int small_left = left + kMarginPx;
+    for (const int side : kSmallSidesPx) {
+      Image small = Ground(side, color);
+      DrawSharp(picture, InMiddle(picture, side, side), 0, 1, {small.Row(0), side});
+      Paste(Enlarged(small, kSmallFactor), small_left, kLargeSidePx + kMarginPx, &card);
+      small_left += side * kSmallFactor + kMarginPx;
+    }
+    left += kLargeSidePx;
+  }
+  return card;
+}
+
+}  // namespace procgen

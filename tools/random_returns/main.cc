@@ -1,0 +1,110 @@
+// procgen-random-returns: what a random agent gets in each game, as a table. README.md beside this
+// file says which episodes count.
+
+#include <algorithm>
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "tools/course.h"
+#include "tools/progress.h"
+#include "tools/random_returns/random_returns.h"
+
+ABSL_FLAG(std::vector<std::string>, games, {}, "games to play, e.g. maze,heist; empty: all");
+ABSL_FLAG(std::vector<std::string>, modes, std::vector<std::string>({"easy", "hard"}),
+          "distribution modes, e.g. easy,hard");
+ABSL_FLAG(int32_t, environments, 50, "environments of a game side by side, at least 1");
+ABSL_FLAG(int32_t, episodes, 40,
+          "of each environment the first so many episodes count, at least 1");
+ABSL_FLAG(int32_t, workers, 0, "threads that step the environments; 0: one a core");
+ABSL_FLAG(int64_t, seed, 0, "seed of levels and actions");
+
+namespace procgen {
+namespace {
+
+int32_t WorkerCount() {
+  const int32_t workers = absl::GetFlag(FLAGS_workers);
+  return workers > 0 ? workers
+                     : std::max(1, static_cast<int32_t>(std::thread::hardware_concurrency()));
+}
+
+std::vector<std::string> AllGames() {
+  std::vector<std::string> names;
+  for (const GameFacts& game : GameCatalog()) {
+    names.emplace_back(game.name);
+  }
+  return names;
+}
+
+// What is wrong with the command line; empty: nothing.
+std::string CommandError(const std::vector<char*>& arguments) {
+  if (arguments.size() > 1) {
+    return absl::StrCat("argument '", arguments[1], "': there are only flags");
+  }
+  if (absl::GetFlag(FLAGS_environments) < 1 || absl::GetFlag(FLAGS_episodes) < 1) {
+    return absl::StrCat("--environments ", absl::GetFlag(FLAGS_environments), " --episodes ",
+                        absl::GetFlag(FLAGS_episodes), ": both must be at least 1");
+  }
+  if (absl::GetFlag(FLAGS_workers) < 0) {
+    return absl::StrCat("--workers ", absl::GetFlag(FLAGS_workers), ": must be at least 0");
+  }
+  return "";
+}
+
+int Fail(absl::string_view error) {
+  std::cerr << "procgen-random-returns: " << error << "\n";
+  return 2;
+}
+
+int Main(const std::vector<char*>& arguments) {
+  if (const std::string error = CommandError(arguments); !error.empty()) {
+    return Fail(error);
+  }
+  std::vector<std::string> games = absl::GetFlag(FLAGS_games);
+  if (games.empty()) {
+    games = AllGames();
+  }
+  const auto courses = MakeCourses(games, absl::GetFlag(FLAGS_modes), AllGames());
+  if (!courses.ok()) {
+    return Fail(courses.status().message());
+  }
+  const RandomPlay play = {.env_count = absl::GetFlag(FLAGS_environments),
+                           .episodes_per_environment = absl::GetFlag(FLAGS_episodes),
+                           .worker_count = WorkerCount(),
+                           .seed = absl::GetFlag(FLAGS_seed)};
+  const int64_t episode_count = int64_t{play.env_count} * play.episodes_per_environment;
+  Progress progress(courses->size());
+  std::string rows;
+  for (const Course& course : *courses) {
+    const auto statistics = PlayRandomly(course, play, [&](int64_t episodes_done) {
+      progress.Show(course.Name(), episodes_done, episode_count);
+    });
+    if (!statistics.ok()) {
+      return Fail(statistics.status().message());
+    }
+    progress.Finish(course.Name(), absl::StrFormat("%.2f", statistics->return_mean));
+    absl::StrAppendFormat(&rows, "| %s | %s | %.2f ± %.2f | %.1f |\n", course.game->name,
+                          DistributionModeName(course.mode), statistics->return_mean,
+                          statistics->return_error, statistics->length_mean);
+  }
+  std::cout << "| game | mode | mean return | mean length |\n| --- | --- | --- | --- |\n" << rows;
+  return 0;
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(
+      "Plays episodes with random actions and prints what they return.\n"
+      "usage: procgen-random-returns [--games NAME,...] [--modes NAME,...] [--environments N] "
+      "[--episodes N] [--workers N] [--seed N]");
+  return procgen::Main(absl::ParseCommandLine(argc, argv));
+}

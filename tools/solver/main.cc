@@ -1,0 +1,274 @@
+// procgen-search: looks for a way to complete each of many levels, proves each by playing it again,
+// and tells which levels it found none for. README.md beside this file says how it searches.
+
+#include <atomic>
+#include <cstdint>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "tools/course.h"
+#include "tools/progress.h"
+#include "tools/solver/guide.h"
+#include "tools/solver/search.h"
+
+ABSL_FLAG(std::vector<std::string>, games, {},
+          "games whose levels are searched, e.g. maze,heist; empty: all that there is a guide for");
+ABSL_FLAG(std::vector<std::string>, modes, {"easy"}, "distribution modes, e.g. easy,hard");
+ABSL_FLAG(int32_t, first_level, 0, "seed of the first level, at least 0");
+ABSL_FLAG(int32_t, levels, 200, "number of levels, at least 1; their seeds follow one another");
+ABSL_FLAG(int32_t, workers, 2, "threads that search, each a level at a time, at least 1");
+ABSL_FLAG(int64_t, bursts, 100000, "states to try actions from before a level is given up");
+ABSL_FLAG(std::string, ways, "",
+          "file to write to, a line for each level that was solved: game, mode, seed, actions");
+
+namespace procgen {
+namespace {
+
+// The levels of one course and what came of them. Threads: Search from any thread.
+class Levels {
+ public:
+  Levels(const Course& course, int32_t first_level, int32_t level_count, Progress& progress)
+      : course_(course),
+        first_level_(first_level),
+        level_count_(level_count),
+        results_(static_cast<size_t>(level_count)),
+        progress_(progress) {}
+
+  // Searches levels until all are taken.
+  void Search(int64_t burst_count_max) {
+    const Guide& guide = *FindGuide(course_.game->name);
+    for (int32_t i = next_++; i < level_count_; i = next_++) {
+      const int32_t seed = first_level_ + i;
+      SearchResult result = SearchLevel(*course_.game, guide, course_.mode, seed, burst_count_max);
+      if (result.verdict == Verdict::kSolved &&
+          !CompletesLevel(*course_.game, course_.mode, seed, result.actions)) {
+        unproved_ = true;
+      }
+      results_[static_cast<size_t>(i)] = std::move(result);
+      const absl::MutexLock lock(&progress_mutex_);
+      progress_.Show(course_.Name(), ++done_count_, level_count_);
+    }
+  }
+
+  const Course& course() const { return course_; }
+  const std::vector<SearchResult>& results() const { return results_; }
+  const SearchResult& ResultOf(int32_t seed) const {
+    return results_[static_cast<size_t>(seed - first_level_)];
+  }
+  // The seeds of the levels that `verdict` was found on.
+  std::vector<int32_t> SeedsOf(Verdict verdict) const {
+    std::vector<int32_t> seeds;
+    for (size_t i = 0; i < results_.size(); ++i) {
+      if (results_[i].verdict == verdict) {
+        seeds.push_back(first_level_ + static_cast<int32_t>(i));
+      }
+    }
+    return seeds;
+  }
+  // Whether a way that was found did not complete its level when it was played again.
+  bool unproved() const { return unproved_; }
+
+ private:
+  const Course course_;
+  const int32_t first_level_;
+  const int32_t level_count_;
+  std::atomic<int32_t> next_ = 0;
+  std::vector<SearchResult> results_;  // each written by the thread that took it
+  std::atomic<bool> unproved_ = false;
+  absl::Mutex progress_mutex_;
+  int32_t done_count_ ABSL_GUARDED_BY(progress_mutex_) = 0;
+  Progress& progress_;
+};
+
+// What is printed of a course once all are done.
+struct Summary {
+  std::string row;                 // of the table
+  std::vector<std::string> notes;  // on levels that were not solved
+  bool good = true;                // every level was solved and proved, or has no way
+};
+
+std::string MeanLength(const Levels& levels, size_t solved_count) {
+  if (solved_count == 0) {
+    return "-";
+  }
+  size_t length_sum = 0;
+  for (const SearchResult& result : levels.results()) {
+    length_sum += result.actions.size();
+  }
+  return absl::StrFormat("%.1f",
+                         static_cast<double>(length_sum) / static_cast<double>(solved_count));
+}
+
+Summary Summarize(const Levels& levels, absl::Duration time) {
+  Summary summary;
+  int64_t burst_count = 0;
+  int64_t step_count = 0;
+  for (const SearchResult& result : levels.results()) {
+    burst_count += result.burst_count;
+    step_count += result.step_count;
+  }
+  struct Note {
+    Verdict verdict;
+    absl::string_view text;
+  };
+  constexpr Note kNotes[] = {
+      {Verdict::kLostAtOnce, "no way: lost in the first step, whatever the action"},
+      {Verdict::kClosedOff, "no way: closed cells part the agent from the goal"},
+      {Verdict::kGivenUp, "given up"}};
+  for (const Note& note : kNotes) {
+    const std::vector<int32_t> seeds = levels.SeedsOf(note.verdict);
+    if (!seeds.empty()) {
+      summary.notes.push_back(
+          absl::StrCat(levels.course().Name(), ": ", note.text, ": ", absl::StrJoin(seeds, ", ")));
+    }
+  }
+  const size_t level_count = levels.results().size();
+  const size_t solved_count = levels.SeedsOf(Verdict::kSolved).size();
+  const size_t given_up_count = levels.SeedsOf(Verdict::kGivenUp).size();
+  summary.row = absl::StrFormat(
+      "| %s | %s | %d of %d | %d | %d | %s | %d | %d | %.1f |", levels.course().game->name,
+      DistributionModeName(levels.course().mode), solved_count, level_count,
+      level_count - solved_count - given_up_count, given_up_count, MeanLength(levels, solved_count),
+      burst_count, step_count, absl::ToDoubleSeconds(time));
+  summary.good = given_up_count == 0 && !levels.unproved();
+  if (levels.unproved()) {
+    summary.notes.push_back(absl::StrCat(
+        levels.course().Name(), ": a way that was found does not complete its level, a bug"));
+  }
+  return summary;
+}
+
+void WriteWays(const Levels& levels, std::ostream& file) {
+  for (const int32_t seed : levels.SeedsOf(Verdict::kSolved)) {
+    file << levels.course().Name() << " " << seed << ": "
+         << absl::StrJoin(levels.ResultOf(seed).actions, ",") << "\n";
+  }
+}
+
+Summary RunCourse(const Course& course, Progress& progress, std::ostream& ways) {
+  const absl::Time begin = absl::Now();
+  Levels levels(course, absl::GetFlag(FLAGS_first_level), absl::GetFlag(FLAGS_levels), progress);
+  const int32_t worker_count = absl::GetFlag(FLAGS_workers);
+  std::vector<std::thread> workers;
+  workers.reserve(static_cast<size_t>(worker_count));
+  for (int32_t i = 0; i < worker_count; ++i) {
+    workers.emplace_back([&levels] { levels.Search(absl::GetFlag(FLAGS_bursts)); });
+  }
+  for (std::thread& worker : workers) {
+    worker.join();
+  }
+  progress.Finish(course.Name(), absl::StrCat(levels.SeedsOf(Verdict::kSolved).size(), " of ",
+                                              levels.results().size(), " solved"));
+  WriteWays(levels, ways);
+  return Summarize(levels, absl::Now() - begin);
+}
+
+std::vector<std::string> GuidedGames() {
+  std::vector<std::string> names;
+  for (const Guide& guide : Guides()) {
+    names.emplace_back(guide.game);
+  }
+  return names;
+}
+
+// What is wrong with the flags; empty: nothing.
+std::string FlagError() {
+  const int32_t first_level = absl::GetFlag(FLAGS_first_level);
+  const int32_t level_count = absl::GetFlag(FLAGS_levels);
+  if (first_level < 0 || level_count < 1 || first_level > INT32_MAX - level_count) {
+    return absl::StrCat("--first_level ", first_level, " --levels ", level_count,
+                        ": must be at least 0 and 1, and seeds are below 2^31 - 1");
+  }
+  if (absl::GetFlag(FLAGS_workers) < 1) {
+    return absl::StrCat("--workers ", absl::GetFlag(FLAGS_workers), ": must be at least 1");
+  }
+  if (absl::GetFlag(FLAGS_bursts) < 1) {
+    return absl::StrCat("--bursts ", absl::GetFlag(FLAGS_bursts), ": must be at least 1");
+  }
+  return "";
+}
+
+// Prints what came of all courses; whether all of it is good.
+bool Print(const std::vector<Summary>& summaries) {
+  std::cout
+      << "| game | mode | solved | no way | given up | mean length | bursts | steps | seconds "
+         "|\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const Summary& summary : summaries) {
+    std::cout << summary.row << "\n";
+  }
+  bool good = true;
+  for (const Summary& summary : summaries) {
+    for (const std::string& note : summary.notes) {
+      std::cout << note << "\n";
+    }
+    good = good && summary.good;
+  }
+  return good;
+}
+
+int Fail(absl::string_view error) {
+  std::cerr << "procgen-search: " << error << "\n";
+  return 2;
+}
+
+int Main(const std::vector<char*>& arguments) {
+  std::string error = FlagError();
+  if (arguments.size() > 1) {
+    error = absl::StrCat("argument '", arguments[1], "': there are only flags");
+  }
+  std::vector<std::string> games = absl::GetFlag(FLAGS_games);
+  if (games.empty()) {
+    games = GuidedGames();
+  }
+  const auto courses = MakeCourses(games, absl::GetFlag(FLAGS_modes), GuidedGames());
+  if (error.empty() && !courses.ok()) {
+    error = std::string(courses.status().message());
+  }
+  if (!error.empty()) {
+    return Fail(error);
+  }
+  const std::string ways_path = absl::GetFlag(FLAGS_ways);
+  std::ofstream ways;
+  if (!ways_path.empty()) {
+    ways.open(ways_path);
+    if (!ways) {
+      return Fail(absl::StrCat("cannot write to ", ways_path));
+    }
+  }
+  Progress progress(courses->size());
+  std::vector<Summary> summaries;
+  for (const Course& course : *courses) {
+    summaries.push_back(RunCourse(course, progress, ways));
+  }
+  const bool good = Print(summaries);
+  ways.flush();
+  if (!ways_path.empty() && !ways) {
+    return Fail(absl::StrCat("cannot write to ", ways_path));
+  }
+  return good ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(
+      "Looks for a way to complete each level, and proves each by playing it again.\n"
+      "usage: procgen-search [--games NAME,...] [--modes NAME,...] [--first_level N] [--levels N] "
+      "[--workers N] [--bursts N] [--ways FILE]");
+  return procgen::Main(absl::ParseCommandLine(argc, argv));
+}

@@ -1,0 +1,217 @@
+#include "tools/solver/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numbers>
+#include <queue>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "envcore/environment/environment.h"
+#include "envcore/random/random_stream.h"
+#include "tools/solver/goal_map.h"
+#include "tools/solver/level_player.h"
+
+namespace procgen {
+namespace {
+
+// What a target left and a burst tried count as much as, in cells to the goal.
+constexpr float kCellsPerTarget = 100;
+constexpr float kCellsPerBurst = 1;
+// Of two ways to equally good places the shorter one is followed first.
+constexpr float kCellsPerStep = 0.01F;
+
+// States in one place count as the same: targets left, column, row, velocity (x, y), heading, time.
+using Place = std::tuple<int32_t, int32_t, int32_t, int32_t, int32_t, int32_t, int32_t>;
+
+// A state that was reached, and how.
+struct Node {
+  int32_t parent = -1;           // its index; -1: the level's first step
+  std::vector<int32_t> actions;  // that lead here from the parent
+  int32_t length = 0;            // steps from the level's first one
+  GoalDistance distance;
+  Place place;
+  std::string state;
+  int32_t burst_count = 0;  // that were tried from this place
+};
+
+class Search {
+ public:
+  Search(const GameFacts& facts, const Guide& guide, DistributionMode mode, int32_t level_seed)
+      : guide_(guide), player_(facts, mode, level_seed), goal_map_(guide), random_(level_seed) {
+    Remember(-1, {});
+  }
+
+  SearchResult Run(int64_t burst_count_max) {
+    if (IsLostAtOnce()) {
+      result_.verdict = Verdict::kLostAtOnce;
+      return std::move(result_);
+    }
+    if (!nodes_.front().distance.has_way) {
+      result_.verdict = Verdict::kClosedOff;
+      return std::move(result_);
+    }
+    while (result_.verdict != Verdict::kSolved && result_.burst_count < burst_count_max) {
+      const int32_t index = queue_.top().second;
+      queue_.pop();
+      Node& node = nodes_[static_cast<size_t>(index)];
+      if (best_[node.place] != index) {
+        node.state.clear();  // A shorter way to this place was found.
+        continue;
+      }
+      ++node.burst_count;
+      ++result_.burst_count;
+      Burst(index);
+      Enqueue(index);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  // Whether every first action ends the level without completing it.
+  bool IsLostAtOnce() {
+    for (int32_t action = 0; action < kActionCount; ++action) {
+      player_.Restore(nodes_.front().state);
+      player_.Play(action);
+      ++result_.step_count;
+      if (!player_.outcome().done || player_.outcome().level_complete) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Tries random actions from a node.
+  void Burst(int32_t index) {
+    player_.Restore(nodes_[static_cast<size_t>(index)].state);
+    std::vector<int32_t> actions;
+    while (static_cast<int32_t>(actions.size()) < guide_.burst_steps) {
+      const int32_t choice = random_.Int(static_cast<int32_t>(guide_.actions.size()));
+      const int32_t action = guide_.actions[static_cast<size_t>(choice)];
+      const int32_t hold_steps = 1 + random_.Int(guide_.hold_steps_max);
+      for (int32_t step = 0; step < hold_steps; ++step) {
+        player_.Play(action);
+        actions.push_back(action);
+        ++result_.step_count;
+        if (player_.outcome().level_complete) {
+          result_.verdict = Verdict::kSolved;
+          result_.actions = ActionsTo(index, actions);
+          return;
+        }
+        if (player_.outcome().done || player_.step_number() >= player_.step_limit()) {
+          return;
+        }
+      }
+      Remember(index, actions);
+    }
+  }
+
+  // Makes the player's state a node unless its place is known by a way that is no longer.
+  void Remember(int32_t parent, const std::vector<int32_t>& actions) {
+    Node node;
+    node.parent = parent;
+    node.actions = actions;
+    node.length = player_.step_number();
+    node.distance = goal_map_.From(player_.world());
+    node.place = PlaceOf(node.distance.targets_left);
+    const auto index = static_cast<int32_t>(nodes_.size());
+    const auto [known, is_new] = best_.try_emplace(node.place, index);
+    if (!is_new) {
+      const Node& former = nodes_[static_cast<size_t>(known->second)];
+      if (former.length <= node.length) {
+        return;
+      }
+      node.burst_count = former.burst_count;
+      known->second = index;
+    }
+    node.state = player_.Save();
+    nodes_.push_back(std::move(node));
+    Enqueue(index);
+  }
+
+  Place PlaceOf(int32_t targets_left) const {
+    const Entity& agent = player_.world().agent();
+    const auto bin = [](float value, float unit) {
+      return unit > 0 ? static_cast<int32_t>(std::floor(value / unit + 0.5F)) : 0;
+    };
+    const auto places = static_cast<float>(guide_.places_per_cell);
+    const auto heading_count = static_cast<float>(guide_.heading_count);
+    const float turns = agent.rotation / (2 * std::numbers::pi_v<float>);
+    const int32_t heading = bin((turns - std::floor(turns)) * heading_count, 1);
+    const int32_t period =
+        guide_.period_steps > 0 ? player_.step_number() / guide_.period_steps : 0;
+    return {targets_left,
+            static_cast<int32_t>(std::floor(agent.x * places)),
+            static_cast<int32_t>(std::floor(agent.y * places)),
+            bin(agent.vx, guide_.velocity_unit),
+            bin(agent.vy, guide_.velocity_unit),
+            heading % guide_.heading_count,
+            period};
+  }
+
+  void Enqueue(int32_t index) {
+    const Node& node = nodes_[static_cast<size_t>(index)];
+    const float cost = static_cast<float>(node.distance.targets_left) * kCellsPerTarget +
+                       static_cast<float>(node.distance.cells) +
+                       static_cast<float>(node.burst_count) * kCellsPerBurst +
+                       static_cast<float>(node.length) * kCellsPerStep;
+    queue_.emplace(cost, index);
+  }
+
+  // The actions from the level's first step to a node, and then `last`.
+  std::vector<int32_t> ActionsTo(int32_t index, const std::vector<int32_t>& last) const {
+    std::vector<int32_t> backward(last.rbegin(), last.rend());
+    while (index >= 0) {
+      const Node& node = nodes_[static_cast<size_t>(index)];
+      backward.insert(backward.end(), node.actions.rbegin(), node.actions.rend());
+      index = node.parent;
+    }
+    std::reverse(backward.begin(), backward.end());
+    return backward;
+  }
+
+  const Guide& guide_;
+  LevelPlayer player_;
+  GoalMap goal_map_;
+  RandomStream random_;
+  SearchResult result_;
+  std::vector<Node> nodes_;
+  absl::flat_hash_map<Place, int32_t> best_;  // the node of a place
+  // Cost and node; the least cost first, of equals the older node.
+  std::priority_queue<std::pair<float, int32_t>, std::vector<std::pair<float, int32_t>>,
+                      std::greater<>>
+      queue_;
+};
+
+}  // namespace
+
+SearchResult SearchLevel(const GameFacts& facts, const Guide& guide, DistributionMode mode,
+                         int32_t level_seed, int64_t burst_count_max) {
+  return Search(facts, guide, mode, level_seed).Run(burst_count_max);
+}
+
+bool CompletesLevel(const GameFacts& facts, DistributionMode mode, int32_t level_seed,
+                    const std::vector<int32_t>& actions) {
+  EnvironmentOptions options;
+  options.distribution_mode = mode;
+  options.num_levels = 1;
+  options.start_level = level_seed;
+  Environment environment(facts, ResolveOptions(facts.name, options).value(),
+                          /*level_stream_seed=*/0, EpisodeEnd::kNextStep);
+  const StepResult& result = environment.result();
+  for (size_t i = 0; i < actions.size(); ++i) {
+    environment.Step(actions[i], /*repeat=*/1, [] {});
+    const bool ended = result.terminated || result.truncated;
+    if (ended) {
+      return i + 1 == actions.size() && result.terminated && result.prev_level_complete &&
+             result.prev_level_seed == level_seed;
+    }
+  }
+  return false;
+}
+
+}  // namespace procgen
