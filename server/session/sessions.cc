@@ -3,11 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
 #include "server/logging/event_log.h"
 #include "server/session/host/local_pool.h"
 
@@ -15,61 +11,9 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kBackgroundThreadCount = 2;
-constexpr size_t kPoolIdLengthMax = 63;
-constexpr absl::string_view kNamePrefix = "pools/";
 
-bool IsPoolId(absl::string_view id, bool leading_digit_allowed) {
-  if (id.empty() || id.size() > kPoolIdLengthMax || id.back() == '-') {
-    return false;
-  }
-  const bool starts_well =
-      absl::ascii_islower(static_cast<unsigned char>(id.front())) ||
-      (leading_digit_allowed && absl::ascii_isdigit(static_cast<unsigned char>(id.front())));
-  return starts_well && std::all_of(id.begin(), id.end(), [](unsigned char letter) {
-           return absl::ascii_islower(letter) || absl::ascii_isdigit(letter) || letter == '-';
-         });
-}
-
-absl::Status CheckName(absl::string_view name) {
-  absl::string_view id = name;
-  if (!absl::ConsumePrefix(&id, kNamePrefix) || !IsPoolId(id, true)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("pool name is '", name.substr(0, 2 * kPoolIdLengthMax),
-                     "', allowed: 'pools/ID', with an ID of 1 to 63 of a-z, 0-9 and '-'"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckEnvCount(int32_t env_count, int32_t environment_count, const Limits& limits) {
-  if (env_count < 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "spec.env_count is ", env_count, ", allowed: 1 to ", limits.pool_environment_count_max));
-  }
-  if (env_count > limits.pool_environment_count_max) {
-    return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
-                                                     ", limit pool_environment_count_max is ",
-                                                     limits.pool_environment_count_max));
-  }
-  if (env_count > limits.environment_count_max - environment_count) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "spec.env_count is ", env_count, " and there are ", environment_count,
-        " environments, limit environment_count_max is ", limits.environment_count_max));
-  }
-  return absl::OkStatus();
-}
-
-// One observation of each environment, in bytes. REQUIRES: CheckEnvCount.
-int64_t ObservationBytesOf(const PoolOptions& options) {
-  return options.env_count * static_cast<int64_t>(options.observation_format.bytes());
-}
-
-absl::Status CheckObservationBytes(int64_t bytes, int64_t bytes_of_others, const Limits& limits) {
-  if (bytes > limits.observation_bytes_max - bytes_of_others) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "one observation of each environment takes ", bytes, " bytes and those of other pools ",
-        bytes_of_others, ", limit observation_bytes_max is ", limits.observation_bytes_max));
-  }
-  return absl::OkStatus();
+int64_t FrameBytes(const PoolOptions& options) {
+  return static_cast<int64_t>(options.observation_format.bytes());
 }
 
 }  // namespace
@@ -98,6 +42,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       metrics_(metrics),
       art_(std::move(art)),
       owners_(limits, [this] { memory_trimmer_.Request(); }),
+      capacity_(limits),
       kept_answer_bytes_(limits.kept_answer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       episode_bytes_(limits.episode_bytes_max),
@@ -108,13 +53,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
-  std::vector<std::shared_ptr<PoolSession>> pools;
-  {
-    absl::MutexLock lock(&mutex_);
-    pools = All();
-    entries_.clear();
-  }
-  pools.clear();
+  pools_.Clear();
   const auto all_freed = [this]()
                              ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return unfreed_count_ == 0; };
   absl::MutexLock lock(&mutex_, absl::Condition(&all_freed));
@@ -122,7 +61,7 @@ Sessions::~Sessions() {
 
 void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
                       const PoolTerms& terms, CreateDone done) {
-  absl::StatusOr<Key> key = Reserve(owner, id, options);
+  absl::StatusOr<PoolRegistry::Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
     return;
@@ -134,73 +73,34 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
   });
 }
 
-absl::StatusOr<Sessions::Key> Sessions::Reserve(absl::string_view owner, absl::string_view id,
-                                                const PoolOptions& options) {
-  if (!id.empty() && !IsPoolId(id, false)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("pool_id is '", id.substr(0, 2 * kPoolIdLengthMax),
-                     "', allowed: 1 to 63 of a-z, 0-9 and '-', beginning with a letter and not "
-                     "ending in '-'"));
-  }
-  absl::MutexLock lock(&mutex_);
+absl::StatusOr<PoolRegistry::Key> Sessions::Reserve(absl::string_view owner, absl::string_view id,
+                                                    const PoolOptions& options) {
   if (draining_) {
     return Draining();
   }
-  if (absl::Status status = CheckEnvCount(options.env_count, environment_count_, limits_);
-      !status.ok()) {
-    return status;
-  }
-  const int64_t observation_bytes = ObservationBytesOf(options);
-  if (absl::Status status = CheckObservationBytes(observation_bytes, observation_bytes_, limits_);
-      !status.ok()) {
-    return status;
-  }
-  if (entries_.size() >= static_cast<size_t>(limits_.pool_count_max)) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "there are ", entries_.size(), " pools, limit pool_count_max is ", limits_.pool_count_max));
+  absl::StatusOr<Capacity::Share> room = capacity_.Take(options.env_count, FrameBytes(options));
+  if (!room.ok()) {
+    return room.status();
   }
   absl::StatusOr<Owners::Share> share =
       owners_.Take(owner, {.pool_count = 1, .environment_count = options.env_count});
   if (!share.ok()) {
     return share.status();
   }
-  const int64_t number = next_number_;
-  std::string name = id.empty() ? absl::StrCat(kNamePrefix, number) : absl::StrCat(kNamePrefix, id);
-  Key key(owner, std::move(name));
-  Entry entry = {number, options.env_count, observation_bytes, *std::move(share), false, nullptr};
-  if (!entries_.try_emplace(key, std::move(entry)).second) {
-    return absl::AlreadyExistsError(
-        absl::StrCat("pool ", key.second, " exists; choose another pool_id"));
-  }
-  next_number_ = number + 1;
-  environment_count_ += options.env_count;
-  observation_bytes_ += observation_bytes;
-  return key;
+  return pools_.Reserve(owner, id, {*std::move(room), *std::move(share)});
 }
 
-void Sessions::EraseLocked(const Key& key) {
-  const auto entry = entries_.find(key);
-  environment_count_ -= entry->second.env_count;
-  observation_bytes_ -= entry->second.observation_bytes;
-  entries_.erase(entry);
-}
-
-void Sessions::Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
-                      const PoolTerms& terms, CreateDone done) {
+void Sessions::Finish(const PoolRegistry::Key& key,
+                      absl::StatusOr<std::unique_ptr<HostedPool>> pool, const PoolTerms& terms,
+                      CreateDone done) {
   if (!pool.ok()) {
-    {
-      absl::MutexLock lock(&mutex_);
-      EraseLocked(key);
-    }
+    pools_.Remove(key);
     done(pool.status());
     return;
   }
   const PoolOrder order = {key.first, key.second, (*pool)->options(), terms};
   std::shared_ptr<PoolSession> session = MakeSession(order, *std::move(pool));
-  {
-    absl::MutexLock lock(&mutex_);
-    entries_.find(key)->second.pool = session;
-  }
+  pools_.Put(key, session);
   LogEvent(LogLevel::kInfo, "pool_created",
            {{"pool", session->name()},
             {"owner", session->owner()},
@@ -241,119 +141,40 @@ std::vector<Sessions::Resumed> Sessions::Resume() {
     absl::StatusOr<Owners::Share> share =
         owners_.Take(order.owner, {.pool_count = 1, .environment_count = order.options.env_count});
     all.push_back(session);
-    const int64_t observation_bytes = ObservationBytesOf(order.options);
-    absl::MutexLock lock(&mutex_);
-    Entry entry = {next_number_++,
-                   order.options.env_count,
-                   observation_bytes,
-                   share.ok() ? *std::move(share) : Owners::Share(),
-                   false,
-                   session.pool};
-    environment_count_ += entry.env_count;
-    observation_bytes_ += observation_bytes;
-    // Numbered pools that come get no name that is taken.
-    int64_t named = 0;
-    if (absl::SimpleAtoi(absl::StripPrefix(order.name, kNamePrefix), &named)) {
-      next_number_ = std::max(next_number_, named + 1);
-    }
-    entries_.insert_or_assign(Key(order.owner, order.name), std::move(entry));
+    pools_.Add(session.pool, {capacity_.Count(order.options.env_count, FrameBytes(order.options)),
+                              share.ok() ? *std::move(share) : Owners::Share()});
   }
   return all;
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindLocked(absl::string_view owner,
-                                                                  absl::string_view name) const {
-  if (absl::Status status = CheckName(name); !status.ok()) {
-    return status;
-  }
-  const auto entry = entries_.find(Key(owner, name));
-  if (entry == entries_.end() || entry->second.pool == nullptr) {
-    return absl::NotFoundError(absl::StrCat("there is no pool ", name));
-  }
-  return entry->second.pool;
-}
-
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::Find(absl::string_view owner,
-                                                            absl::string_view name) const {
-  absl::MutexLock lock(&mutex_);
-  return FindLocked(owner, name);
-}
-
 absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindForStream(absl::string_view owner,
                                                                      absl::string_view name) const {
-  absl::MutexLock lock(&mutex_);
   if (draining_) {
     return Draining();
   }
-  return FindLocked(owner, name);
-}
-
-std::vector<Sessions::Numbered> Sessions::List(absl::string_view owner, int64_t after,
-                                               size_t count) const {
-  std::vector<Numbered> listed;
-  {
-    absl::MutexLock lock(&mutex_);
-    for (auto it = entries_.lower_bound(Key(owner, ""));
-         it != entries_.end() && it->first.first == owner; ++it) {
-      const Entry& entry = it->second;
-      if (entry.pool != nullptr && entry.number > after) {
-        listed.push_back({entry.number, entry.pool});
-      }
-    }
-  }
-  std::sort(listed.begin(), listed.end(),
-            [](const Numbered& left, const Numbered& right) { return left.number < right.number; });
-  if (listed.size() > count) {
-    listed.resize(count);
-  }
-  return listed;
-}
-
-std::vector<std::shared_ptr<PoolSession>> Sessions::ListAll() const {
-  std::vector<std::shared_ptr<PoolSession>> pools;
-  absl::MutexLock lock(&mutex_);
-  for (const auto& [key, entry] : entries_) {
-    if (entry.pool != nullptr) {
-      pools.push_back(entry.pool);
-    }
-  }
-  return pools;
+  return pools_.Find(owner, name);
 }
 
 absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
-  std::shared_ptr<PoolSession> pool;
-  {
-    absl::MutexLock lock(&mutex_);
-    absl::StatusOr<std::shared_ptr<PoolSession>> found = FindLocked(owner, name);
-    if (!found.ok()) {
-      return found.status();
-    }
-    pool = *std::move(found);
-    EraseLocked(Key(owner, name));
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = pools_.Remove(owner, name);
+  if (!pool.ok()) {
+    return pool.status();
   }
-  pool->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
-  LogEvent(LogLevel::kInfo, "pool_deleted", {{"pool", pool->name()}, {"owner", pool->owner()}});
+  (*pool)->Close(absl::AbortedError(absl::StrCat("pool ", name, " was deleted")));
+  LogEvent(LogLevel::kInfo, "pool_deleted",
+           {{"pool", (*pool)->name()}, {"owner", (*pool)->owner()}});
   return absl::OkStatus();
 }
 
 absl::Time Sessions::FreeExpired(absl::Time now) {
-  std::vector<std::shared_ptr<PoolSession>> pools;
-  {
-    absl::MutexLock lock(&mutex_);
-    pools = All();
-  }
   absl::Time next = absl::InfiniteFuture();
-  for (const std::shared_ptr<PoolSession>& pool : pools) {
+  for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     if (!pool->CloseIfExpired(now)) {
       next = std::min(next, pool->expire_time());
       continue;
     }
-    absl::MutexLock lock(&mutex_);
     // It may have been deleted in the meantime, and its name have gone to another.
-    const Key key(pool->owner(), pool->name());
-    const auto entry = entries_.find(key);
-    if (entry != entries_.end() && entry->second.pool == pool) {
-      EraseLocked(key);
+    if (pools_.Remove(*pool)) {
       metrics_->AddExpiredPool();
       LogEvent(LogLevel::kInfo, "lease_ran_out",
                {{"pool", pool->name()}, {"owner", pool->owner()}});
@@ -369,43 +190,15 @@ absl::Status Sessions::Draining() const {
                                     : "the server drains and will stop; go on elsewhere");
 }
 
-bool Sessions::draining() const {
-  absl::MutexLock lock(&mutex_);
-  return draining_;
-}
-
 void Sessions::Drain() {
-  std::vector<std::shared_ptr<PoolSession>> pools;
-  {
-    absl::MutexLock lock(&mutex_);
-    draining_ = true;
-    pools = All();
-    for (auto& [key, entry] : entries_) {
-      entry.leaving =
-          entry.leaving || (entry.pool != nullptr && entry.pool->attached() && !keeps_pools());
-    }
+  draining_ = true;
+  if (!keeps_pools()) {
+    pools_.MarkLeaving();
   }
-  for (const std::shared_ptr<PoolSession>& pool : pools) {
+  for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     pool->End(StreamEnd::kDrain, Draining());
     pool->EndTaps(Draining());
   }
-}
-
-int32_t Sessions::LeavingCount() const {
-  absl::MutexLock lock(&mutex_);
-  return static_cast<int32_t>(std::count_if(entries_.begin(), entries_.end(),
-                                            [](const auto& kept) { return kept.second.leaving; }));
-}
-
-std::vector<std::shared_ptr<PoolSession>> Sessions::All() const {
-  std::vector<std::shared_ptr<PoolSession>> pools;
-  pools.reserve(entries_.size());
-  for (const auto& [key, entry] : entries_) {
-    if (entry.pool != nullptr) {
-      pools.push_back(entry.pool);
-    }
-  }
-  return pools;
 }
 
 Load Sessions::load() const {
@@ -413,10 +206,9 @@ Load Sessions::load() const {
   load.worker_count = host_->worker_count();
   load.step_count = step_count_;
   load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
-  absl::MutexLock lock(&mutex_);
   load.draining = draining_;
-  load.environment_count = environment_count_;
-  for (const std::shared_ptr<PoolSession>& pool : All()) {
+  load.environment_count = capacity_.environment_count();
+  for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     load.pool_count += 1;
     load.stream_count += pool->attached() ? 1 : 0;
   }

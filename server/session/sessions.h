@@ -3,9 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +20,9 @@
 #include "server/metrics/metrics.h"
 #include "server/session/host/hosted_pool.h"
 #include "server/session/pool/pool_session.h"
+#include "server/session/pool_registry.h"
 #include "server/session/quota/byte_budget.h"
+#include "server/session/quota/capacity.h"
 #include "server/session/quota/limits.h"
 #include "server/session/quota/memory_trimmer.h"
 #include "server/session/quota/owners.h"
@@ -47,11 +47,9 @@ struct Load {
   bool draining = false;
 };
 
-// All pools of a server, by owner and name, within its limits. Owners have names of their own: to
-// each, the pools of the others do not exist, and their names are not taken.
+// The pools of a server: makes them within its limits, frees those whose leases have run out, and
+// drains.
 // Threads: any method from any thread; none blocks.
-// Lock order: mutex_ before PoolSession::mutex_ and before the one of Owners; no callback is called
-// under any of them.
 class Sessions {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
@@ -105,7 +103,9 @@ class Sessions {
 
   // Finds a pool of `owner` by its name. Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
-                                                    absl::string_view name) const;
+                                                    absl::string_view name) const {
+    return pools_.Find(owner, name);
+  }
 
   // As Find, for a stream. Errors: UNAVAILABLE while draining.
   absl::StatusOr<std::shared_ptr<PoolSession>> FindForStream(absl::string_view owner,
@@ -113,13 +113,12 @@ class Sessions {
 
   // At most `count` pools of `owner` made after pool number `after` (0: all), oldest first, with
   // their numbers.
-  struct Numbered {
-    int64_t number = 0;  // >= 1, in order of making
-    std::shared_ptr<PoolSession> pool;
-  };
-  std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
+  using Numbered = PoolRegistry::Numbered;
+  std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const {
+    return pools_.List(owner, after, count);
+  }
   // All pools, whoever owns them, to be told to nobody else.
-  std::vector<std::shared_ptr<PoolSession>> ListAll() const;
+  std::vector<std::shared_ptr<PoolSession>> ListAll() const { return pools_.All(); }
 
   // Ends a pool of `owner`. Its stream ends with ABORTED. Errors: as Find.
   absl::Status Delete(absl::string_view owner, absl::string_view name);
@@ -131,57 +130,41 @@ class Sessions {
   // Lets no pool be made, no stream attach and nobody watch any more, and ends all streams with
   // UNAVAILABLE once the requests that they are carrying out are answered.
   void Drain();
-  bool draining() const;
+  bool draining() const { return draining_; }
   // Pools that are still there and whose streams were told so: their learners may want to save
   // states, and delete them when they have. None where pools are kept.
-  int32_t LeavingCount() const;
+  int32_t LeavingCount() const { return pools_.LeavingCount(); }
   // What is answered while draining: UNAVAILABLE.
   absl::Status Draining() const;
 
   Load load() const;
 
  private:
-  struct Entry {
-    int64_t number = 0;
-    int32_t env_count = 0;
-    int64_t observation_bytes = 0;      // one observation of each environment
-    Owners::Share share;                // of the owner's quotas
-    bool leaving = false;               // its stream was told that the server drains
-    std::shared_ptr<PoolSession> pool;  // null while it is made
-  };
-  using Key = std::pair<std::string, std::string>;  // owner, name
-
-  absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
-                              const PoolOptions& options);
+  // Takes room for a pool, and a name.
+  absl::StatusOr<PoolRegistry::Key> Reserve(absl::string_view owner, absl::string_view id,
+                                            const PoolOptions& options);
   // A session that is freed where it can be.
   std::shared_ptr<PoolSession> MakeSession(const PoolOrder& order,
                                            std::unique_ptr<HostedPool> pool);
-  void Finish(const Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+  void Finish(const PoolRegistry::Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
               const PoolTerms& terms, CreateDone done);
-  void EraseLocked(const Key& key) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
-                                                          absl::string_view name) const
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  std::vector<std::shared_ptr<PoolSession>> All() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Limits limits_;
   Metrics* const metrics_;
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
   MemoryTrimmer memory_trimmer_;
-  Owners owners_;  // before entries_, which hold shares of it
+  Owners owners_;
+  Capacity capacity_;
+  PoolRegistry pools_;  // after those that its pools have shares of
   ByteBudget kept_answer_bytes_;
   ByteBudget shared_memory_bytes_;
   ByteBudget episode_bytes_;
   const std::shared_ptr<const SharedFolder> shared_folder_;
 
-  mutable absl::Mutex mutex_;
-  std::map<Key, Entry> entries_ ABSL_GUARDED_BY(mutex_);
-  int64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
-  int32_t environment_count_ ABSL_GUARDED_BY(mutex_) = 0;
-  int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of one observation of each
-  int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;      // PoolSessions that exist
-  bool draining_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Mutex mutex_;
+  int32_t unfreed_count_ ABSL_GUARDED_BY(mutex_) = 0;  // PoolSessions that exist
+  std::atomic<bool> draining_ = false;
 
   // Last, so that their threads end before what they use.
   BackgroundExecutor executor_;

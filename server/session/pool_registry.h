@@ -1,0 +1,88 @@
+#ifndef SERVER_SESSION_POOL_REGISTRY_H_
+#define SERVER_SESSION_POOL_REGISTRY_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/synchronization/mutex.h"
+#include "server/session/pool/pool_session.h"
+#include "server/session/quota/capacity.h"
+#include "server/session/quota/owners.h"
+
+namespace procgen {
+
+// Pools by owner and name. Owners have names of their own: to each, the pools of the others do not
+// exist, and their names are not taken.
+// Threads: any method from any thread; none blocks. Its lock comes before those of PoolSession,
+// Capacity and Owners, and no callback is called under it.
+class PoolRegistry {
+ public:
+  using Key = std::pair<std::string, std::string>;  // owner, name
+  // What a pool takes of the server and of its owner's quotas, until it is removed.
+  struct Shares {
+    Capacity::Share capacity;
+    Owners::Share owner;
+  };
+  struct Numbered {
+    int64_t number = 0;  // >= 1, in order of making
+    std::shared_ptr<PoolSession> pool;
+  };
+
+  // Takes the name `pools/ID` for a pool that is being made (an empty id: a number is chosen).
+  // Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS.
+  absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id, Shares shares);
+  // Once the pool of that name is made.
+  void Put(const Key& key, std::shared_ptr<PoolSession> pool);
+  // A pool that an earlier process made.
+  void Add(std::shared_ptr<PoolSession> pool, Shares shares);
+
+  // Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND, also while it is being made.
+  absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
+                                                    absl::string_view name) const;
+  // At most `count` pools of `owner` made after pool number `after` (0: all), oldest first.
+  std::vector<Numbered> List(absl::string_view owner, int64_t after, size_t count) const;
+  // Those of all owners.
+  std::vector<std::shared_ptr<PoolSession>> All() const;
+
+  // Of a pool that could not be made.
+  void Remove(const Key& key);
+  // Errors: as Find.
+  absl::StatusOr<std::shared_ptr<PoolSession>> Remove(absl::string_view owner,
+                                                      absl::string_view name);
+  // False: it was removed before.
+  bool Remove(const PoolSession& pool);
+  void Clear();
+
+  // Marks those that have a stream, so that LeavingCount tells which of them are still there.
+  void MarkLeaving();
+  int32_t LeavingCount() const;
+
+ private:
+  struct Entry {
+    int64_t number = 0;
+    Shares shares;
+    bool is_leaving = false;
+    std::shared_ptr<PoolSession> pool;  // null while it is made
+  };
+
+  absl::StatusOr<std::shared_ptr<PoolSession>> FindLocked(absl::string_view owner,
+                                                          absl::string_view name) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  mutable absl::Mutex mutex_;
+  std::map<Key, Entry> entries_ ABSL_GUARDED_BY(mutex_);
+  int64_t next_number_ ABSL_GUARDED_BY(mutex_) = 1;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_POOL_REGISTRY_H_

@@ -1,0 +1,59 @@
+#include "server/session/pool_registry.h"
+
+#include <string>
+#include <utility>
+
+#include "gtest/gtest.h"
+#include "tests/status_matchers.h"
+
+namespace procgen {
+namespace {
+
+// SessionsTest has pools in it; here are only names.
+class PoolRegistryTest : public testing::Test {
+ protected:
+  absl::StatusOr<PoolRegistry::Key> Reserve(const std::string& id) {
+    absl::StatusOr<Capacity::Share> capacity = capacity_.Take(1, 1);
+    absl::StatusOr<Owners::Share> owner = owners_.Take("alice", {.pool_count = 1});
+    return registry_.Reserve("alice", id, {*std::move(capacity), *std::move(owner)});
+  }
+
+  Limits limits_;
+  Owners owners_{limits_};
+  Capacity capacity_{limits_};
+  PoolRegistry registry_;  // after those that its pools have shares of
+};
+
+TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
+  ASSERT_THAT(Reserve("a"), IsOk());
+  EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
+                                     "pool pools/a exists; choose another pool_id"));
+  EXPECT_EQ(capacity_.environment_count(), 1) << "who got no name has no share";
+  EXPECT_THAT(registry_.Find("alice", "pools/a"),
+              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+  EXPECT_THAT(registry_.Remove("alice", "pools/a"),
+              StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
+  EXPECT_TRUE(registry_.All().empty());
+  EXPECT_TRUE(registry_.List("alice", 0, 9).empty());
+}
+
+TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndSharesFree) {
+  const absl::StatusOr<PoolRegistry::Key> key = Reserve("a");
+  ASSERT_THAT(key, IsOk());
+  registry_.Remove(*key);
+  EXPECT_EQ(capacity_.environment_count(), 0);
+  EXPECT_THAT(Reserve("a"), IsOk());
+}
+
+TEST_F(PoolRegistryTest, ChosenNamesAreNotGivenTwice) {
+  const absl::StatusOr<PoolRegistry::Key> first = Reserve("");
+  ASSERT_THAT(first, IsOk());
+  EXPECT_EQ(first->second, "pools/1");
+  registry_.Remove(*first);
+  const absl::StatusOr<PoolRegistry::Key> second = Reserve("");
+  ASSERT_THAT(second, IsOk());
+  EXPECT_EQ(second->second, "pools/2");
+}
+
+}  // namespace
+}  // namespace procgen
