@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/concurrency/start_thread.h"
 
-namespace procgen::web {
+namespace procgen {
 
 JoinedThreads::~JoinedThreads() {
   absl::MutexLock lock(&mutex_);
@@ -53,4 +53,4 @@ void JoinedThreads::Reap() {
   }
 }
 
-}  // namespace procgen::web
+}  // namespace procgen

@@ -12,7 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 
-namespace procgen::web {
+namespace procgen {
 
 // Threads that come and go, at most so many at a time, and of which none outlives this. Threads:
 // any method from any thread that is none of them.
@@ -44,6 +44,6 @@ class JoinedThreads {
   std::list<Entry> entries_ ABSL_GUARDED_BY(mutex_);
 };
 
-}  // namespace procgen::web
+}  // namespace procgen
 
 #endif  // SERVER_CONCURRENCY_JOINED_THREADS_H_

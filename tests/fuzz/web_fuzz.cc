@@ -86,7 +86,7 @@ class CheckedOutbox final : public web::Outbox {
 // What a viewer needs of its server. Ends after it.
 struct Surroundings {
   web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
-  web::JoinedThreads watch_threads{kThreadsMax};
+  JoinedThreads watch_threads{kThreadsMax};
   web::ViewerTerms terms{.version = "fuzzed",
                          .asks_token = false,
                          .viewers_max = 1,
