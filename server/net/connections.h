@@ -38,7 +38,7 @@ class Connections {
   static constexpr int64_t kBytesMax = 80 << 10;
   static constexpr int64_t kBytesPerCallMax = 1 << 10;
   // How often these are looked at.
-  static constexpr absl::Duration kInspectionInterval = absl::Milliseconds(50);
+  static constexpr absl::Duration kInspectionInterval = absl::Milliseconds(10);
 
   // `silence_max`: until a connection without a call is identified. Infinite: nothing is identified
   // here, and no more than the number of connections is bounded.
