@@ -20,7 +20,7 @@ import numpy as np
 
 from procgen_client import ACTION_COUNT, Client, ProcgenError, ServerProcess
 from procgen_client.errors import UnavailableError
-from procgen_client.server_process import BINARY_VARIABLE
+from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _PICTURES_OF_A_GAME = 6
 _PICTURE_MODES = ("easy", "hard")

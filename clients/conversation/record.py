@@ -23,8 +23,8 @@ from script import (
 )
 
 from procgen_client import ServerProcess
-from procgen_client._proto import catalog_pb2_grpc, pools_pb2_grpc, step_pb2_grpc
 from procgen_client._proto import catalog_pb2, pools_pb2, step_pb2
+from procgen_client._proto import catalog_pb2_grpc, pools_pb2_grpc, step_pb2_grpc
 
 
 def converse(

@@ -11,9 +11,9 @@ FOLDER = Path(__file__).resolve().parent
 sys.path.append(str(FOLDER.parent / "python"))
 
 from procgen_client._proto import pools_pb2, step_pb2  # noqa: E402
-from procgen_client._wire import Part, part_of  # noqa: E402
+from procgen_client._transport.encoding import decoder_for  # noqa: E402
+from procgen_client._transport.wire import Part, part_of  # noqa: E402
 from procgen_client.batch import assemble  # noqa: E402
-from procgen_client.encoding import decoder_for  # noqa: E402
 
 # One folder of messages for each.
 ENCODINGS = {

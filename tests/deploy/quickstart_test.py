@@ -20,7 +20,7 @@ import pytest
 from PIL import Image
 
 from procgen_client import Client, errors
-from procgen_client.server_process import BINARY_VARIABLE
+from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _DEPLOY = Path(__file__).resolve().parents[2] / "deploy"
 _BINARY = os.environ[BINARY_VARIABLE]

@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from procgen_client.server_process import BINARY_VARIABLE
+from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _FLAG_FILE = "--flagfile="
 # Wrong on purpose, so that the server reads all other flags, says so and ends.

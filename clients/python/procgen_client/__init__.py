@@ -19,21 +19,21 @@ except ImportError:
         "run clients/python/generate.sh"
     ) from None
 
-from procgen_client import _gym, _gymnasium
-from procgen_client._gymnasium import AutoresetMode
 from procgen_client._requests import ACTION_COUNT, ACTION_MIN, Reset
 from procgen_client.batch import Batch
 from procgen_client.client import Client, connect
 from procgen_client.credentials import Credentials
-from procgen_client.env import ProcgenEnv1
-from procgen_client.episode_statistics import Episode, EpisodeStatistics
+from procgen_client.envs import _gym, _gymnasium
+from procgen_client.envs._gymnasium import AutoresetMode
+from procgen_client.envs.env import ProcgenEnv1
+from procgen_client.envs.released import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
+from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import ProcgenError
 from procgen_client.options import LevelSampler
 from procgen_client.pool import Pool
-from procgen_client.released import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
-from procgen_client.server_process import ServerProcess
-from procgen_client.vector_env import ProcgenVectorEnv
-from procgen_client.video import VideoRecorder
+from procgen_client.tools.episode_statistics import Episode, EpisodeStatistics
+from procgen_client.tools.server_process import ServerProcess
+from procgen_client.tools.video import VideoRecorder
 
 __version__ = "0.1.0"
 

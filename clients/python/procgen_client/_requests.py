@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from procgen_client._proto import states_pb2, step_pb2
+from procgen_client._transport.wire import bytes_field, number_tag, varint
 from procgen_client._validation import Expected
-from procgen_client._wire import bytes_field, number_tag, varint
 from procgen_client.errors import InvalidArgumentError
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.

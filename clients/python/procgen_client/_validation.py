@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2, step_pb2
-from procgen_client._wire import Part
+from procgen_client._transport.wire import Part
 from procgen_client.errors import InternalError
 
 # The contract's bounds: PoolSpec.total_environments, ObservationFormat's largest stack of the

@@ -21,7 +21,6 @@ from google.protobuf import message as protobuf_message
 
 from procgen_client import _fork
 from procgen_client import options as _options
-from procgen_client._async_stream import AsyncStream
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -40,12 +39,13 @@ from procgen_client._requests import (
     reset_messages,
     step_request,
 )
+from procgen_client._transport.async_stream import AsyncStream
+from procgen_client._transport.encoding import check_decodable
+from procgen_client._transport.wire import read_response
 from procgen_client._validation import POOL_PAGES_MAX, Expected, check_pool, check_states
-from procgen_client._wire import read_response
 from procgen_client.batch import Batch, assemble
 from procgen_client.client import STEP_POOL_METHOD, channel_arguments
 from procgen_client.credentials import Credentials
-from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     DeadlineExceededError,
     FailedPreconditionError,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from procgen_client._wire import Part
+from procgen_client._transport.wire import Part
 
 
 @dataclass(slots=True)

@@ -11,10 +11,6 @@ from google.protobuf import message as protobuf_message
 
 from procgen_client import _fork
 from procgen_client import options as _options
-from procgen_client._channel_call import ChannelCall
-from procgen_client._http2 import MESSAGE_BYTES_MAX, Http2Call
-from procgen_client._http2_channel import Http2Channel
-from procgen_client._newest import newest_of
 from procgen_client._proto import (
     catalog_pb2,
     catalog_pb2_grpc,
@@ -28,10 +24,14 @@ from procgen_client._proto import (
     states_pb2_grpc,
 )
 from procgen_client._requests import in_range
-from procgen_client._target import Target
+from procgen_client._transport.channel_call import ChannelCall
+from procgen_client._transport.encoding import check_decodable
+from procgen_client._transport.http2 import MESSAGE_BYTES_MAX, Http2Call
+from procgen_client._transport.http2_channel import Http2Channel
+from procgen_client._transport.newest import newest_of
+from procgen_client._transport.target import Target
 from procgen_client._validation import POOL_PAGES_MAX, check_pool
 from procgen_client.credentials import Credentials, is_this_machine
-from procgen_client.encoding import check_decodable
 from procgen_client.errors import (
     CancelledError,
     DeadlineExceededError,

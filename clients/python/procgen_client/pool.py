@@ -17,10 +17,10 @@ from procgen_client._requests import (
     reset_messages,
     step_request,
 )
-from procgen_client._shared_memory import SharedMapping
-from procgen_client._stream import Stream
+from procgen_client._transport.shared_memory import SharedMapping
+from procgen_client._transport.stream import Stream
+from procgen_client._transport.wire import Part
 from procgen_client._validation import Expected
-from procgen_client._wire import Part
 from procgen_client.batch import Batch, assemble
 from procgen_client.errors import (
     FailedPreconditionError,

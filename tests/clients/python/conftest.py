@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from procgen_client import Client, ServerProcess
-from procgen_client.server_process import BINARY_VARIABLE
+from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _ROOT = Path(__file__).resolve().parents[3]
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess, _stream
-from procgen_client._wire import Part, read_response
+from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess
+from procgen_client._transport import stream as _stream
+from procgen_client._transport.wire import Part, read_response
 from procgen_client.errors import (
     AbortedError,
     DataLossError,

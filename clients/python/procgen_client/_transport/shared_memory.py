@@ -17,7 +17,7 @@ from google.protobuf.message import DecodeError
 
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
-from procgen_client._wire import ARRAY_TYPES, PICTURES, bytes_field, varint
+from procgen_client._transport.wire import ARRAY_TYPES, PICTURES, bytes_field, varint
 from procgen_client.batch import Batch
 from procgen_client.errors import FailedPreconditionError, InternalError
 

@@ -22,8 +22,8 @@ import grpc
 import numpy as np
 
 from procgen_client import _fork
-from procgen_client._hpack import HeaderError, read_headers, write_headers
-from procgen_client._target import Target
+from procgen_client._transport.hpack import HeaderError, read_headers, write_headers
+from procgen_client._transport.target import Target
 
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 _FRAME_HEADER_BYTES = 9

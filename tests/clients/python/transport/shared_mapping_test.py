@@ -11,9 +11,9 @@ import pytest
 from procgen_client import Batch, errors
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
-from procgen_client._shared_memory import SharedMapping
+from procgen_client._transport.shared_memory import SharedMapping
+from procgen_client._transport.wire import ARRAY_TYPES, PICTURES
 from procgen_client._validation import Expected
-from procgen_client._wire import ARRAY_TYPES, PICTURES
 
 _ENV_COUNT = 48
 _BATCH_COUNT = 2

@@ -17,8 +17,8 @@ from bad_network import Proxy, connected
 from conftest import server_binary
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
-from procgen_client._direct_line import DirectLine
 from procgen_client._proto import step_pb2
+from procgen_client._transport.direct_line import DirectLine
 
 _ENV_COUNT = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}

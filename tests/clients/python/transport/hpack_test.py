@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from procgen_client._hpack import HeaderError, read_headers, write_headers
+from procgen_client._transport.hpack import HeaderError, read_headers, write_headers
 
 
 def test_what_is_written_is_read() -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from procgen_client import encoding
 from procgen_client._proto import pools_pb2
-from procgen_client.encoding import ObservationDecoder
+from procgen_client._transport import encoding
+from procgen_client._transport.encoding import ObservationDecoder
 from procgen_client.errors import (
     DataLossError,
     FailedPreconditionError,
@@ -40,7 +40,7 @@ def rollout_program() -> Path:
     """What CTest says, else what was built last in this checkout."""
     if "PROCGEN_ENCODED_ROLLOUT" in os.environ:
         return Path(os.environ["PROCGEN_ENCODED_ROLLOUT"])
-    built = list(Path(__file__).resolve().parents[3].glob("build/*/bin/encoded_rollout"))
+    built = list(Path(__file__).resolve().parents[4].glob("build/*/bin/encoded_rollout"))
     if not built:
         pytest.exit("no encoded_rollout was built", returncode=2)
     return max(built, key=lambda path: path.stat().st_mtime)

@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from procgen_client import Client, ServerProcess, errors, evaluate
-from procgen_client.evaluate import GameScore, ProgressLine, Protocol
+from procgen_client import Client, ServerProcess, errors
 from procgen_client.options import GAMES
+from procgen_client.tools import evaluate
+from procgen_client.tools.evaluate import GameScore, ProgressLine, Protocol
 
 _FOLDER = Path(__file__).resolve().parent
 _SMALL = Protocol(mode="easy", train_levels=3, episode_count=12, env_count=4, rand_seed=5)
@@ -128,7 +129,7 @@ def test_wrong_protocols_are_refused(
 def _command(*arguments: str) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"PYTHONPATH": f"{os.environ.get('PYTHONPATH', '')}:{_FOLDER}"}
     return subprocess.run(
-        [sys.executable, "-m", "procgen_client.evaluate", *arguments],
+        [sys.executable, "-m", "procgen_client.tools.evaluate", *arguments],
         env=environment,
         capture_output=True,
         text=True,

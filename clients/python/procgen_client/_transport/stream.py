@@ -12,14 +12,14 @@ from typing import Protocol
 import grpc
 from google.protobuf.message import DecodeError
 
-from procgen_client._direct_line import DirectLine
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
-from procgen_client._shared_memory import SharedMapping
+from procgen_client._transport.direct_line import DirectLine
+from procgen_client._transport.encoding import decode_parts, decoder_for
+from procgen_client._transport.shared_memory import SharedMapping
+from procgen_client._transport.wire import Part, number_tag, read_response, varint
 from procgen_client._validation import Expected, check_attached, check_part
-from procgen_client._wire import Part, number_tag, read_response, varint
 from procgen_client.batch import Batch
-from procgen_client.encoding import decode_parts, decoder_for
 from procgen_client.errors import (
     AbortedError,
     InternalError,

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._gym import program_spaces
-from procgen_client._gym3 import Gym3Env, action_type, observation_type
 from procgen_client._requests import ACTION_COUNT
 from procgen_client.batch import Batch
 from procgen_client.client import Client
+from procgen_client.envs._gym import program_spaces
+from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
 from procgen_client.errors import InvalidArgumentError, UpstreamAssertionError
 from procgen_client.options import GAMES, EnvironmentOptions
 from procgen_client.pool import Pool
-from procgen_client.private_server import is_private, open_client
+from procgen_client.tools.private_server import is_private, open_client
 
 # The games, by upstream's name for the list.
 ENV_NAMES = list(GAMES)

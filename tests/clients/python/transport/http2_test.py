@@ -13,10 +13,11 @@ from pathlib import Path
 import grpc
 import pytest
 
-from procgen_client import Client, Reset, ServerProcess, _http2, errors
-from procgen_client._hpack import read_headers, write_headers
-from procgen_client._http2 import Http2Call
-from procgen_client._target import Target
+from procgen_client import Client, Reset, ServerProcess, errors
+from procgen_client._transport import http2 as _http2
+from procgen_client._transport.hpack import read_headers, write_headers
+from procgen_client._transport.http2 import Http2Call
+from procgen_client._transport.target import Target
 
 _PREFACE_BYTES = 24
 _DATA, _HEADERS, _RST_STREAM, _SETTINGS, _PING, _GOAWAY, _WINDOW_UPDATE, _CONTINUATION = (

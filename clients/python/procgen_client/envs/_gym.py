@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from procgen_client._gymnasium import spaces
+from procgen_client.envs._gymnasium import spaces
 from procgen_client.errors import InvalidArgumentError
 from procgen_client.options import GAMES
 
@@ -58,7 +58,7 @@ def register_environments() -> None:
     for game in GAMES:
         gym.envs.registration.register(
             id=f"procgen-{game}-v0",
-            entry_point="procgen_client._gym:make_env",
+            entry_point="procgen_client.envs._gym:make_env",
             kwargs={"env_name": game},
         )
 
@@ -67,7 +67,7 @@ def register_environments() -> None:
 def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not be installed
     import gym
 
-    from procgen_client.released import ProcgenEnv
+    from procgen_client.envs.released import ProcgenEnv
 
     class ProcgenGymEnv(gym.Env):  # type: ignore[misc]
         """One environment: reset gives an observation, step four values.

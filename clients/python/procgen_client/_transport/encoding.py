@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from procgen_client._proto import pools_pb2
-from procgen_client._wire import Part
+from procgen_client._transport.wire import Part
 from procgen_client.errors import (
     DataLossError,
     FailedPreconditionError,

@@ -13,7 +13,7 @@ import pytest
 from conftest import server_binary
 
 from procgen_client import Client, ServerProcess, errors
-from procgen_client.private_server import SERVER_VARIABLE
+from procgen_client.tools.private_server import SERVER_VARIABLE
 
 _BEGIN = """
 import sys

@@ -9,7 +9,7 @@ from google.protobuf.message import DecodeError
 
 from procgen_client import Client, ServerProcess
 from procgen_client._proto import step_pb2
-from procgen_client._wire import Part, part_of, read_response
+from procgen_client._transport.wire import Part, part_of, read_response
 
 
 def small_batch(**fields: object) -> bytes:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from procgen_client import _spaces
+from procgen_client.envs import _spaces
 from procgen_client.options import GAMES
 
 # Where Gymnasium has the environments, e.g. "procgen_server/coinrun-v0".

@@ -13,7 +13,8 @@ import grpc.aio
 
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
-from procgen_client._stream import (
+from procgen_client._transport.encoding import ObservationDecoder, decode_parts, decoder_for
+from procgen_client._transport.stream import (
     BrokenConnectionError,
     Notices,
     attached_of,
@@ -23,9 +24,8 @@ from procgen_client._stream import (
     is_broken_connection,
     not_made_again,
 )
+from procgen_client._transport.wire import Part
 from procgen_client._validation import Expected
-from procgen_client._wire import Part
-from procgen_client.encoding import ObservationDecoder, decode_parts, decoder_for
 from procgen_client.errors import ProcgenError, UnavailableError, from_rpc_error
 
 

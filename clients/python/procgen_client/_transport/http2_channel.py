@@ -14,8 +14,8 @@ from typing import Any
 import grpc
 from google.protobuf.message import DecodeError
 
-from procgen_client._http2 import CallError, Http2Call
-from procgen_client._target import Target
+from procgen_client._transport.http2 import CallError, Http2Call
+from procgen_client._transport.target import Target
 
 # Between tries to connect to a server that is just starting.
 _RETRY_SECONDS = 0.1

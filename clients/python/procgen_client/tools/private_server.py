@@ -11,7 +11,7 @@ import threading
 from procgen_client.client import Client
 from procgen_client.credentials import Credentials
 from procgen_client.errors import InvalidArgumentError
-from procgen_client.server_process import ServerProcess
+from procgen_client.tools.server_process import ServerProcess
 
 # Address of the server to use where a program names none; without it a private one is started.
 SERVER_VARIABLE = "PROCGEN_SERVER"

@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from procgen_client._gymnasium import (
+from procgen_client._requests import ACTION_COUNT, Reset, in_range
+from procgen_client.batch import Batch
+from procgen_client.client import Client
+from procgen_client.envs._gymnasium import (
     AutoresetMode,
     VectorEnv,
     vector_spaces,
     warn_of_old_gymnasium,
 )
-from procgen_client._infos import episode_infos, level_infos, reset_infos
-from procgen_client._requests import ACTION_COUNT, Reset, in_range
-from procgen_client.batch import Batch
-from procgen_client.client import Client
+from procgen_client.envs._infos import episode_infos, level_infos, reset_infos
 from procgen_client.errors import (
     FailedPreconditionError,
     InvalidArgumentError,
     UnimplementedError,
 )
 from procgen_client.pool import Pool
-from procgen_client.private_server import is_private, open_client
+from procgen_client.tools.private_server import is_private, open_client
 
 _EPISODE_ENDS = {
     AutoresetMode.NEXT_STEP: "next_step",

@@ -6,11 +6,11 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from procgen_client._gymnasium import AutoresetMode, Env, single_spaces
 from procgen_client._requests import ACTION_COUNT
 from procgen_client.client import Client
+from procgen_client.envs._gymnasium import AutoresetMode, Env, single_spaces
+from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import FailedPreconditionError, InvalidArgumentError
-from procgen_client.vector_env import ProcgenVectorEnv
 
 
 class _VectorEnvOfOne(ProcgenVectorEnv):

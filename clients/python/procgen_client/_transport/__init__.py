@@ -1,0 +1,1 @@
+"""The step stream and its carriers: gRPC, pipes and shared memory; messages and encodings."""

@@ -1,0 +1,1 @@
+"""Environments with the interfaces of Gymnasium, gym3 and the released package."""
