@@ -10,8 +10,6 @@ namespace {
 // A worker takes about this share of a part at a time: few enough grabs to cost nothing, small
 // enough to end together.
 constexpr int32_t kGrabsPerPart = 32;
-// Of fewer, nobody is told that their end is near.
-constexpr int32_t kPartWithNearEndMin = 4;
 
 }  // namespace
 
@@ -46,8 +44,6 @@ void Crew::Prepare(CrewJob& job, int32_t item_count, int32_t part_count) {
   }
   job.backwards_ = !job.backwards_;
   job.items_per_grab_ = std::max(1, item_count / (part_count * kGrabsPerPart));
-  const int32_t first_part = job.parts_.front().end;
-  job.near_end_ = first_part < kPartWithNearEndMin ? -1 : first_part - first_part / 4;
   job.workers_inside_ = 0;
 }
 
@@ -109,9 +105,6 @@ void Crew::Work(CrewJob& job, int32_t worker) {
       const int32_t end = std::min(first + job.items_per_grab_, count);
       for (int32_t taken = first; taken < end; ++taken) {
         job.RunItem(job.backwards_ ? part.end - 1 - taken : part.begin + taken, worker);
-      }
-      if (&part == &job.parts_.front() && first < job.near_end_ && job.near_end_ <= end) {
-        job.OnNearEnd();
       }
     }
   }

@@ -24,10 +24,6 @@ class CrewJob {
   // Does one item. `worker` in [0, Crew::worker_count()): no two threads have the same number at
   // the same time.
   virtual void RunItem(int32_t item, int32_t worker) = 0;
-  // About three quarters of the items are done, so that it is time to prepare what comes after
-  // them: called once, between two items, by a worker whose items the others take meanwhile. Not
-  // called of a job of few items.
-  virtual void OnNearEnd() {}
   // All items are done; called once, by the last worker to leave the job. The job may be submitted
   // again, or go, here.
   virtual void OnDone() = 0;
@@ -48,7 +44,6 @@ class CrewJob {
   // those that were done last, and beginning with the others would drive them out one by one.
   bool backwards_ = true;
   int32_t items_per_grab_ = 1;
-  int32_t near_end_ = -1;       // after so many items of the first part; none: never
   int32_t workers_inside_ = 0;  // guarded by the crew's mutex
 };
 

@@ -42,12 +42,10 @@ class Pool::StepJob final : public CrewJob {
  public:
   explicit StepJob(Pool* pool) : pool_(pool) {}
 
-  void Set(const StepInput& input, const Batch& batch, DoneCallback done,
-           NearEndCallback near_end = nullptr) {
+  void Set(const StepInput& input, const Batch& batch, DoneCallback done) {
     input_ = input;
     batch_ = batch;
     done_ = std::move(done);
-    near_end_ = std::move(near_end);
     fetches_ahead_ = batch.observations.size() > kCachedBytesMax;
   }
 
@@ -65,14 +63,7 @@ class Pool::StepJob final : public CrewJob {
     Write(view.environment.result(), row);
   }
 
-  void OnNearEnd() override {
-    if (near_end_ != nullptr) {
-      near_end_();
-    }
-  }
-
   void OnDone() override {
-    near_end_ = nullptr;
     DoneCallback done = std::move(done_);
     pool_->Release();
     done(absl::OkStatus());
@@ -175,7 +166,6 @@ class Pool::StepJob final : public CrewJob {
   StepInput input_;
   Batch batch_;
   DoneCallback done_;
-  NearEndCallback near_end_;
   bool fetches_ahead_ = false;  // the memory of an observation while its environment moves
 };
 
@@ -294,13 +284,12 @@ absl::Status Pool::Step(const StepInput& input, const Batch& batch) {
   return absl::OkStatus();
 }
 
-void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback done,
-                     NearEndCallback near_end) {
+void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback done) {
   if (absl::Status status = Begin(input, batch); !status.ok()) {
     done(status);
     return;
   }
-  job_->Set(input, batch, std::move(done), std::move(near_end));
+  job_->Set(input, batch, std::move(done));
   if (input.count == 1 && input.repeat <= kRepeatHereMax) {
     crew_->SubmitAndHelp(*job_, input.count);
   } else {

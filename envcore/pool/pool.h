@@ -129,7 +129,6 @@ struct Batch {
 class Pool {
  public:
   using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
-  using NearEndCallback = absl::AnyInvocable<void()>;
 
   // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
   // by pools. Errors: NOT_FOUND no such game; INVALID_ARGUMENT an option out of range (the message
@@ -160,11 +159,8 @@ class Pool {
   // crew thread; it must not block. It may step the pool again or end it, but not the crew. The
   // spans must stay valid until then. With an error, and for a single environment (which is stepped
   // sooner than handed over), `done` is called before StepAsync returns, on the calling thread.
-  // `near_end`, if given, is called once at most, before `done` and on a crew thread, when most of
-  // many environments are stepped: for what prepares the next step, in about the time of one
-  // environment's. REQUIRES: the crew has a thread.
-  void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done,
-                 NearEndCallback near_end = nullptr);
+  // REQUIRES: the crew has a thread.
+  void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without
   // stepping. Errors: INVALID_ARGUMENT, ABORTED as in Step.

@@ -287,8 +287,7 @@ void FleetPool::AnswerPart() {
   done(std::move(status));
 }
 
-void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done,
-                          NearEnd /*near_end*/) {
+void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done) {
   {
     absl::MutexLock lock(&mutex_);
     part_ = {part.first, part.count};

@@ -57,7 +57,7 @@ class FleetPool final : public HostedPool {
     return awaits_reset_[static_cast<size_t>(environment)];
   }
   void BeginRequest(const Request& request, const Batch& first_part) override;
-  void StepAsync(const StepInput& part, const Batch& batch, Done done, NearEnd near_end) override;
+  void StepAsync(const StepInput& part, const Batch& batch, Done done) override;
   void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override;
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;

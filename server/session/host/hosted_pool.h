@@ -34,8 +34,6 @@ enum class View : uint8_t {
 class HostedPool {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
-  // As of Pool::StepAsync; null: nobody wants to know.
-  using NearEnd = Pool::NearEndCallback;
   // Draws what environments showed when it was made: once, on any thread, also while the pool does
   // something else or is gone. `frames`: uint8 [side_px, side_px, 3], one for each environment.
   using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
@@ -60,8 +58,7 @@ class HostedPool {
   // not. `request` must stay valid until its last part is done, or one has failed.
   virtual void BeginRequest(const Request& request, const Batch& first_part) = 0;
   // As Pool::StepAsync, of a part of the request that has begun.
-  virtual void StepAsync(const StepInput& part, const Batch& batch, Done done,
-                         NearEnd near_end) = 0;
+  virtual void StepAsync(const StepInput& part, const Batch& batch, Done done) = 0;
   // As those of Pool.
   virtual void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) = 0;
   virtual void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) = 0;

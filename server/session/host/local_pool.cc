@@ -46,8 +46,8 @@ LocalPool::LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundEx
 
 LocalPool::~LocalPool() = default;
 
-void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done, NearEnd near_end) {
-  pool_->StepAsync(part, batch, std::move(done), std::move(near_end));
+void LocalPool::StepAsync(const StepInput& part, const Batch& batch, Done done) {
+  pool_->StepAsync(part, batch, std::move(done));
 }
 
 void LocalPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {

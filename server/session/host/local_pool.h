@@ -24,7 +24,7 @@ class LocalPool final : public HostedPool {
   const PoolOptions& options() const override { return pool_->options(); }
   bool AwaitsReset(int32_t environment) const override { return pool_->AwaitsReset(environment); }
   void BeginRequest(const Request& /*request*/, const Batch& /*first_part*/) override {}
-  void StepAsync(const StepInput& part, const Batch& batch, Done done, NearEnd near_end) override;
+  void StepAsync(const StepInput& part, const Batch& batch, Done done) override;
   void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) override;
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;

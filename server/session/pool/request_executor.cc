@@ -222,7 +222,7 @@ void RequestExecutor::RunPart() {
   if (request.kind != Request::Kind::kObserve) {
     batch_ = unasked_.LendTo(batch_, part_.count);
   }
-  pool->StepAsync(input_, batch_, std::move(done), /*near_end=*/nullptr);
+  pool->StepAsync(input_, batch_, std::move(done));
 }
 
 bool RequestExecutor::EndPart() {

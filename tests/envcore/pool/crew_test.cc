@@ -24,7 +24,6 @@ class CountingJob : public CrewJob {
 
   std::function<void()> on_done = [] {};
   std::function<void(int32_t item, int32_t worker)> on_item = [](int32_t, int32_t) {};
-  std::function<void()> on_near_end = [] {};
 
   int32_t item_count() const { return static_cast<int32_t>(counts_.size()); }
   std::vector<int> Counts() const { return {counts_.begin(), counts_.end()}; }
@@ -34,7 +33,6 @@ class CountingJob : public CrewJob {
     counts_[static_cast<size_t>(item)].fetch_add(1, std::memory_order_relaxed);
     on_item(item, worker);
   }
-  void OnNearEnd() override { on_near_end(); }
   void OnDone() override { on_done(); }
 
  private:
@@ -81,27 +79,6 @@ TEST_P(CrewSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) 
   crew.SubmitAndHelp(job, job.item_count());
   done.WaitForNotification();
   EXPECT_EQ(clashes, 0);
-}
-
-TEST_P(CrewSizesTest, TheNearEndIsToldOnceBeforeTheEndAndNotOfFewItems) {
-  Crew crew(GetParam());
-  for (const int32_t item_count : {0, 1, 3, 24, 64, 1000}) {
-    CountingJob job(item_count);
-    std::atomic<int> told_count = 0;
-    std::atomic<bool> is_done = false;
-    job.on_near_end = [&] {
-      ++told_count;
-      EXPECT_FALSE(is_done);
-    };
-    absl::Notification done;
-    job.on_done = [&] {
-      is_done = true;
-      done.Notify();
-    };
-    crew.SubmitAndHelp(job, item_count);
-    done.WaitForNotification();
-    EXPECT_EQ(told_count, item_count < 4 ? 0 : 1) << item_count << " items";
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, CrewSizesTest, testing::Values(0, 1, 2, 5));
@@ -159,26 +136,6 @@ TEST(CrewTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
     EXPECT_EQ(items[0].front(), backwards ? kItemCount / 2 - 1 : 0);
     EXPECT_EQ(items[1].front(), backwards ? kItemCount - 1 : kItemCount / 2);
   }
-}
-
-TEST(CrewTest, OthersTakeTheItemsOfWhoIsToldOfTheNearEnd) {
-  Crew crew(1);
-  constexpr int32_t kItemCount = 64;
-  CountingJob job(kItemCount);
-  std::atomic<int> taken_count = 0;
-  std::latch all_are_taken(kItemCount);
-  job.on_item = [&](int32_t, int32_t) {
-    ++taken_count;
-    all_are_taken.count_down();
-  };
-  job.on_near_end = [&] {
-    EXPECT_GE(taken_count, kItemCount / 4);
-    all_are_taken.wait();
-  };
-  absl::Notification done;
-  job.on_done = [&done] { done.Notify(); };
-  crew.SubmitAndHelp(job, kItemCount);
-  done.WaitForNotification();
 }
 
 TEST(CrewTest, SubmitLeavesTheWorkToTheThreads) {

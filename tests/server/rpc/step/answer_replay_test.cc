@@ -44,8 +44,7 @@ class PromptPool final : public HostedPool {
   void BeginRequest(const Request& request, const Batch& first_part) override {
     pool_->BeginRequest(request, first_part);
   }
-  void StepAsync(const StepInput& part, const Batch& batch, Done done,
-                 NearEnd /*near_end*/) override {
+  void StepAsync(const StepInput& part, const Batch& batch, Done done) override {
     const char here = 0;
     NoteStack(reinterpret_cast<intptr_t>(&here));
     absl::Status status = fails_();
