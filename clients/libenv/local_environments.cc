@@ -10,7 +10,7 @@ namespace procgen {
 absl::StatusOr<std::unique_ptr<LocalEnvironments>> LocalEnvironments::Create(
     const PoolOptions& options, int32_t num_threads) {
   const int32_t thread_count = std::min(num_threads, options.env_count);
-  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(thread_count));
   if (!pool.ok()) {
     return pool.status();
   }
@@ -24,9 +24,9 @@ absl::StatusOr<std::unique_ptr<LocalEnvironments>> LocalEnvironments::Create(
   return environments;
 }
 
-LocalEnvironments::LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew)
+LocalEnvironments::LocalEnvironments(std::unique_ptr<Pool> pool, bool has_workers)
     : pool_(std::move(pool)),
-      has_crew_(has_crew),
+      has_workers_(has_workers),
       actions_(static_cast<size_t>(pool_->env_count())),
       observations_(actions_.size() * kObservationBytes) {}
 
@@ -38,7 +38,7 @@ absl::Status LocalEnvironments::Act(absl::Span<const int32_t> actions) {
   }
   actions_.assign(actions.begin(), actions.end());
   const StepInput input = {.count = pool_->env_count(), .actions = actions_};
-  if (!has_crew_) {
+  if (!has_workers_) {
     return pool_->Step(input, OwnBatch());
   }
   {

@@ -14,8 +14,8 @@
 
 namespace procgen {
 
-// Environments in this process: a pool with a crew of its own, as handles share nothing. With a
-// crew Act returns at once, so that the host can do something else meanwhile.
+// Environments in this process: a pool with a worker pool of its own, as handles share nothing.
+// With a worker pool Act returns at once, so that the host can do something else meanwhile.
 class LocalEnvironments final : public Environments {
  public:
   // `num_threads` >= 0; 0: the calling thread steps. More threads than environments are not
@@ -33,14 +33,14 @@ class LocalEnvironments final : public Environments {
   absl::Status RestoreState(int32_t environment, absl::string_view snapshot) override;
 
  private:
-  LocalEnvironments(std::unique_ptr<Pool> pool, bool has_crew);
+  LocalEnvironments(std::unique_ptr<Pool> pool, bool has_workers);
 
   // Waits until no step runs; returns how the last one went.
   absl::Status Wait();
   Batch OwnBatch();
 
   const std::unique_ptr<Pool> pool_;
-  const bool has_crew_;
+  const bool has_workers_;
   std::vector<int32_t> actions_;       // [N] of the running step
   std::vector<uint8_t> observations_;  // [N, 64, 64, 3]
   BatchNumbers numbers_;               // [N]

@@ -38,7 +38,7 @@ struct Pool::Workbench {
 };
 
 // Steps a slice: one item an environment.
-class Pool::StepJob final : public CrewJob {
+class Pool::StepJob final : public ParallelJob {
  public:
   explicit StepJob(Pool* pool) : pool_(pool) {}
 
@@ -170,7 +170,7 @@ class Pool::StepJob final : public CrewJob {
 };
 
 absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
-                                                   std::shared_ptr<Crew> crew) {
+                                                   std::shared_ptr<WorkerPool> workers) {
   if (absl::Status status = CheckPoolOptions(options); !status.ok()) {
     return status;
   }
@@ -182,7 +182,7 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
     }
     resolved.push_back(*environment_options);
   }
-  std::unique_ptr<Pool> pool(new Pool(options, std::move(crew)));
+  std::unique_ptr<Pool> pool(new Pool(options, std::move(workers)));
   // Environment n's choice of levels depends on rand_seed and n only.
   RandomStream stream_seeds(options.environment.rand_seed);
   for (int32_t i = 0; i < options.first_environment; ++i) {
@@ -208,9 +208,9 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
   return pool;
 }
 
-Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
+Pool::Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers)
     : options_(options),
-      crew_(std::move(crew)),
+      workers_(std::move(workers)),
       level_sampler_(options.level_sampler),
       art_(options.games.size()),
       still_layers_(static_cast<size_t>(options.env_count)),
@@ -221,7 +221,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<Crew> crew)
     frame_stacks_.assign(static_cast<size_t>(options.env_count),
                          FrameStack(format.frame.bytes(), format.frame_stack));
   }
-  for (int32_t worker = 0; worker < crew_->worker_count(); ++worker) {
+  for (int32_t worker = 0; worker < workers_->worker_count(); ++worker) {
     workbenches_.push_back(std::make_unique<Workbench>());
   }
 }
@@ -278,7 +278,7 @@ absl::Status Pool::Step(const StepInput& input, const Batch& batch) {
   }
   absl::Notification done;
   job_->Set(input, batch, [&done](const absl::Status& /*status*/) { done.Notify(); });
-  crew_->SubmitAndHelp(*job_, input.count);
+  workers_->SubmitAndParticipate(*job_, input.count);
   AwaitAwake([&done] { return done.HasBeenNotified(); });
   done.WaitForNotification();
   return absl::OkStatus();
@@ -291,9 +291,9 @@ void Pool::StepAsync(const StepInput& input, const Batch& batch, DoneCallback do
   }
   job_->Set(input, batch, std::move(done));
   if (input.count == 1 && input.repeat <= kRepeatHereMax) {
-    crew_->SubmitAndHelp(*job_, input.count);
+    workers_->SubmitAndParticipate(*job_, input.count);
   } else {
-    crew_->Submit(*job_, input.count);
+    workers_->Submit(*job_, input.count);
   }
 }
 

@@ -18,10 +18,10 @@
 #include "envcore/environment/environment_options.h"
 #include "envcore/environment/level_sampler.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/pool/crew.h"
 #include "envcore/pool/observation_format.h"
 #include "envcore/pool/shared_art.h"
 #include "envcore/pool/sight.h"
+#include "envcore/pool/worker_pool.h"
 
 namespace procgen {
 
@@ -130,11 +130,11 @@ class Pool {
  public:
   using DoneCallback = absl::AnyInvocable<void(absl::Status)>;
 
-  // Makes a pool; every environment stands at the first step of its first level. `crew` is shared
-  // by pools. Errors: NOT_FOUND no such game; INVALID_ARGUMENT an option out of range (the message
-  // names it and the range).
+  // Makes a pool; every environment stands at the first step of its first level. `workers` is
+  // shared by pools. Errors: NOT_FOUND no such game; INVALID_ARGUMENT an option out of range (the
+  // message names it and the range).
   static absl::StatusOr<std::unique_ptr<Pool>> Create(const PoolOptions& options,
-                                                      std::shared_ptr<Crew> crew);
+                                                      std::shared_ptr<WorkerPool> workers);
   // REQUIRES: no step is running.
   ~Pool();
   Pool(const Pool&) = delete;
@@ -150,16 +150,18 @@ class Pool {
     return environments_[static_cast<size_t>(environment)]->awaits_reset();
   }
 
-  // Steps each environment of the slice once (`repeat` times) on the calling thread and the crew.
+  // Steps each environment of the slice once (`repeat` times) on the calling thread and the worker
+  // pool.
   // On error nothing has moved. Errors: INVALID_ARGUMENT wrong length, an action or index out of
   // range; FAILED_PRECONDITION with EpisodeEnd::kDisabled, an environment whose episode has ended
   // and is not reset; ABORTED another call runs.
   absl::Status Step(const StepInput& input, const Batch& batch);
-  // As Step, on the crew alone, and returns at once. When all is done `done` is called once, on a
-  // crew thread; it must not block. It may step the pool again or end it, but not the crew. The
-  // spans must stay valid until then. With an error, and for a single environment (which is stepped
-  // sooner than handed over), `done` is called before StepAsync returns, on the calling thread.
-  // REQUIRES: the crew has a thread.
+  // As Step, on the worker pool alone, and returns at once. When all is done `done` is called once,
+  // on a worker thread; it must not block. It may step the pool again or end it, but not the worker
+  // pool. The spans must stay valid until then. With an error, and for a single environment (which
+  // is stepped sooner than handed over), `done` is called before StepAsync returns, on the calling
+  // thread.
+  // REQUIRES: the worker pool has a thread.
   void StepAsync(const StepInput& input, const Batch& batch, DoneCallback done);
 
   // Writes what the environments [first, first + count) show now, as after their last step, without
@@ -203,7 +205,7 @@ class Pool {
   class StepJob;
   struct Workbench;
 
-  Pool(const PoolOptions& options, std::shared_ptr<Crew> crew);
+  Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers);
 
   // Takes the pool for one call; false if another has it.
   bool Take() { return !busy_.exchange(true, std::memory_order_acquire); }
@@ -220,7 +222,7 @@ class Pool {
   const std::shared_ptr<const GameArt>& ArtOf(size_t index) const;
 
   const PoolOptions options_;
-  const std::shared_ptr<Crew> crew_;
+  const std::shared_ptr<WorkerPool> workers_;
   std::shared_ptr<const LevelSampler> level_sampler_;  // null: the options choose
   std::vector<std::unique_ptr<Environment>> environments_;
   std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games

@@ -117,7 +117,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
   }
   const PoolTerms& terms = order.terms;
   // Shared by the registry and by who uses it at the moment; freed on the background executor,
-  // because the last to let go may be a worker, which the pool's crew cannot do without.
+  // because the last to let go may be a worker, which the pool's worker pool cannot do without.
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
                           {&owners_, &executor_, &lease_alarm_, &kept_answer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},

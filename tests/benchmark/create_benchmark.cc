@@ -13,8 +13,8 @@
 #include "absl/types/span.h"
 #include "benchmark/benchmark.h"
 #include "envcore/games/game_catalog.h"
-#include "envcore/pool/crew.h"
 #include "envcore/pool/pool.h"
+#include "envcore/pool/worker_pool.h"
 #include "tests/benchmark/action_tape.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/resident_memory.h"
@@ -37,7 +37,7 @@ absl::StatusOr<std::unique_ptr<Pool>> MakePool(const std::string& game, Distribu
   options.games = {game};
   options.env_count = env_count;
   options.environment.distribution_mode = mode;
-  return Pool::Create(options, std::make_shared<Crew>(0));
+  return Pool::Create(options, std::make_shared<WorkerPool>(0));
 }
 
 // Steps all environments of the pool a few times and draws them.

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/types/span.h"
-#include "envcore/pool/crew.h"
+#include "envcore/pool/worker_pool.h"
 
 namespace procgen {
 namespace {
@@ -18,7 +18,7 @@ absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course, int32_t e
   options.env_count = env_count;
   options.environment.distribution_mode = course.mode;
   options.art = course.art;
-  auto pool = Pool::Create(options, std::make_shared<Crew>(course.worker_count - 1));
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(course.worker_count - 1));
   if (!pool.ok()) {
     return pool.status();
   }

@@ -25,7 +25,8 @@ std::string SnapshotOf(const GameFacts& facts, DistributionMode mode) {
   options.env_count = 1;
   options.environment.distribution_mode = mode;
   options.environment.rand_seed = 7;
-  const auto pool = procgen::Pool::Create(options, std::make_shared<procgen::Crew>(0)).value();
+  const auto pool =
+      procgen::Pool::Create(options, std::make_shared<procgen::WorkerPool>(0)).value();
   procgen::RandomStream random(5);
   for (int step = 0; step < kStepCount; ++step) {
     const int32_t action = random.Int(procgen::kActionCount);

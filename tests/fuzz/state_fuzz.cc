@@ -39,7 +39,7 @@ std::unique_ptr<Pool> MadePool(const GameFacts& facts) {
   PoolOptions options;
   options.games = {std::string(facts.name)};
   options.env_count = 1;
-  auto pool = Pool::Create(options, std::make_shared<Crew>(0));
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0));
   Require(pool.ok(), "there is no pool to restore in", pool.status());
   return *std::move(pool);
 }

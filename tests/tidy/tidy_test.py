@@ -156,7 +156,7 @@ _KEPT = {
         {"server/cluster/x.cc": _include("dds/dds.h")},
     ),
     includes.check_engine_purity: (
-        {"envcore/pool/crew.cc": "#include <thread>\n"},
+        {"envcore/pool/worker_pool.cc": "#include <thread>\n"},
         {"server/session/x.cc": "#include <chrono>\n"},
     ),
     includes.check_link_arrows: (

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "absl/types/span.h"
-#include "envcore/pool/crew.h"
 #include "envcore/pool/pool.h"
+#include "envcore/pool/worker_pool.h"
 #include "envcore/random/random_stream.h"
 
 namespace procgen {
@@ -67,7 +67,7 @@ absl::StatusOr<ReturnStatistics> PlayRandomly(const Course& course, const Random
   options.env_count = play.env_count;
   options.environment.distribution_mode = course.mode;
   options.environment.rand_seed = play.seed;
-  const auto pool = Pool::Create(options, std::make_shared<Crew>(play.worker_count - 1));
+  const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(play.worker_count - 1));
   if (!pool.ok()) {
     return pool.status();
   }

@@ -32,7 +32,7 @@ absl::StatusOr<std::unique_ptr<Pool>> FleetPool::Check(const PoolOptions& option
   model.first_environment = 0;
   model.total_environments = 0;
   model.observation_format = {};
-  return Pool::Create(model, std::make_shared<Crew>(0));
+  return Pool::Create(model, std::make_shared<WorkerPool>(0));
 }
 
 FleetPool::FleetPool(const PoolOptions& options, std::unique_ptr<Pool> model,

@@ -129,13 +129,15 @@ void LocalPool::LookHere(const std::vector<int32_t>& environments, View view, in
 
 LocalPoolHost::LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
                              BackgroundExecutor* executor)
-    : crew_(std::make_shared<Crew>(worker_count)), art_(std::move(art)), executor_(executor) {}
+    : workers_(std::make_shared<WorkerPool>(worker_count)),
+      art_(std::move(art)),
+      executor_(executor) {}
 
 void LocalPoolHost::Create(const PoolOrder& order, CreateDone done) {
   executor_->Run(order.owner, [this, drawn = order.options, owner = order.owner,
                                done = std::move(done)]() mutable {
     drawn.art = art_;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, crew_);
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, workers_);
     if (pool.ok()) {
       done(std::make_unique<LocalPool>(*std::move(pool), std::move(owner), executor_));
     } else {

@@ -13,7 +13,7 @@
 
 namespace procgen {
 
-// A pool of this process: stepped by its crew, and what takes long besides by the background
+// A pool of this process: stepped by its worker pool, and what takes long besides by the background
 // executor.
 class LocalPool final : public HostedPool {
  public:
@@ -44,7 +44,7 @@ class LocalPool final : public HostedPool {
   const std::shared_ptr<Painters> painters_;
 };
 
-// Makes pools in this process, which share one crew.
+// Makes pools in this process, which share one worker pool.
 class LocalPoolHost final : public PoolHost {
  public:
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
@@ -53,10 +53,10 @@ class LocalPoolHost final : public PoolHost {
                 BackgroundExecutor* executor);
 
   void Create(const PoolOrder& order, CreateDone done) override;
-  int32_t worker_count() const override { return crew_->thread_count(); }
+  int32_t worker_count() const override { return workers_->thread_count(); }
 
  private:
-  const std::shared_ptr<Crew> crew_;
+  const std::shared_ptr<WorkerPool> workers_;
   const std::shared_ptr<const SharedArt> art_;
   BackgroundExecutor* const executor_;
 };

@@ -32,7 +32,7 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
     options.games = {GetParam()};
     options.env_count = kEnvCount;
     options.observation_format = format_;
-    pool_ = *Pool::Create(options, std::make_shared<Crew>(thread_count));
+    pool_ = *Pool::Create(options, std::make_shared<WorkerPool>(thread_count));
     PlayFromTheStart();
     return PlayFromTheStart();
   }
@@ -77,7 +77,7 @@ TEST_P(PoolAllocationTest, AStepAllocatesNothing) { EXPECT_EQ(AllocationsOfSteps
 // for a larger picture than it has drawn before; but not step by step.
 constexpr int64_t kRoomMakingMax = kStepCount / 10;
 
-TEST_P(PoolAllocationTest, AStepByACrewAllocatesNothing) {
+TEST_P(PoolAllocationTest, AStepByAWorkerPoolAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 

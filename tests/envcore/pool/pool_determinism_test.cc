@@ -100,7 +100,7 @@ std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
 }
 
 std::vector<BatchBuffers> Play(const PoolOptions& options, int32_t thread_count, int32_t slice) {
-  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(thread_count));
   EXPECT_TRUE(pool.ok()) << pool.status();
   return Play(**pool, slice);
 }

@@ -150,7 +150,7 @@ TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRefused) {
 TEST(PoolFormatErrorTest, AFormatOutOfRangeMakesNoPool) {
   PoolOptions options = OptionsOf({"maze"});
   options.observation_format.frame.side_px = 15;
-  const absl::Status status = Pool::Create(options, std::make_shared<Crew>(0)).status();
+  const absl::Status status = Pool::Create(options, std::make_shared<WorkerPool>(0)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(status.message(), "observation_format.frame.side_px is 15, must be in [16, 512]");
 }

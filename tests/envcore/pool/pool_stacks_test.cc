@@ -229,13 +229,13 @@ TEST(PoolStackStateTest, WhetherARestoredEnvironmentIsLookedAtBeforeItStepsChang
 TEST(PoolStackStateTest, StepsInTheBackgroundGiveTheSame) {
   const auto pool = FormattedPool("fruitbot", StackOf(4));
   PoolOptions options = pool->options();
-  const auto crewed = MadePool(options, 2);
+  const auto parallel = MadePool(options, 2);
   for (int step = 0; step < 20; ++step) {
     const std::vector<int32_t> actions = AllTake(step % 9);
-    BatchBuffers buffers(kEnvCount, crewed->observation_bytes());
+    BatchBuffers buffers(kEnvCount, parallel->observation_bytes());
     absl::Notification done;
-    crewed->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
-                      [&done](const absl::Status& /*status*/) { done.Notify(); });
+    parallel->StepAsync({.count = kEnvCount, .actions = actions}, buffers.Whole(),
+                        [&done](const absl::Status& /*status*/) { done.Notify(); });
     done.WaitForNotification();
     ASSERT_EQ(buffers, Stepped(*pool, actions));
   }

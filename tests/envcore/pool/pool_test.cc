@@ -24,7 +24,7 @@ using ::testing::ElementsAre;
 // --- Creation.
 
 void ExpectNoPool(const PoolOptions& options, absl::StatusCode code, const std::string& message) {
-  const absl::Status status = Pool::Create(options, std::make_shared<Crew>(0)).status();
+  const absl::Status status = Pool::Create(options, std::make_shared<WorkerPool>(0)).status();
   EXPECT_EQ(status.code(), code);
   EXPECT_EQ(status.message(), message);
 }
@@ -56,7 +56,7 @@ TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
   options.environment.distribution_mode = DistributionMode::kMemory;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
                "distribution_mode is memory (10), bigfish has easy, hard");
-  EXPECT_EQ(Pool::Create(OptionsOf({"pacman"}), std::make_shared<Crew>(0)).status().code(),
+  EXPECT_EQ(Pool::Create(OptionsOf({"pacman"}), std::make_shared<WorkerPool>(0)).status().code(),
             absl::StatusCode::kNotFound);
 }
 
@@ -250,8 +250,8 @@ TEST(PoolStepTest, AfterARefusedStepAnotherGoesOn) {
 
 // --- One call at a time.
 
-// Keeps the only thread of a crew until it is told to let go.
-class Gate : public CrewJob {
+// Keeps the only thread of a worker pool until it is told to let go.
+class Gate : public ParallelJob {
  public:
   void Open() { gate_.Notify(); }
   void WaitUntilDone() { done_.WaitForNotification(); }
@@ -266,10 +266,10 @@ class Gate : public CrewJob {
 };
 
 TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
-  auto crew = std::make_shared<Crew>(1);
-  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  auto workers = std::make_shared<WorkerPool>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), workers);
   Gate gate;
-  crew->Submit(gate, 1);
+  workers->Submit(gate, 1);
   BatchBuffers buffers(kEnvCount);
   const std::vector<int32_t> actions = AllTake(kNoAction);
   absl::Notification done;
@@ -300,8 +300,8 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
 }
 
 TEST(PoolBusyTest, OfManyCallsAtOnceEachIsDoneWhollyOrNotAtAll) {
-  auto crew = std::make_shared<Crew>(2);
-  auto pool = *Pool::Create(OptionsOf({"maze", "miner"}), crew);
+  auto workers = std::make_shared<WorkerPool>(2);
+  auto pool = *Pool::Create(OptionsOf({"maze", "miner"}), workers);
   std::atomic<int> done_count = 0;
   std::vector<std::thread> threads;
   threads.reserve(4);
@@ -381,8 +381,8 @@ TEST(PoolStepAsyncTest, OneEnvironmentIsSteppedBeforeItReturns) {
 }
 
 TEST(PoolStepAsyncTest, ASingleEnvironmentMayEndThePoolWhenItIsDone) {
-  auto crew = std::make_shared<Crew>(1);
-  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  auto workers = std::make_shared<WorkerPool>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), workers);
   BatchBuffers buffers(1);
   const std::vector<int32_t> actions = {kNoAction};
   pool->StepAsync({.count = 1, .actions = actions}, buffers.Whole(),
@@ -391,8 +391,8 @@ TEST(PoolStepAsyncTest, ASingleEnvironmentMayEndThePoolWhenItIsDone) {
 }
 
 TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
-  auto crew = std::make_shared<Crew>(1);
-  auto pool = *Pool::Create(OptionsOf({"maze"}), crew);
+  auto workers = std::make_shared<WorkerPool>(1);
+  auto pool = *Pool::Create(OptionsOf({"maze"}), workers);
   BatchBuffers buffers(kEnvCount);
   const std::vector<int32_t> actions = AllTake(kNoAction);
   absl::Notification done;
@@ -405,14 +405,14 @@ TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
   EXPECT_EQ(pool, nullptr);
 }
 
-TEST(PoolStepAsyncTest, PoolsOfOneCrewStepSideBySide) {
-  auto crew = std::make_shared<Crew>(2);
+TEST(PoolStepAsyncTest, PoolsOfOneWorkerPoolStepSideBySide) {
+  auto workers = std::make_shared<WorkerPool>(2);
   std::vector<std::unique_ptr<Pool>> pools;
   std::vector<std::thread> threads;
   pools.reserve(4);
   threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
-    pools.push_back(*Pool::Create(OptionsOf({"miner"}), crew));
+    pools.push_back(*Pool::Create(OptionsOf({"miner"}), workers));
   }
   for (const std::unique_ptr<Pool>& pool : pools) {
     threads.emplace_back([&pool] {

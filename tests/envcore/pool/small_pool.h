@@ -25,7 +25,7 @@ inline PoolOptions OptionsOf(std::vector<std::string> games, int32_t env_count =
 }
 
 inline std::unique_ptr<Pool> MadePool(const PoolOptions& options, int32_t thread_count = 0) {
-  auto pool = Pool::Create(options, std::make_shared<Crew>(thread_count));
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(thread_count));
   EXPECT_TRUE(pool.ok()) << pool.status();
   return *std::move(pool);
 }

@@ -17,7 +17,7 @@ std::unique_ptr<Pool> PoolOf(const EncodedPlayOptions& options) {
   pool.environment.distribution_mode = options.mode;
   pool.environment.rand_seed = 11;
   pool.observation_format = options.format;
-  return Pool::Create(pool, std::make_shared<Crew>(options.worker_count - 1)).value();
+  return Pool::Create(pool, std::make_shared<WorkerPool>(options.worker_count - 1)).value();
 }
 
 }  // namespace

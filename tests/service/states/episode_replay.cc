@@ -20,7 +20,7 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
   spec.set_env_count(1);
   *spec.mutable_options() = episode.options();
   std::unique_ptr<Pool> pool =
-      Pool::Create(PoolOptionsOf(spec).value(), std::make_shared<Crew>(0)).value();
+      Pool::Create(PoolOptionsOf(spec).value(), std::make_shared<WorkerPool>(0)).value();
   if (episode.follows_another()) {
     const int32_t action = 4;
     EXPECT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());

@@ -42,7 +42,7 @@ std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
       .color = format.color() == v1::COLOR_RGB ? Color::kRgb : Color::kGrayscale,
       .layout = format.layout() == v1::LAYOUT_HWC ? Layout::kHwc : Layout::kChw};
   options.observation_format.frame_stack = format.frame_stack();
-  const auto pool = *Pool::Create(options, std::make_shared<Crew>(0));
+  const auto pool = *Pool::Create(options, std::make_shared<WorkerPool>(0));
   std::vector<std::vector<uint8_t>> observations;
   for (const int32_t action : actions) {
     const std::vector<int32_t> row(static_cast<size_t>(spec.env_count()), action);

@@ -74,7 +74,7 @@ TEST_P(TraceTest, StreamEqualsInProcess) {
   options.env_count = kEnvCount;
   options.environment.rand_seed = 11;
   const absl::StatusOr<std::unique_ptr<Pool>> pool =
-      Pool::Create(options, std::make_shared<Crew>(0));
+      Pool::Create(options, std::make_shared<WorkerPool>(0));
   ASSERT_THAT(pool, IsOk());
   v1::PoolSpec spec;
   spec.mutable_games()->Assign(options.games.begin(), options.games.end());

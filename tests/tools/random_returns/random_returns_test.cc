@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "absl/types/span.h"
-#include "envcore/pool/crew.h"
 #include "envcore/pool/pool.h"
+#include "envcore/pool/worker_pool.h"
 #include "envcore/random/random_stream.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -44,7 +44,7 @@ std::vector<int32_t> FirstEpisodeLengths(const Course& course, size_t env_count)
   options.games = {std::string(course.game->name)};
   options.env_count = static_cast<int32_t>(env_count);
   options.environment.distribution_mode = course.mode;
-  const auto pool = Pool::Create(options, std::make_shared<Crew>(0)).value();
+  const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0)).value();
   RandomStream random(0);
   std::vector<int32_t> actions(env_count);
   std::vector<uint8_t> first(env_count);

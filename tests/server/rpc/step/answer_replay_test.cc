@@ -109,7 +109,7 @@ class AnswerReplayTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = env_count;
-    auto made = Pool::Create(options, std::make_shared<Crew>(1));
+    auto made = Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(made, IsOk());
     auto pool = std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails),
                                              &gone_);

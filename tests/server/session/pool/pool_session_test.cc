@@ -27,7 +27,7 @@ class PoolSessionTest : public testing::Test {
     options.games = {"maze"};
     options.env_count = kEnvCount;
     options.episode_end = episode_end;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, crew_);
+    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)), lease,
                                          surroundings_.Get());
@@ -82,7 +82,7 @@ class PoolSessionTest : public testing::Test {
     return request;
   }
 
-  std::shared_ptr<Crew> crew_ = std::make_shared<Crew>(1);
+  std::shared_ptr<WorkerPool> workers_ = std::make_shared<WorkerPool>(1);
   TestSurroundings surroundings_;
 };
 

@@ -54,7 +54,8 @@ class RequestExecutorTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = env_count;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
+    absl::StatusOr<std::unique_ptr<Pool>> pool =
+        Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_shared<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
                                          absl::InfiniteDuration(), surroundings_.Get());

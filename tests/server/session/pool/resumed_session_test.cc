@@ -50,7 +50,8 @@ class ResumedSessionTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
+    absl::StatusOr<std::unique_ptr<Pool>> pool =
+        Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings->Host(*std::move(pool)), lease,
                                          surroundings->Get(), encoding);

@@ -30,7 +30,8 @@ class SharedSessionTest : public testing::Test {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = 2;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, std::make_shared<Crew>(1));
+    absl::StatusOr<std::unique_ptr<Pool>> pool =
+        Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
                                          absl::InfiniteDuration(), surroundings_.Get(),

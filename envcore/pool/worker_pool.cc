@@ -1,4 +1,4 @@
-#include "envcore/pool/crew.h"
+#include "envcore/pool/worker_pool.h"
 
 #include <algorithm>
 
@@ -13,14 +13,14 @@ constexpr int32_t kGrabsPerPart = 32;
 
 }  // namespace
 
-Crew::Crew(int32_t thread_count) {
+WorkerPool::WorkerPool(int32_t thread_count) {
   threads_.reserve(static_cast<size_t>(thread_count));
   for (int32_t worker = 0; worker < thread_count; ++worker) {
     threads_.emplace_back([this, worker] { WorkLoop(worker); });
   }
 }
 
-Crew::~Crew() {
+WorkerPool::~WorkerPool() {
   {
     absl::MutexLock lock(&mutex_);
     stopping_ = true;
@@ -30,13 +30,13 @@ Crew::~Crew() {
   }
 }
 
-void Crew::Prepare(CrewJob& job, int32_t item_count, int32_t part_count) {
+void WorkerPool::Prepare(ParallelJob& job, int32_t item_count, int32_t part_count) {
   if (job.parts_.size() != static_cast<size_t>(part_count)) {
-    job.parts_ = std::vector<CrewJob::Part>(static_cast<size_t>(part_count));
+    job.parts_ = std::vector<ParallelJob::Part>(static_cast<size_t>(part_count));
   }
   int32_t begin = 0;
   for (int32_t i = 0; i < part_count; ++i) {
-    CrewJob::Part& part = job.parts_[static_cast<size_t>(i)];
+    ParallelJob::Part& part = job.parts_[static_cast<size_t>(i)];
     part.taken_count.store(0, std::memory_order_relaxed);
     part.begin = begin;
     begin += item_count / part_count + (i < item_count % part_count ? 1 : 0);
@@ -47,14 +47,14 @@ void Crew::Prepare(CrewJob& job, int32_t item_count, int32_t part_count) {
   job.workers_inside_ = 0;
 }
 
-void Crew::Submit(CrewJob& job, int32_t item_count) {
+void WorkerPool::Submit(ParallelJob& job, int32_t item_count) {
   Prepare(job, item_count, thread_count());
   absl::MutexLock lock(&mutex_);
   waiting_.push_back(&job);
   work_waits_.store(true, std::memory_order_relaxed);
 }
 
-void Crew::SubmitAndHelp(CrewJob& job, int32_t item_count) {
+void WorkerPool::SubmitAndParticipate(ParallelJob& job, int32_t item_count) {
   Prepare(job, item_count, worker_count());
   {
     absl::MutexLock lock(&mutex_);
@@ -69,12 +69,12 @@ void Crew::SubmitAndHelp(CrewJob& job, int32_t item_count) {
   Leave(job);
 }
 
-void Crew::WorkLoop(int32_t worker) {
+void WorkerPool::WorkLoop(int32_t worker) {
   const auto has_work = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return stopping_ || !waiting_.empty();
   };
   while (true) {
-    CrewJob* job = nullptr;
+    ParallelJob* job = nullptr;
     AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
       // Not locked when there is work, in one: who meets the submitter's lock would then not spin
@@ -92,9 +92,9 @@ void Crew::WorkLoop(int32_t worker) {
   }
 }
 
-void Crew::Work(CrewJob& job, int32_t worker) {
+void WorkerPool::Work(ParallelJob& job, int32_t worker) {
   for (size_t i = 0; i < job.parts_.size(); ++i) {
-    CrewJob::Part& part = job.parts_[(static_cast<size_t>(worker) + i) % job.parts_.size()];
+    ParallelJob::Part& part = job.parts_[(static_cast<size_t>(worker) + i) % job.parts_.size()];
     while (true) {
       const int32_t count = part.end - part.begin;
       const int32_t first =
@@ -110,7 +110,7 @@ void Crew::Work(CrewJob& job, int32_t worker) {
   }
 }
 
-void Crew::Leave(CrewJob& job) {
+void WorkerPool::Leave(ParallelJob& job) {
   {
     absl::MutexLock lock(&mutex_);
     const auto place = std::find(waiting_.begin(), waiting_.end(), &job);

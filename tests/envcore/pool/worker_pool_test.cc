@@ -1,4 +1,4 @@
-#include "envcore/pool/crew.h"
+#include "envcore/pool/worker_pool.h"
 
 #include <atomic>
 #include <functional>
@@ -18,7 +18,7 @@ using ::testing::Each;
 using ::testing::Eq;
 
 // Counts how often each item is done.
-class CountingJob : public CrewJob {
+class CountingJob : public ParallelJob {
  public:
   explicit CountingJob(int32_t item_count) : counts_(static_cast<size_t>(item_count)) {}
 
@@ -39,34 +39,34 @@ class CountingJob : public CrewJob {
   std::vector<std::atomic<int>> counts_;
 };
 
-class CrewSizesTest : public testing::TestWithParam<int32_t> {};
+class WorkerPoolSizesTest : public testing::TestWithParam<int32_t> {};
 
-TEST_P(CrewSizesTest, DoesEveryItemOnce) {
-  Crew crew(GetParam());
+TEST_P(WorkerPoolSizesTest, DoesEveryItemOnce) {
+  WorkerPool workers(GetParam());
   for (const int32_t item_count : {1, 2, 7, 64, 1000}) {
     CountingJob job(item_count);
     absl::Notification done;
     job.on_done = [&done] { done.Notify(); };
-    crew.SubmitAndHelp(job, item_count);
+    workers.SubmitAndParticipate(job, item_count);
     done.WaitForNotification();
     EXPECT_THAT(job.Counts(), Each(Eq(1))) << item_count << " items";
   }
 }
 
-TEST_P(CrewSizesTest, AJobWithoutItemsIsDoneToo) {
-  Crew crew(GetParam());
+TEST_P(WorkerPoolSizesTest, AJobWithoutItemsIsDoneToo) {
+  WorkerPool workers(GetParam());
   CountingJob job(0);
   absl::Notification done;
   job.on_done = [&done] { done.Notify(); };
-  crew.SubmitAndHelp(job, 0);
+  workers.SubmitAndParticipate(job, 0);
   done.WaitForNotification();
 }
 
-TEST_P(CrewSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) {
-  Crew crew(GetParam());
-  ASSERT_EQ(crew.worker_count(), GetParam() + 1);
+TEST_P(WorkerPoolSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) {
+  WorkerPool workers(GetParam());
+  ASSERT_EQ(workers.worker_count(), GetParam() + 1);
   CountingJob job(500);
-  std::vector<std::atomic<int>> busy(static_cast<size_t>(crew.worker_count()));
+  std::vector<std::atomic<int>> busy(static_cast<size_t>(workers.worker_count()));
   std::atomic<int> clashes = 0;
   job.on_item = [&](int32_t /*item*/, int32_t worker) {
     std::atomic<int>& mine = busy.at(static_cast<size_t>(worker));
@@ -76,15 +76,15 @@ TEST_P(CrewSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) 
   };
   absl::Notification done;
   job.on_done = [&done] { done.Notify(); };
-  crew.SubmitAndHelp(job, job.item_count());
+  workers.SubmitAndParticipate(job, job.item_count());
   done.WaitForNotification();
   EXPECT_EQ(clashes, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, CrewSizesTest, testing::Values(0, 1, 2, 5));
+INSTANTIATE_TEST_SUITE_P(Sizes, WorkerPoolSizesTest, testing::Values(0, 1, 2, 5));
 
-TEST(CrewTest, WithoutThreadsTheCallerDoesAllOfIt) {
-  Crew crew(0);
+TEST(WorkerPoolTest, WithoutThreadsTheCallerDoesAllOfIt) {
+  WorkerPool workers(0);
   CountingJob job(20);
   const std::thread::id caller = std::this_thread::get_id();
   bool all_here = true;
@@ -93,13 +93,13 @@ TEST(CrewTest, WithoutThreadsTheCallerDoesAllOfIt) {
     all_here = all_here && std::this_thread::get_id() == caller && worker == 0;
   };
   job.on_done = [&done] { done = true; };
-  crew.SubmitAndHelp(job, 20);
+  workers.SubmitAndParticipate(job, 20);
   EXPECT_TRUE(all_here);
   EXPECT_TRUE(done) << "nobody else is left to finish it";
 }
 
-TEST(CrewTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
-  Crew crew(2);
+TEST(WorkerPoolTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
+  WorkerPool workers(2);
   for (int round = 0; round < 200; ++round) {
     CountingJob job(1);
     std::thread::id here;
@@ -108,15 +108,15 @@ TEST(CrewTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
       here = std::this_thread::get_id();
     };
     job.on_done = [&done] { done = true; };
-    crew.SubmitAndHelp(job, 1);
+    workers.SubmitAndParticipate(job, 1);
     ASSERT_EQ(here, std::this_thread::get_id());
     ASSERT_TRUE(done);
   }
 }
 
-TEST(CrewTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
+TEST(WorkerPoolTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
   constexpr int32_t kItemCount = 40;
-  Crew crew(1);
+  WorkerPool workers(1);
   CountingJob job(kItemCount);
   for (int round = 0; round < 3; ++round) {
     std::latch both_came(2);
@@ -130,7 +130,7 @@ TEST(CrewTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
     };
     absl::Notification done;
     job.on_done = [&done] { done.Notify(); };
-    crew.SubmitAndHelp(job, kItemCount);
+    workers.SubmitAndParticipate(job, kItemCount);
     done.WaitForNotification();
     const bool backwards = round % 2 == 1;
     EXPECT_EQ(items[0].front(), backwards ? kItemCount / 2 - 1 : 0);
@@ -138,8 +138,8 @@ TEST(CrewTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
   }
 }
 
-TEST(CrewTest, SubmitLeavesTheWorkToTheThreads) {
-  Crew crew(2);
+TEST(WorkerPoolTest, SubmitLeavesTheWorkToTheThreads) {
+  WorkerPool workers(2);
   CountingJob job(50);
   std::atomic<bool> here = false;
   const std::thread::id caller = std::this_thread::get_id();
@@ -148,29 +148,29 @@ TEST(CrewTest, SubmitLeavesTheWorkToTheThreads) {
     here = here || std::this_thread::get_id() == caller;
   };
   job.on_done = [&done] { done.Notify(); };
-  crew.Submit(job, 50);
+  workers.Submit(job, 50);
   done.WaitForNotification();
   EXPECT_FALSE(here);
   EXPECT_THAT(job.Counts(), Each(Eq(1)));
 }
 
-TEST(CrewTest, ManyJobsFromManyThreadsAreAllDone) {
+TEST(WorkerPoolTest, ManyJobsFromManyThreadsAreAllDone) {
   constexpr int kThreadCount = 6;
   constexpr int kRoundCount = 40;
-  Crew crew(3);
+  WorkerPool workers(3);
   std::vector<std::thread> threads;
   threads.reserve(kThreadCount);
   std::atomic<int> wrong = 0;
   for (int t = 0; t < kThreadCount; ++t) {
-    threads.emplace_back([&crew, &wrong, t] {
+    threads.emplace_back([&workers, &wrong, t] {
       CountingJob job(17 + t);
       for (int round = 1; round <= kRoundCount; ++round) {
         absl::Notification done;
         job.on_done = [&done] { done.Notify(); };
         if ((round + t) % 2 == 0) {
-          crew.Submit(job, job.item_count());
+          workers.Submit(job, job.item_count());
         } else {
-          crew.SubmitAndHelp(job, job.item_count());
+          workers.SubmitAndParticipate(job, job.item_count());
         }
         done.WaitForNotification();
         for (const int count : job.Counts()) {
@@ -185,9 +185,9 @@ TEST(CrewTest, ManyJobsFromManyThreadsAreAllDone) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST(CrewTest, AJobMayBeSubmittedAgainWhenItIsDone) {
+TEST(WorkerPoolTest, AJobMayBeSubmittedAgainWhenItIsDone) {
   constexpr int kRoundCount = 100;
-  Crew crew(3);
+  WorkerPool workers(3);
   CountingJob job(9);
   absl::Notification all_done;
   int rounds = 0;
@@ -195,16 +195,16 @@ TEST(CrewTest, AJobMayBeSubmittedAgainWhenItIsDone) {
     if (++rounds == kRoundCount) {
       all_done.Notify();
     } else {
-      crew.Submit(job, job.item_count());
+      workers.Submit(job, job.item_count());
     }
   };
-  crew.Submit(job, job.item_count());
+  workers.Submit(job, job.item_count());
   all_done.WaitForNotification();
   EXPECT_THAT(job.Counts(), Each(Eq(kRoundCount)));
 }
 
-TEST(CrewTest, AJobMayGoWhenItIsDone) {
-  Crew crew(3);
+TEST(WorkerPoolTest, AJobMayGoWhenItIsDone) {
+  WorkerPool workers(3);
   constexpr int kJobCount = 50;
   absl::BlockingCounter left(kJobCount);
   for (int i = 0; i < kJobCount; ++i) {
@@ -214,13 +214,13 @@ TEST(CrewTest, AJobMayGoWhenItIsDone) {
       delete job;  // and with it this function and what it captured
       counter->DecrementCount();
     };
-    crew.Submit(*job, 5);
+    workers.Submit(*job, 5);
   }
   left.Wait();
 }
 
-TEST(CrewTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
-  Crew crew(3);
+TEST(WorkerPoolTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
+  WorkerPool workers(3);
   std::vector<int> plain(300);
   CountingJob job(300);
   job.on_item = [&plain](int32_t item, int32_t /*worker*/) {
@@ -235,13 +235,13 @@ TEST(CrewTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
     }
     done.Notify();
   };
-  crew.Submit(job, 300);
+  workers.Submit(job, 300);
   done.WaitForNotification();
   EXPECT_TRUE(complete);
 }
 
-TEST(CrewTest, JobsBegunAfterALongOneDoNotWaitForIt) {
-  Crew crew(2);
+TEST(WorkerPoolTest, JobsBegunAfterALongOneDoNotWaitForIt) {
+  WorkerPool workers(2);
   absl::Notification gate;
   absl::Notification long_done;
   absl::Notification short_done;
@@ -250,18 +250,18 @@ TEST(CrewTest, JobsBegunAfterALongOneDoNotWaitForIt) {
   long_job.on_done = [&long_done] { long_done.Notify(); };
   CountingJob short_job(30);
   short_job.on_done = [&short_done] { short_done.Notify(); };
-  crew.Submit(long_job, 1);
-  crew.Submit(short_job, 30);
+  workers.Submit(long_job, 1);
+  workers.Submit(short_job, 30);
   short_done.WaitForNotification();
   EXPECT_FALSE(long_done.HasBeenNotified());
   gate.Notify();
   long_done.WaitForNotification();
 }
 
-TEST(CrewTest, ACrewWithoutWorkGoes) {
+TEST(WorkerPoolTest, AWorkerPoolWithoutWorkGoes) {
   for (int i = 0; i < 20; ++i) {
-    const Crew crew(4);
-    EXPECT_EQ(crew.thread_count(), 4);
+    const WorkerPool workers(4);
+    EXPECT_EQ(workers.thread_count(), 4);
   }
 }
 
