@@ -7,8 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "envcore/pool/frame_stack.h"
-#include "envcore/pool/patience.h"
 #include "envcore/pool/pool_input.h"
+#include "envcore/pool/spin_wait.h"
 #include "envcore/render/scene/rasteriser.h"
 
 namespace procgen {
@@ -279,7 +279,7 @@ absl::Status Pool::Step(const StepInput& input, const Batch& batch) {
   absl::Notification done;
   job_->Set(input, batch, [&done](const absl::Status& /*status*/) { done.Notify(); });
   workers_->SubmitAndParticipate(*job_, input.count);
-  AwaitAwake([&done] { return done.HasBeenNotified(); });
+  SpinUntil([&done] { return done.HasBeenNotified(); });
   done.WaitForNotification();
   return absl::OkStatus();
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "envcore/pool/patience.h"
+#include "envcore/pool/spin_wait.h"
 
 namespace procgen {
 namespace {
@@ -75,7 +75,7 @@ void WorkerPool::WorkLoop(int32_t worker) {
   };
   while (true) {
     ParallelJob* job = nullptr;
-    AwaitAwake([this] { return work_waits_.load(std::memory_order_relaxed); });
+    SpinUntil([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
       // Not locked when there is work, in one: who meets the submitter's lock would then not spin
       // for it, but sleep.

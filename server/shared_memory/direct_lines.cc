@@ -43,9 +43,9 @@ bool IsOfThisUser(int connection) {
          peer.uid == geteuid();
 }
 
-void SetPatience(int connection, int seconds) {
-  const timeval patience = {.tv_sec = seconds, .tv_usec = 0};
-  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+void SetReceiveTimeout(int connection, int seconds) {
+  const timeval timeout = {.tv_sec = seconds, .tv_usec = 0};
+  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
 }
 
 // Binds to a name that has no file: it begins with a byte 0.
@@ -171,7 +171,7 @@ void DirectLines::Begin(FileDescriptor connection) {
 }
 
 std::shared_ptr<DirectLineUser> DirectLines::Identify(int connection) {
-  SetPatience(connection, kKeySeconds);
+  SetReceiveTimeout(connection, kKeySeconds);
   std::array<char, kKeyBytes> key = {};
   const ssize_t received = recv(connection, key.data(), key.size(), MSG_WAITALL);
   return received == static_cast<ssize_t>(key.size())
