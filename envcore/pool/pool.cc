@@ -341,7 +341,7 @@ absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8
   return absl::OkStatus();
 }
 
-absl::StatusOr<Sight> Pool::Look(int32_t environment) {
+absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment) {
   if (absl::Status status = CheckIndex(environment); !status.ok()) {
     return status;
   }
@@ -349,9 +349,9 @@ absl::StatusOr<Sight> Pool::Look(int32_t environment) {
     return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
   }
   const auto index = static_cast<size_t>(environment);
-  Sight sight(*environments_[index], ArtOf(index));
+  SceneSnapshot snapshot(*environments_[index], ArtOf(index));
   Release();
-  return sight;
+  return snapshot;
 }
 
 }  // namespace procgen

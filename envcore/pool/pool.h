@@ -19,8 +19,8 @@
 #include "envcore/environment/level_sampler.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/observation_format.h"
+#include "envcore/pool/scene_snapshot.h"
 #include "envcore/pool/shared_art.h"
-#include "envcore/pool/sight.h"
 #include "envcore/pool/worker_pool.h"
 
 namespace procgen {
@@ -199,7 +199,7 @@ class Pool {
 
   // What one environment shows now, to be drawn later; much cheaper than Render. Errors:
   // INVALID_ARGUMENT an index out of range; ABORTED as in Step.
-  absl::StatusOr<Sight> Look(int32_t environment);
+  absl::StatusOr<SceneSnapshot> CaptureScene(int32_t environment);
 
  private:
   class StepJob;

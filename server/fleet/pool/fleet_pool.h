@@ -63,8 +63,8 @@ class FleetPool final : public HostedPool {
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
   // The nodes draw at once.
-  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-            LookDone done) override;
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                     CaptureDone done) override;
 
  private:
   enum class Progress : uint8_t { kUntouched, kRunning, kDone };

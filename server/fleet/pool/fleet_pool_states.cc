@@ -192,8 +192,8 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void FleetPool::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                     LookDone done) {
+void FleetPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                              CaptureDone done) {
   const size_t frame_bytes = static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3;
   auto drawn = std::make_shared<std::vector<uint8_t>>(environments.size() * frame_bytes);
   const std::vector<Chosen> chosen = Choose(environments);

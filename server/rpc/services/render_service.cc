@@ -32,24 +32,24 @@ void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
   call->Finish(absl::OkStatus());
 }
 
-// Looks at the pool in a turn, which ends before what was seen is drawn.
+// Captures scenes of the pool in a turn, which ends before these are drawn.
 void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* executor,
             RenderCall* call) {
   const v1::RenderEnvironmentsRequest& request = call->request();
   const FrameLook look = LookOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->Look({request.environments().begin(), request.environments().end()}, look.view,
-             look.side_px,
-             [pool, side = look.side_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
-               pool->EndTurn();
-               if (!draw.ok()) {
-                 call->Finish(draw.status());
-                 return;
-               }
-               executor->Run(call->owner(), [draw = *std::move(draw), side, call]() mutable {
-                 Draw(std::move(draw), side, call);
-               });
-             });
+  pool->CaptureScenes(
+      {request.environments().begin(), request.environments().end()}, look.view, look.side_px,
+      [pool, side = look.side_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
+        pool->EndTurn();
+        if (!draw.ok()) {
+          call->Finish(draw.status());
+          return;
+        }
+        executor->Run(call->owner(), [draw = *std::move(draw), side, call]() mutable {
+          Draw(std::move(draw), side, call);
+        });
+      });
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ class HostedPool {
   // Draws what environments showed when it was made: once, on any thread, also while the pool does
   // something else or is gone. `frames`: uint8 [side_px, side_px, 3], one for each environment.
   using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
-  using LookDone = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
+  using CaptureDone = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
   // Is handed a snapshot of an environment; false: no more are wanted.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
@@ -66,8 +66,8 @@ class HostedPool {
   virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
   // What environments show, to be drawn later at a size, in `view`. An environment may be named
   // several times.
-  virtual void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                    LookDone done) = 0;
+  virtual void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                             CaptureDone done) = 0;
 };
 
 // How a pool is kept, and how its batches travel, besides what it is made of.

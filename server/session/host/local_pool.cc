@@ -10,39 +10,39 @@
 namespace procgen {
 namespace {
 
-// So many environments are looked at sooner than handed over.
-constexpr size_t kLooksHereMax = 64;
+// So many environments are captured sooner than handed over.
+constexpr size_t kScenesHereMax = 64;
 
 }  // namespace
 
-// Painters that nobody uses at the moment. Whoever draws takes one, and the next has its memory.
+// Renderers that nobody uses at the moment. Whoever draws takes one, and the next has its memory.
 // Threads: any method from any thread.
-class LocalPool::Painters {
+class LocalPool::Renderers {
  public:
-  std::unique_ptr<SightPainter> Take() {
+  std::unique_ptr<SceneSnapshotRenderer> Take() {
     {
       absl::MutexLock lock(&mutex_);
       if (idle_ != nullptr) {
         return std::move(idle_);
       }
     }
-    return std::make_unique<SightPainter>();
+    return std::make_unique<SceneSnapshotRenderer>();
   }
-  void PutBack(std::unique_ptr<SightPainter> painter) {
+  void PutBack(std::unique_ptr<SceneSnapshotRenderer> renderer) {
     absl::MutexLock lock(&mutex_);
-    idle_.swap(painter);
+    idle_.swap(renderer);
   }
 
  private:
   absl::Mutex mutex_;
-  std::unique_ptr<SightPainter> idle_ ABSL_GUARDED_BY(mutex_);
+  std::unique_ptr<SceneSnapshotRenderer> idle_ ABSL_GUARDED_BY(mutex_);
 };
 
 LocalPool::LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor)
     : pool_(std::move(pool)),
       owner_(std::move(owner)),
       executor_(executor),
-      painters_(std::make_shared<Painters>()) {}
+      renderers_(std::make_shared<Renderers>()) {}
 
 LocalPool::~LocalPool() = default;
 
@@ -84,46 +84,46 @@ void LocalPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void LocalPool::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                     LookDone done) {
-  if (environments.size() <= kLooksHereMax) {
-    LookHere(environments, view, side_px, std::move(done));
+void LocalPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                              CaptureDone done) {
+  if (environments.size() <= kScenesHereMax) {
+    CaptureScenesHere(environments, view, side_px, std::move(done));
     return;
   }
   executor_->Run(owner_, [this, environments, view, side_px, done = std::move(done)]() mutable {
-    LookHere(environments, view, side_px, std::move(done));
+    CaptureScenesHere(environments, view, side_px, std::move(done));
   });
 }
 
-void LocalPool::LookHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                         LookDone done) {
-  std::vector<Sight> sights;
-  std::map<int32_t, size_t> places;  // in sights, by environment
+void LocalPool::CaptureScenesHere(const std::vector<int32_t>& environments, View view,
+                                  int32_t side_px, CaptureDone done) {
+  std::vector<SceneSnapshot> scenes;
+  std::map<int32_t, size_t> places;  // in scenes, by environment
   std::vector<size_t> shown;         // places in the order of `environments`
   for (const int32_t environment : environments) {
-    const auto [place, is_another] = places.emplace(environment, sights.size());
+    const auto [place, is_another] = places.emplace(environment, scenes.size());
     shown.push_back(place->second);
     if (!is_another) {
       continue;
     }
-    absl::StatusOr<Sight> sight = pool_->Look(environment);
-    if (!sight.ok()) {
-      done(sight.status());
+    absl::StatusOr<SceneSnapshot> scene = pool_->CaptureScene(environment);
+    if (!scene.ok()) {
+      done(scene.status());
       return;
     }
-    sights.push_back(*std::move(sight));
+    scenes.push_back(*std::move(scene));
   }
-  done(Draw([sights = std::move(sights), shown = std::move(shown), view, side_px,
-             painters = painters_](const std::vector<absl::Span<uint8_t>>& frames) {
-    std::unique_ptr<SightPainter> painter = painters->Take();
+  done(Draw([scenes = std::move(scenes), shown = std::move(shown), view, side_px,
+             renderers = renderers_](const std::vector<absl::Span<uint8_t>>& frames) {
+    std::unique_ptr<SceneSnapshotRenderer> renderer = renderers->Take();
     for (size_t i = 0; i < frames.size(); ++i) {
       if (view == View::kAgent) {
-        painter->DrawAgentView(sights[shown[i]], frames[i]);
+        renderer->DrawAgentView(scenes[shown[i]], frames[i]);
       } else {
-        painter->DrawHumanView(sights[shown[i]], side_px, frames[i]);
+        renderer->DrawHumanView(scenes[shown[i]], side_px, frames[i]);
       }
     }
-    painters->PutBack(std::move(painter));
+    renderers->PutBack(std::move(renderer));
   }));
 }
 

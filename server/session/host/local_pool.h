@@ -29,19 +29,19 @@ class LocalPool final : public HostedPool {
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
-  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-            LookDone done) override;
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                     CaptureDone done) override;
 
  private:
-  class Painters;
+  class Renderers;
 
-  void LookHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                LookDone done);
+  void CaptureScenesHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                         CaptureDone done);
 
   const std::unique_ptr<Pool> pool_;
   const std::string owner_;
   BackgroundExecutor* const executor_;
-  const std::shared_ptr<Painters> painters_;
+  const std::shared_ptr<Renderers> renderers_;
 };
 
 // Makes pools in this process, which share one worker pool.

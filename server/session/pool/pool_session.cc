@@ -11,9 +11,9 @@
 namespace procgen {
 namespace {
 
-// After a look the pool is left alone for so many times as long as it took, and no longer than the
-// maximum.
-constexpr int kPausePerLook = 99;
+// After a capture the pool is left alone for so many times as long as it took, and no longer than
+// the maximum.
+constexpr int kPausePerCapture = 99;
 constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
 }  // namespace
@@ -202,14 +202,15 @@ void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone d
                              }));
 }
 
-void PoolSession::Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-                       HostedPool::LookDone done) {
-  pool_->Look(environments, view, side_px, std::move(done));
+void PoolSession::CaptureScenes(const std::vector<int32_t>& environments, View view,
+                                int32_t side_px, HostedPool::CaptureDone done) {
+  pool_->CaptureScenes(environments, view, side_px, std::move(done));
 }
 
-void PoolSession::NoteLook(absl::Time begin_time) {
+void PoolSession::NoteCapture(absl::Time begin_time) {
   const absl::Time now = SteadyNow();
-  looks_from_ns_ = absl::ToUnixNanos(now + std::min((now - begin_time) * kPausePerLook, kPauseMax));
+  next_capture_ns_ =
+      absl::ToUnixNanos(now + std::min((now - begin_time) * kPausePerCapture, kPauseMax));
 }
 
 }  // namespace procgen

@@ -173,14 +173,14 @@ class PoolSession {
   // remembered; FAILED_PRECONDITION there is none.
   using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
   void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
-  // As HostedPool::Look. `done` is where the turn ends, most often.
-  void Look(const std::vector<int32_t>& environments, View view, int32_t side_px,
-            HostedPool::LookDone done);
-  // Notes that looking took until now. Threads: this and looks_from any, at any time.
-  void NoteLook(absl::Time begin_time);
+  // As HostedPool::CaptureScenes. `done` is where the turn ends, most often.
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+                     HostedPool::CaptureDone done);
+  // Notes that capturing took until now. Threads: this and next_capture_time any, at any time.
+  void NoteCapture(absl::Time begin_time);
   // When those who only watch may take the next turn for it: so that the pool stands still for them
-  // 1 in 100 of its time at most, or, where looking takes long, once a second.
-  absl::Time looks_from() const { return absl::FromUnixNanos(looks_from_ns_); }
+  // 1 in 100 of its time at most, or, where capturing takes long, once a second.
+  absl::Time next_capture_time() const { return absl::FromUnixNanos(next_capture_ns_); }
 
  private:
   absl::Status GrowSharedRing(int32_t batch_count);
@@ -197,7 +197,7 @@ class PoolSession {
   const absl::Time create_time_;
   // Grown while a stream attaches, written in a turn of a stream. Null: it shares no memory.
   const std::unique_ptr<SharedRing> shared_ring_;
-  std::atomic<int64_t> looks_from_ns_ = 0;  // of looks_from()
+  std::atomic<int64_t> next_capture_ns_ = 0;  // of next_capture_time()
 
   // Each may use those before it.
   TurnQueue turns_;

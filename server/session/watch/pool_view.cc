@@ -93,7 +93,7 @@ bool PoolView::BeginTick(absl::Time now) {
   // What can be copied comes by itself while the learner goes on; a turn is for the last moment
   // before it pauses, and for learners who do not look.
   const absl::Time from =
-      at_once_ ? pool_->looks_from() : std::max(pool_->looks_from(), rests_until_);
+      at_once_ ? pool_->next_capture_time() : std::max(pool_->next_capture_time(), rests_until_);
   if (now < from) {
     due_ = std::min(due_, from);
     return false;
@@ -111,30 +111,30 @@ void PoolView::Arm() {
 }
 
 void PoolView::OnTurn(const absl::Status& turn) {
-  bool looks = turn.ok();
+  bool captures = turn.ok();
   {
     absl::MutexLock lock(&mutex_);
     waits_for_turn_ = false;
     // The request before may have shown all that is wanted.
-    looks = looks && !ended_ && !busy_ && (at_once_ || shown_ != NumbersNow());
-    if (looks) {
+    captures = captures && !ended_ && !busy_ && (at_once_ || shown_ != NumbersNow());
+    if (captures) {
       busy_ = true;
       armed_ = false;
       copy_came_ = false;
       shown_ = NumbersNow();
     }
   }
-  if (!looks) {
+  if (!captures) {
     if (turn.ok()) {
       pool_->EndTurn();
     }
     return;
   }
   const View view = order_.side_px == kObservationSidePx ? View::kAgent : View::kHuman;
-  pool_->Look(
+  pool_->CaptureScenes(
       order_.environments, view, order_.side_px,
       [self = shared_from_this(), begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
-        self->OnLooked(std::move(draw), begin_time);
+        self->OnCaptured(std::move(draw), begin_time);
       });
 }
 
@@ -146,10 +146,10 @@ Moment PoolView::BeginMoment() const {
           .time = absl::Now()};
 }
 
-void PoolView::OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time) {
+void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time) {
   Moment moment = BeginMoment();
   moment.sequence_number = pool_->next_sequence_number() - 1;
-  pool_->NoteLook(begin_time);
+  pool_->NoteCapture(begin_time);
   pool_->EndTurn();
   if (!draw.ok()) {
     absl::MutexLock lock(&mutex_);

@@ -70,7 +70,7 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
   // Whether a turn is to be taken.
   bool BeginTick(absl::Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void OnTurn(const absl::Status& turn) ABSL_LOCKS_EXCLUDED(mutex_);
-  void OnLooked(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time);
+  void OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time);
   // A moment that has its numbers and no images yet.
   Moment BeginMoment() const;
   void Deliver(Moment moment) ABSL_LOCKS_EXCLUDED(mutex_);

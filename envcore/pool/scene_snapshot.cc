@@ -1,0 +1,55 @@
+#include "envcore/pool/scene_snapshot.h"
+
+#include <utility>
+
+#include "envcore/environment/environment.h"
+#include "envcore/level/generated_art.h"
+#include "envcore/render/scene/rasteriser.h"
+#include "envcore/scene/scene.h"
+#include "envcore/world/grid.h"
+
+namespace procgen {
+
+// A scene with what it refers to.
+struct SceneSnapshot::Content {
+  Scene scene;
+  Grid grid;
+  GeneratedArt background;
+  std::shared_ptr<const GameArt> art;
+};
+
+SceneSnapshot::SceneSnapshot(const Environment& environment, std::shared_ptr<const GameArt> art)
+    : content_(std::make_unique<Content>()) {
+  Scene& scene = content_->scene;
+  environment.FillScene(&scene);
+  if (scene.cells.grid != nullptr) {
+    content_->grid = *scene.cells.grid;
+    scene.cells.grid = &content_->grid;
+  }
+  if (scene.background.generated != nullptr) {
+    content_->background = *scene.background.generated;
+    scene.background.generated = &content_->background;
+  }
+  content_->art = std::move(art);
+}
+
+SceneSnapshot::SceneSnapshot(SceneSnapshot&& other) noexcept = default;
+SceneSnapshot& SceneSnapshot::operator=(SceneSnapshot&& other) noexcept = default;
+SceneSnapshot::~SceneSnapshot() = default;
+
+SceneSnapshotRenderer::SceneSnapshotRenderer() : rasteriser_(std::make_unique<Rasteriser>()) {}
+
+SceneSnapshotRenderer::~SceneSnapshotRenderer() = default;
+
+void SceneSnapshotRenderer::DrawHumanView(const SceneSnapshot& snapshot, int32_t side_px,
+                                          absl::Span<uint8_t> frame) {
+  rasteriser_->DrawHumanView(snapshot.content_->scene, *snapshot.content_->art, side_px, frame);
+}
+
+void SceneSnapshotRenderer::DrawAgentView(const SceneSnapshot& snapshot,
+                                          absl::Span<uint8_t> frame) {
+  rasteriser_->DrawAgentView(snapshot.content_->scene, *snapshot.content_->art, nullptr,
+                             kReleasedFrameFormat, frame);
+}
+
+}  // namespace procgen
