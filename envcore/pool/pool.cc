@@ -32,7 +32,7 @@ void FetchForWriting(absl::Span<uint8_t> memory) {
 }  // namespace
 
 // What a worker needs for itself.
-struct Pool::Workbench {
+struct Pool::WorkerScratch {
   Scene scene;
   Rasteriser rasteriser;
 };
@@ -54,7 +54,7 @@ class Pool::StepJob final : public ParallelJob {
     const auto row = static_cast<size_t>(item);
     const size_t index = static_cast<size_t>(input_.first) + row;
     const View view = {*pool_->environments_[index], index, row,
-                       *pool_->workbenches_[static_cast<size_t>(worker)]};
+                       *pool_->worker_scratch_[static_cast<size_t>(worker)]};
     if (pool_->frame_stacks_.empty()) {
       Run(view);
     } else {
@@ -75,7 +75,7 @@ class Pool::StepJob final : public ParallelJob {
     Environment& environment;
     size_t index;
     size_t row;
-    Workbench& workbench;
+    WorkerScratch& scratch;
   };
 
   // An observation is the picture that the environment shows.
@@ -138,10 +138,10 @@ class Pool::StepJob final : public ParallelJob {
   }
 
   void Draw(const View& view, absl::Span<uint8_t> frame) const {
-    view.environment.FillScene(&view.workbench.scene);
-    view.workbench.rasteriser.DrawAgentView(view.workbench.scene, *pool_->ArtOf(view.index),
-                                            &pool_->still_layers_[view.index],
-                                            pool_->options_.observation_format.frame, frame);
+    view.environment.FillScene(&view.scratch.scene);
+    view.scratch.rasteriser.DrawAgentView(view.scratch.scene, *pool_->ArtOf(view.index),
+                                          &pool_->still_layers_[view.index],
+                                          pool_->options_.observation_format.frame, frame);
   }
 
   void Write(const StepResult& result, size_t row) const {
@@ -222,7 +222,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers)
                          FrameStack(format.frame.bytes(), format.frame_stack));
   }
   for (int32_t worker = 0; worker < workers_->worker_count(); ++worker) {
-    workbenches_.push_back(std::make_unique<Workbench>());
+    worker_scratch_.push_back(std::make_unique<WorkerScratch>());
   }
 }
 
@@ -333,10 +333,10 @@ absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8
   if (!Take()) {
     return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
   }
-  Workbench& workbench = *workbenches_.back();
+  WorkerScratch& scratch = *worker_scratch_.back();
   const auto index = static_cast<size_t>(environment);
-  environments_[index]->FillScene(&workbench.scene);
-  workbench.rasteriser.DrawHumanView(workbench.scene, *ArtOf(index), side_px, frame);
+  environments_[index]->FillScene(&scratch.scene);
+  scratch.rasteriser.DrawHumanView(scratch.scene, *ArtOf(index), side_px, frame);
   Release();
   return absl::OkStatus();
 }

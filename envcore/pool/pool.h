@@ -203,7 +203,7 @@ class Pool {
 
  private:
   class StepJob;
-  struct Workbench;
+  struct WorkerScratch;
 
   Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers);
 
@@ -225,11 +225,11 @@ class Pool {
   const std::shared_ptr<WorkerPool> workers_;
   std::shared_ptr<const LevelSampler> level_sampler_;  // null: the options choose
   std::vector<std::unique_ptr<Environment>> environments_;
-  std::vector<std::shared_ptr<const GameArt>> art_;      // by index in options_.games
-  std::vector<StillLayer> still_layers_;                 // [N]
-  std::vector<FrameStack> frame_stacks_;                 // [N]; empty: of one frame each
-  std::vector<const Reset*> resets_;                     // [N] of the running step; null: none
-  std::vector<std::unique_ptr<Workbench>> workbenches_;  // by worker number
+  std::vector<std::shared_ptr<const GameArt>> art_;  // by index in options_.games
+  std::vector<StillLayer> still_layers_;             // [N]
+  std::vector<FrameStack> frame_stacks_;             // [N]; empty: of one frame each
+  std::vector<const Reset*> resets_;                 // [N] of the running step; null: none
+  std::vector<std::unique_ptr<WorkerScratch>> worker_scratch_;  // by worker number
   std::unique_ptr<StepJob> job_;
   std::atomic<bool> busy_ = false;
 };
