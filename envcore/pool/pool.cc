@@ -140,7 +140,7 @@ class Pool::StepJob final : public ParallelJob {
   void Draw(const View& view, absl::Span<uint8_t> frame) const {
     view.environment.FillScene(&view.scratch.scene);
     view.scratch.rasteriser.DrawAgentView(view.scratch.scene, *pool_->ArtOf(view.index),
-                                          &pool_->still_layers_[view.index],
+                                          &pool_->static_layers_[view.index],
                                           pool_->options_.observation_format.frame, frame);
   }
 
@@ -213,7 +213,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers)
       workers_(std::move(workers)),
       level_sampler_(options.level_sampler),
       art_(options.games.size()),
-      still_layers_(static_cast<size_t>(options.env_count)),
+      static_layers_(static_cast<size_t>(options.env_count)),
       resets_(static_cast<size_t>(options.env_count)),
       job_(std::make_unique<StepJob>(this)) {
   environments_.reserve(static_cast<size_t>(options.env_count));

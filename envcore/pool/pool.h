@@ -26,7 +26,7 @@
 namespace procgen {
 
 class FrameStack;
-class StillLayer;
+class StaticLayerCache;
 
 // The side in pixels and the bytes of an observation in the default format: uint8 [64, 64, 3], top
 // row first, red, green, blue.
@@ -226,7 +226,7 @@ class Pool {
   std::shared_ptr<const LevelSampler> level_sampler_;  // null: the options choose
   std::vector<std::unique_ptr<Environment>> environments_;
   std::vector<std::shared_ptr<const GameArt>> art_;  // by index in options_.games
-  std::vector<StillLayer> still_layers_;             // [N]
+  std::vector<StaticLayerCache> static_layers_;      // [N]
   std::vector<FrameStack> frame_stacks_;             // [N]; empty: of one frame each
   std::vector<const Reset*> resets_;                 // [N] of the running step; null: none
   std::vector<std::unique_ptr<WorkerScratch>> worker_scratch_;  // by worker number

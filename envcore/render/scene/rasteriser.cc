@@ -38,31 +38,32 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 
 }  // namespace
 
-void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
-                               const FrameFormat& format, absl::Span<uint8_t> frame) {
+void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art,
+                               StaticLayerCache* static_layer, const FrameFormat& format,
+                               absl::Span<uint8_t> frame) {
   const Frame canvas = CanvasOf(format.side_px);
-  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, still, &rows_, canvas);
+  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, static_layer, &rows_, canvas);
   Pack(canvas, format, frame);
 }
 
 void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame) {
   const int side = canvas.side_px;
   if (format.color != Color::kRgb || format.layout != Layout::kHwc) {
-    rows_.TakeBack(0, side, canvas);
+    rows_.Materialize(0, side, canvas);
   }
-  const uint64_t lent = rows_.lent();
-  if (lent == 0) {
+  const uint64_t shared = rows_.shared();
+  if (shared == 0) {
     PackFrame(pixels_, format.color, format.layout, frame);
     return;
   }
   const auto rows_of_frame = [&](int first, int end) {
     return frame.subspan(canvas.Rows(0, first).size() * 3, canvas.Rows(first, end).size() * 3);
   };
-  ForEachBitRun(lent, [&](int first, int end) {
+  ForEachBitRun(shared, [&](int first, int end) {
     const absl::Span<const uint8_t> kept = rows_.layer()->Rows(first, end);
     std::copy(kept.begin(), kept.end(), rows_of_frame(first, end).begin());
   });
-  ForEachBitRun(BitRange(0, side) & ~lent, [&](int first, int end) {
+  ForEachBitRun(BitRange(0, side) & ~shared, [&](int first, int end) {
     PackFrame(canvas.Rows(first, end), format.color, format.layout, rows_of_frame(first, end));
   });
 }

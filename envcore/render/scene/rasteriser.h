@@ -11,8 +11,8 @@
 #include "envcore/render/output/frame.h"
 #include "envcore/render/output/frame_format.h"
 #include "envcore/render/scene/cell_drawing.h"
-#include "envcore/render/scene/lent_rows.h"
-#include "envcore/render/scene/still_layer.h"
+#include "envcore/render/scene/copy_on_write_rows.h"
+#include "envcore/render/scene/static_layer_cache.h"
 #include "envcore/scene/scene.h"
 
 namespace procgen {
@@ -22,11 +22,11 @@ namespace procgen {
 class Rasteriser {
  public:
   // Draws what the agent sees; at 64 x 64 pixel by pixel as the released benchmark does where the
-  // art is the same, and by the same rules at any other side: nothing is rescaled. `still`: what
-  // this environment's scenes showed before, of the same art and at the same side; null: nothing is
-  // known. `frame`: as `format` says. REQUIRES: 0 < format.side_px <= kFrameSidePxMax and
-  // frame.size() == format.bytes().
-  void DrawAgentView(const Scene& scene, const GameArt& art, StillLayer* still,
+  // art is the same, and by the same rules at any other side: nothing is rescaled. `static_layer`:
+  // what this environment's scenes showed before, of the same art and at the same side; null:
+  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.side_px <= kFrameSidePxMax
+  // and frame.size() == format.bytes().
+  void DrawAgentView(const Scene& scene, const GameArt& art, StaticLayerCache* static_layer,
                      const FrameFormat& format, absl::Span<uint8_t> frame);
   // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3], red, green,
   // blue, top row first.
@@ -43,14 +43,14 @@ class Rasteriser {
   };
 
   Frame CanvasOf(int32_t side_px);
-  // Writes the picture on the canvas, and what is lent, to `frame`.
+  // Writes the picture on the canvas, and what is shared, to `frame`.
   void Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame);
   const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
   const Picture& Painted(const GeneratedArt& art);
 
   std::vector<Rgba> pixels_;  // of the picture that is drawn
   CellDrawing cells_;
-  LentRows rows_;
+  CopyOnWriteRows rows_;
   std::array<PaintedBackground, 8> painted_;
   uint64_t uses_ = 0;
 };

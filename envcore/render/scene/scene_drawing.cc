@@ -24,9 +24,9 @@ enum class Smoothing { kSharp, kSmooth };
 template <Smoothing kSmoothing>
 class Drawing {
  public:
-  // `cells`, `rows`: of a sharp view: draws the cells; what is lent. Null for a smooth one.
+  // `cells`, `rows`: of a sharp view: draws the cells; what is shared. Null for a smooth one.
   Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells,
-          LentRows* rows)
+          CopyOnWriteRows* rows)
       : scene_(scene),
         art_(art),
         frame_(frame),
@@ -60,7 +60,7 @@ class Drawing {
     for (const Overlay& overlay : scene_.overlays) {
       if constexpr (kSmoothing == Smoothing::kSharp) {
         const RowRange touched = RowsOf(overlay, viewport_);
-        rows_->TakeBack(touched.top, touched.bottom, frame_);
+        rows_->Materialize(touched.top, touched.bottom, frame_);
         DrawOverlaySharp(overlay, viewport_, frame_);
       } else {
         DrawOverlaySmooth(overlay, viewport_, frame_);
@@ -109,13 +109,13 @@ class Drawing {
   }
 
   // Gets ready to draw into a rectangle that is in sight.
-  void TakeBackRows(const ScreenRect& rect, float rotation) const {
+  void MaterializeRows(const ScreenRect& rect, float rotation) const {
     if constexpr (kSmoothing == Smoothing::kSharp) {
       const double margin = MarginOf(rect, rotation);
       const double top = std::min(rect.y, rect.y + rect.height) - margin;
       const double bottom = std::max(rect.y, rect.y + rect.height) + margin + 1;
-      rows_->TakeBack(static_cast<int>(std::max(top, 0.0)),
-                      static_cast<int>(std::min<double>(bottom, frame_.side_px)), frame_);
+      rows_->Materialize(static_cast<int>(std::max(top, 0.0)),
+                         static_cast<int>(std::min<double>(bottom, frame_.side_px)), frame_);
     }
   }
 
@@ -211,7 +211,7 @@ class Drawing {
     if (!IsInSight(rect, sprite.rotation)) {
       return;
     }
-    TakeBackRows(rect, sprite.rotation);
+    MaterializeRows(rect, sprite.rotation);
     if (is_flat) {
       DrawFlat(rect, MonochromeColor(sprite.image_kind, sprite.theme));
       return;
@@ -273,7 +273,7 @@ class Drawing {
     const VelocityDisplay& velocity = scene_.velocity;
     const auto side =
         static_cast<double>(static_cast<float>(frame_.side_px * kVelocitySquareShare));
-    TakeBackRows({0, 0, side, side}, 0);
+    MaterializeRows({0, 0, side, side}, 0);
     DrawFlat({0, 0, side, side}, VelocityGrey(velocity.vx, velocity.vx_max));
     DrawFlat({side, 0, side, side}, VelocityGrey(velocity.vy, velocity.vy_max));
   }
@@ -291,25 +291,27 @@ class Drawing {
   const Frame& frame_;
   const Viewport viewport_;
   CellDrawing* const cells_;
-  LentRows* const rows_;
+  CopyOnWriteRows* const rows_;
 };
 
 }  // namespace
 
 void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame) {
+                    CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
+                    const Frame& frame) {
   const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells, rows);
-  const StillLayer::Use use = still == nullptr ? StillLayer::Use::kDrawOnly : still->Meet(scene);
+  const StaticLayerCache::Use use =
+      static_layer == nullptr ? StaticLayerCache::Use::kDrawOnly : static_layer->Meet(scene);
   rows->Clear();
-  if (use != StillLayer::Use::kCopy) {
+  if (use != StaticLayerCache::Use::kCopy) {
     drawing.DrawStill(background);
-  } else if (frame.side_px <= LentRows::kSidePxMax) {
-    rows->LendAll(*still, frame.side_px);
+  } else if (frame.side_px <= CopyOnWriteRows::kSidePxMax) {
+    rows->ShareAll(*static_layer, frame.side_px);
   } else {
-    still->CopyRows(0, frame.side_px, frame);
+    static_layer->CopyRows(0, frame.side_px, frame);
   }
-  if (use == StillLayer::Use::kKeep) {
-    still->Keep(frame);
+  if (use == StaticLayerCache::Use::kKeep) {
+    static_layer->Keep(frame);
   }
   drawing.DrawMoving();
 }

@@ -5,8 +5,8 @@
 #include "envcore/render/art/picture.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/scene/cell_drawing.h"
-#include "envcore/render/scene/lent_rows.h"
-#include "envcore/render/scene/still_layer.h"
+#include "envcore/render/scene/copy_on_write_rows.h"
+#include "envcore/render/scene/static_layer_cache.h"
 #include "envcore/scene/scene.h"
 
 namespace procgen {
@@ -14,10 +14,11 @@ namespace procgen {
 // Draws `scene` in its order on `frame`: black, background, sprites below the cells, cells, sprites
 // above them, velocity, overlays. `background`: null for black.
 //
-// As the agent sees it. `cells`: kept from frame to frame. `still`: of this environment; null: all
-// is drawn. `rows`: tells which rows are lent from it in the end.
+// As the agent sees it. `cells`: kept from frame to frame. `static_layer`: of this environment;
+// null: all is drawn. `rows`: tells which rows are shared with it in the end.
 void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StillLayer* still, LentRows* rows, const Frame& frame);
+                    CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
+                    const Frame& frame);
 // For the eye.
 void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
                      const Frame& frame);

@@ -70,7 +70,7 @@ TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
 }
 
 // Sprites that touch a few rows, many, or none; upright and turned; and what lies over them.
-TEST_F(RasteriserTest, WithAStillLayerPicturesAreTheSame) {
+TEST_F(RasteriserTest, WithAStaticLayerPicturesAreTheSame) {
   scene_.art_style = ArtStyle::kPictures;
   scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
   const std::vector<Overlay> overlays = {
@@ -80,7 +80,7 @@ TEST_F(RasteriserTest, WithAStillLayerPicturesAreTheSame) {
   for (const FrameFormat& format :
        {FrameFormat{}, FrameFormat{.layout = Layout::kChw}, FrameFormat{.side_px = 84},
         FrameFormat{.color = Color::kGrayscale}}) {
-    StillLayer still;
+    StaticLayerCache static_layer;
     std::vector<uint8_t> frame(format.bytes());
     std::vector<uint8_t> expected(format.bytes());
     for (int step = 0; step < 60; ++step) {
@@ -93,7 +93,7 @@ TEST_F(RasteriserTest, WithAStillLayerPicturesAreTheSame) {
         scene_.overlays.push_back(overlays[static_cast<size_t>(step % 4) - 1]);
       }
       scene_.velocity.shown = step % 5 == 0;
-      rasteriser_.DrawAgentView(scene_, art_, &still, format, absl::MakeSpan(frame));
+      rasteriser_.DrawAgentView(scene_, art_, &static_layer, format, absl::MakeSpan(frame));
       rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(expected));
       ASSERT_EQ(frame, expected) << "step " << step << ", side " << format.side_px;
     }

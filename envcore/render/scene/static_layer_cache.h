@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_SCENE_STILL_LAYER_H_
-#define ENVCORE_RENDER_SCENE_STILL_LAYER_H_
+#ifndef ENVCORE_RENDER_SCENE_STATIC_LAYER_CACHE_H_
+#define ENVCORE_RENDER_SCENE_STATIC_LAYER_CACHE_H_
 
 #include <cstdint>
 #include <vector>
@@ -14,9 +14,9 @@ namespace procgen {
 // the cells, and the cells. Where the camera stands still, it is drawn once a level and
 // copied after that. It is known again by all that it depends on, so nobody need tell it of new
 // levels or restored states. Threads: compatible (one thread at a time).
-class StillLayer {
+class StaticLayerCache {
  public:
-  // What to do with the still part of a scene.
+  // What to do with the static part of a scene.
   enum class Use {
     kCopy,      // it is kept: take it from here
     kKeep,      // draw it and Keep it: it was the same in the scenes before
@@ -59,4 +59,4 @@ class StillLayer {
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_SCENE_STILL_LAYER_H_
+#endif  // ENVCORE_RENDER_SCENE_STATIC_LAYER_CACHE_H_

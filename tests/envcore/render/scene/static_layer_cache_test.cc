@@ -1,4 +1,4 @@
-#include "envcore/render/scene/still_layer.h"
+#include "envcore/render/scene/static_layer_cache.h"
 
 #include <functional>
 #include <vector>
@@ -12,11 +12,11 @@ namespace procgen {
 namespace {
 
 using ::testing::ElementsAre;
-using Use = StillLayer::Use;
+using Use = StaticLayerCache::Use;
 
-class StillLayerTest : public ::testing::Test {
+class StaticLayerCacheTest : public ::testing::Test {
  protected:
-  StillLayerTest() {
+  StaticLayerCacheTest() {
     grid_.Reset(8, 6, kEmptyKind);
     scene_.camera = {4, 3, 8};
     scene_.world_width = 8;
@@ -40,11 +40,11 @@ class StillLayerTest : public ::testing::Test {
 
   Grid grid_;
   Scene scene_;
-  StillLayer layer_;
+  StaticLayerCache layer_;
   TextFrame frame_{4};
 };
 
-TEST_F(StillLayerTest, WhatIsMetThriceIsKept) {
+TEST_F(StaticLayerCacheTest, WhatIsMetThriceIsKept) {
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kKeep);
@@ -57,7 +57,7 @@ TEST_F(StillLayerTest, WhatIsMetThriceIsKept) {
   EXPECT_THAT(layer_.Rows(2, 3), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 0, 'k', 0, 0));
 }
 
-TEST_F(StillLayerTest, EveryChangeIsSeen) {
+TEST_F(StaticLayerCacheTest, EveryChangeIsSeen) {
   const std::vector<std::function<void()>> changes = {
       [&] { scene_.camera.center_x += 0.25F; },
       [&] { scene_.camera.cells = 9; },
@@ -86,14 +86,14 @@ TEST_F(StillLayerTest, EveryChangeIsSeen) {
   }
 }
 
-TEST_F(StillLayerTest, CellsOutOfViewAndSpritesAboveThemDoNotCount) {
+TEST_F(StaticLayerCacheTest, CellsOutOfViewAndSpritesAboveThemDoNotCount) {
   Keep();
   grid_.Set(3, 1, 3);
   scene_.above_cells.push_back({});
   EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
 }
 
-TEST_F(StillLayerTest, PaintedBackgroundsAreNotKept) {
+TEST_F(StaticLayerCacheTest, PaintedBackgroundsAreNotKept) {
   const GeneratedArt art;
   scene_.background.generated = &art;
   for (int i = 0; i < 5; ++i) {

@@ -1,4 +1,4 @@
-#include "envcore/render/scene/still_layer.h"
+#include "envcore/render/scene/static_layer_cache.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,8 +9,8 @@
 namespace procgen {
 namespace {
 
-// How often a still part must be met again before it is kept: a camera that stops for a moment goes
-// on soon.
+// How often a static part must be met again before it is kept: a camera that stops for a moment
+// goes on soon.
 constexpr int kRepeatsMin = 2;
 
 // Calls `use` with the kinds of each row of the grid that is in view, as far as it is; stops and
@@ -43,7 +43,7 @@ bool SameWindow(const CellLayer& a, const CellLayer& b) {
 
 }  // namespace
 
-StillLayer::Use StillLayer::Meet(const Scene& scene) {
+StaticLayerCache::Use StaticLayerCache::Meet(const Scene& scene) {
   if (!Knows(scene)) {
     Remember(scene);
     repeat_count_ = 0;
@@ -56,24 +56,24 @@ StillLayer::Use StillLayer::Meet(const Scene& scene) {
   return ++repeat_count_ < kRepeatsMin ? Use::kDrawOnly : Use::kKeep;
 }
 
-void StillLayer::Keep(const Frame& frame) {
+void StaticLayerCache::Keep(const Frame& frame) {
   side_px_ = frame.side_px;
   const absl::Span<const Rgba> pixels = frame.Rows(0, side_px_);
   rgb_.resize(3 * pixels.size());
   PackFrame(pixels, Color::kRgb, Layout::kHwc, absl::MakeSpan(rgb_));
 }
 
-void StillLayer::CopyRows(int first, int end, const Frame& frame) const {
+void StaticLayerCache::CopyRows(int first, int end, const Frame& frame) const {
   UnpackRgb(Rows(first, end), frame.Rows(first, end));
 }
 
-absl::Span<const uint8_t> StillLayer::Rows(int first, int end) const {
+absl::Span<const uint8_t> StaticLayerCache::Rows(int first, int end) const {
   const size_t row_bytes = 3 * static_cast<size_t>(side_px_);
   return absl::MakeConstSpan(rgb_).subspan(static_cast<size_t>(first) * row_bytes,
                                            static_cast<size_t>(end - first) * row_bytes);
 }
 
-bool StillLayer::Knows(const Scene& scene) const {
+bool StaticLayerCache::Knows(const Scene& scene) const {
   // What a painted background shows is not told by its place in memory.
   if (!met_ || scene.background.generated != nullptr || !(scene.camera == camera_) ||
       !(scene.background == background_) || scene.world_width != world_width_ ||
@@ -96,7 +96,7 @@ bool StillLayer::Knows(const Scene& scene) const {
   });
 }
 
-void StillLayer::Remember(const Scene& scene) {
+void StaticLayerCache::Remember(const Scene& scene) {
   met_ = true;
   camera_ = scene.camera;
   background_ = scene.background;

@@ -1,4 +1,4 @@
-#include "envcore/render/scene/lent_rows.h"
+#include "envcore/render/scene/copy_on_write_rows.h"
 
 #include "gtest/gtest.h"
 #include "tests/envcore/render/text_canvas.h"
@@ -8,9 +8,9 @@ namespace {
 
 constexpr int kSidePx = 6;
 
-class LentRowsTest : public ::testing::Test {
+class CopyOnWriteRowsTest : public ::testing::Test {
  protected:
-  LentRowsTest() {
+  CopyOnWriteRowsTest() {
     TextFrame kept(kSidePx);
     for (int row = 0; row < kSidePx; ++row) {
       for (int x = 0; x < kSidePx; ++x) {
@@ -20,14 +20,14 @@ class LentRowsTest : public ::testing::Test {
     layer_.Keep(kept.frame());
   }
 
-  StillLayer layer_;
-  LentRows rows_;
+  StaticLayerCache layer_;
+  CopyOnWriteRows rows_;
   TextFrame frame_{kSidePx};
 };
 
-TEST_F(LentRowsTest, RowsThatAreTakenBackHaveTheirPixels) {
-  rows_.LendAll(layer_, kSidePx);
-  rows_.TakeBack(1, 3, frame_.frame());
+TEST_F(CopyOnWriteRowsTest, MaterializedRowsHaveTheirPixels) {
+  rows_.ShareAll(layer_, kSidePx);
+  rows_.Materialize(1, 3, frame_.frame());
   EXPECT_EQ(frame_.Text(), R"(
 ......
 bbbbbb
@@ -36,15 +36,15 @@ cccccc
 ......
 ......
 )");
-  EXPECT_EQ(rows_.lent(), 0b111001U);
+  EXPECT_EQ(rows_.shared(), 0b111001U);
   EXPECT_EQ(rows_.layer(), &layer_);
 }
 
-TEST_F(LentRowsTest, WhatWasDrawnOnRowsTakenBackStays) {
-  rows_.LendAll(layer_, kSidePx);
-  rows_.TakeBack(2, 3, frame_.frame());
+TEST_F(CopyOnWriteRowsTest, WhatWasDrawnOnMaterializedRowsStays) {
+  rows_.ShareAll(layer_, kSidePx);
+  rows_.Materialize(2, 3, frame_.frame());
   *frame_.frame().At(0, 2) = {'x', 0, 0, 255};
-  rows_.TakeBack(-4, 99, frame_.frame());
+  rows_.Materialize(-4, 99, frame_.frame());
   EXPECT_EQ(frame_.Text(), R"(
 aaaaaa
 bbbbbb
@@ -55,11 +55,11 @@ ffffff
 )");
 }
 
-TEST_F(LentRowsTest, NothingIsLentAnyMoreWhenItIsCleared) {
-  rows_.LendAll(layer_, kSidePx);
+TEST_F(CopyOnWriteRowsTest, NothingIsSharedAnyMoreWhenItIsCleared) {
+  rows_.ShareAll(layer_, kSidePx);
   rows_.Clear();
-  EXPECT_EQ(rows_.lent(), 0U);
-  rows_.TakeBack(0, kSidePx, frame_.frame());
+  EXPECT_EQ(rows_.shared(), 0U);
+  rows_.Materialize(0, kSidePx, frame_.frame());
   EXPECT_EQ(frame_.Text(), TextFrame(kSidePx).Text());
 }
 
