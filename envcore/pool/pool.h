@@ -192,7 +192,7 @@ class Pool {
   // ABORTED as in Step.
   absl::Status CloneStates(absl::Span<const StateToClone> pairs);
 
-  // Draws the human view of one environment, smooth, on the calling thread. `frame`: uint8
+  // Draws the human view of one environment, antialiased, on the calling thread. `frame`: uint8
   // [side_px, side_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
   // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
   absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);

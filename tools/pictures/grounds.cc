@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "envcore/environment/environment_options.h"
-#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/scene/rasteriser.h"
 
 namespace procgen {
@@ -87,7 +87,7 @@ Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels
   const int cells = static_cast<int>(std::ceil(kWindowSidePx / side));
   for (int row = 0; row < cells; ++row) {
     for (int column = 0; column < cells; ++column) {
-      DrawSharp(picture, {column * side, row * side, side, side}, 0, 1, frame);
+      DrawNearest(picture, {column * side, row * side, side, side}, 0, 1, frame);
     }
   }
   return ground;

@@ -9,7 +9,7 @@
 #include "envcore/games/game.h"
 #include "envcore/games/game_catalog.h"
 #include "envcore/render/art/game_art.h"
-#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/raster/flat_rectangle.h"
 #include "envcore/render/scene/rasteriser.h"
 #include "envcore/scene/scene.h"
@@ -48,7 +48,8 @@ class Dresser {
     if (appearance.image_kind == kDotImage) {
       const CellDots& dots = scene_.cells.dots;
       const double side = dots.share * pixels_per_cell_;
-      DrawFlatSharp(Middle(side, side), {dots.color[0], dots.color[1], dots.color[2], 255}, frame);
+      DrawFlatAliased(Middle(side, side), {dots.color[0], dots.color[1], dots.color[2], 255},
+                      frame);
       return;
     }
     const Picture& picture = *art_.SpriteOf(appearance.image_kind, appearance.theme, false).picture;
@@ -60,7 +61,7 @@ class Dresser {
       width = image.width() * scale;
       height = image.height() * scale;
     }
-    DrawSharp(picture, Middle(width, height), 0, 1, frame);
+    DrawNearest(picture, Middle(width, height), 0, 1, frame);
   }
 
   // All looks of the cast, not drawn on any ground yet.

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "envcore/render/art/sharp_picture.h"
-#include "envcore/render/art/smooth_picture.h"
+#include "envcore/render/art/antialiased_sampling.h"
+#include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/output/frame.h"
 #include "tools/pictures/images.h"
 
@@ -40,8 +40,8 @@ Image SpriteCard(const Picture& picture) {
   int left = 0;
   for (const Rgba& color : kGrounds) {
     Image large = Ground(kLargeSidePx, color);
-    DrawSmooth(picture, InMiddle(picture, kLargeSidePx, kLargeSidePx - 2 * kMarginPx), 0, 1,
-               {large.Row(0), kLargeSidePx});
+    DrawAntialiased(picture, InMiddle(picture, kLargeSidePx, kLargeSidePx - 2 * kMarginPx), 0, 1,
+                    {large.Row(0), kLargeSidePx});
     Paste(large, left, 0, &card);
     for (int y = 0; y < kSmallHeightPx; ++y) {
       std::fill_n(card.Row(kLargeSidePx + y) + left, kLargeSidePx, color);
@@ -49,7 +49,7 @@ Image SpriteCard(const Picture& picture) {
     int small_left = left + kMarginPx;
     for (const int side : kSmallSidesPx) {
       Image small = Ground(side, color);
-      DrawSharp(picture, InMiddle(picture, side, side), 0, 1, {small.Row(0), side});
+      DrawNearest(picture, InMiddle(picture, side, side), 0, 1, {small.Row(0), side});
       Paste(Enlarged(small, kSmallFactor), small_left, kLargeSidePx + kMarginPx, &card);
       small_left += side * kSmallFactor + kMarginPx;
     }

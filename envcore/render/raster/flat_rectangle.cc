@@ -33,7 +33,7 @@ Rgba PremultipliedFlat(const Rgba& plain) {
           FlatChannel(plain.blue, plain.alpha), plain.alpha};
 }
 
-void DrawFlatSharp(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
+void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
   const PixelBox box = CoveredPixels(rect, frame.side_px, frame.side_px);
   if (plain.alpha == 255) {
     FillPixels(box, plain, frame);
@@ -57,7 +57,7 @@ void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame) {
   }
 }
 
-void DrawFlatSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
+void DrawFlatAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
   const Rgba color = PremultipliedFlat(plain);
   const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.side_px);
   const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.side_px);

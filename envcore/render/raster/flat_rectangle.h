@@ -15,13 +15,13 @@ PixelBox CoveredPixels(const ScreenRect& rect, int width, int height);
 Rgba PremultipliedFlat(const Rgba& plain);
 
 // Draws a rectangle of `plain` (not premultiplied), without smoothing.
-void DrawFlatSharp(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
+void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 
 // Fills the part of `box` that is in the frame with an opaque colour.
 void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame);
 
 // Draws it with each pixel weighted by the part of it that is covered.
-void DrawFlatSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
+void DrawFlatAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 
 // The flat colour of an image kind's theme (use_monochrome_assets), opaque.
 Rgba MonochromeColor(int kind, int theme);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/art/scaled_drawing.h"
-#include "envcore/render/art/sharp_picture.h"
 #include "envcore/render/raster/flat_rectangle.h"
 
 namespace procgen {
@@ -192,9 +192,9 @@ void CellDrawing::DrawDot(PixelRange across, PixelRange down) const {
 void CellDrawing::DrawPicture(const Look& look, int column, int row) const {
   const ScreenRect rect = viewport_->OfCell(cells_->first_column + column, cells_->first_row + row);
   if (look.art.generated) {
-    DrawSharpGenerated(*look.art.picture, rect, 0, 1, *frame_);
+    DrawNearestGenerated(*look.art.picture, rect, 0, 1, *frame_);
   } else {
-    DrawSharp(*look.art.picture, rect, 0, 1, *frame_);
+    DrawNearest(*look.art.picture, rect, 0, 1, *frame_);
   }
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNeedleShare = 0.95;  // of half the rectangle's width
 constexpr Rgba kJumpMarkColor = {255, 255, 255, 120};
-constexpr int kSamplesPerSide = 4;  // of a pixel, in the smooth view
+constexpr int kSamplesPerSide = 4;  // of a pixel, in the antialiased view
 
 Rgba ColorOf(const Overlay& overlay) {
   return {overlay.color[0], overlay.color[1], overlay.color[2], 255};
@@ -49,7 +49,8 @@ Needle NeedleOf(const Overlay& overlay, const ScreenRect& rect) {
 // Lays `plain` over every pixel as far as `inside` holds for the samples in it. `bounds` holds all
 // that is inside.
 template <typename Inside>
-void FillSmooth(const ScreenRect& bounds, const Rgba& plain, const Frame& frame, Inside inside) {
+void FillAntialiased(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
+                     Inside inside) {
   const Rgba color = PremultipliedFlat(plain);
   const CoveredRange columns = CoveredColumns(bounds.x, bounds.width, frame.side_px);
   const CoveredRange rows = CoveredColumns(bounds.y, bounds.height, frame.side_px);
@@ -71,13 +72,13 @@ void FillSmooth(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
   }
 }
 
-void FillEllipseSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
+void FillEllipseAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
   const double half_w = rect.width / 2;
   const double half_h = rect.height / 2;
   if (!(half_w > 0) || !(half_h > 0)) {
     return;
   }
-  FillSmooth(rect, plain, frame, [&](double x, double y) {
+  FillAntialiased(rect, plain, frame, [&](double x, double y) {
     const double a = (x - rect.x - half_w) / half_w;
     const double b = (y - rect.y - half_h) / half_h;
     return a * a + b * b <= 1;
@@ -85,7 +86,8 @@ void FillEllipseSmooth(const ScreenRect& rect, const Rgba& plain, const Frame& f
 }
 
 // A line with square ends that reach half its width beyond its end points.
-void DrawNeedleSmooth(const Needle& needle, double width, const Rgba& plain, const Frame& frame) {
+void DrawNeedleAntialiased(const Needle& needle, double width, const Rgba& plain,
+                           const Frame& frame) {
   const double dx = needle.end.x - needle.start.x;
   const double dy = needle.end.y - needle.start.y;
   const double length = std::hypot(dx, dy);
@@ -94,7 +96,7 @@ void DrawNeedleSmooth(const Needle& needle, double width, const Rgba& plain, con
   const ScreenRect bounds = {std::min(needle.start.x, needle.end.x) - width,
                              std::min(needle.start.y, needle.end.y) - width,
                              std::abs(dx) + 2 * width, std::abs(dy) + 2 * width};
-  FillSmooth(bounds, plain, frame, [&](double x, double y) {
+  FillAntialiased(bounds, plain, frame, [&](double x, double y) {
     const double from_x = x - needle.start.x;
     const double from_y = y - needle.start.y;
     const double along = from_x * along_x + from_y * along_y;
@@ -114,7 +116,7 @@ RowRange RowsOf(const Overlay& overlay, const Viewport& viewport) {
   return {box.top, box.bottom};
 }
 
-void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Frame& frame) {
+void DrawOverlayAliased(const Overlay& overlay, const Viewport& viewport, const Frame& frame) {
   const ScreenRect rect = RectOf(overlay, viewport);
   const auto lay = [&frame](const Rgba& plain) {
     return [&frame, color = PremultipliedFlat(plain)](int row, int first, int end) {
@@ -125,7 +127,7 @@ void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Fr
   };
   switch (overlay.shape) {
     case Overlay::Shape::kRectangle:
-      DrawFlatSharp(rect, ColorOf(overlay), frame);
+      DrawFlatAliased(rect, ColorOf(overlay), frame);
       break;
     case Overlay::Shape::kDisc:
       EmitEllipse(rect, frame.side_px, lay(ColorOf(overlay)), lay(ColorOf(overlay)));
@@ -141,24 +143,24 @@ void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Fr
   }
 }
 
-void DrawOverlaySmooth(const Overlay& overlay, const Viewport& viewport, const Frame& frame) {
+void DrawOverlayAntialiased(const Overlay& overlay, const Viewport& viewport, const Frame& frame) {
   const ScreenRect rect = RectOf(overlay, viewport);
   switch (overlay.shape) {
     case Overlay::Shape::kRectangle:
-      DrawFlatSmooth(rect, ColorOf(overlay), frame);
+      DrawFlatAntialiased(rect, ColorOf(overlay), frame);
       break;
     case Overlay::Shape::kDisc:  // the outline adds half a pixel
-      FillEllipseSmooth({rect.x - 0.5, rect.y - 0.5, rect.width + 1, rect.height + 1},
-                        ColorOf(overlay), frame);
+      FillEllipseAntialiased({rect.x - 0.5, rect.y - 0.5, rect.width + 1, rect.height + 1},
+                             ColorOf(overlay), frame);
       break;
     case Overlay::Shape::kNeedle: {
       const double width =
           std::max(1.0, std::trunc(frame.side_px / (256.0 / static_cast<double>(overlay.width))));
-      DrawNeedleSmooth(NeedleOf(overlay, rect), width, ColorOf(overlay), frame);
+      DrawNeedleAntialiased(NeedleOf(overlay, rect), width, ColorOf(overlay), frame);
       break;
     }
     case Overlay::Shape::kJumpMark:
-      FillEllipseSmooth(JumpMarkRectOf(overlay, viewport), kJumpMarkColor, frame);
+      FillEllipseAntialiased(JumpMarkRectOf(overlay, viewport), kJumpMarkColor, frame);
       break;
   }
 }

@@ -15,9 +15,9 @@ struct RowRange {
 RowRange RowsOf(const Overlay& overlay, const Viewport& viewport);
 
 // Draws a flat shape over the scene, pixel by pixel as the agent sees it.
-void DrawOverlaySharp(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
+void DrawOverlayAliased(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
 // Draws it for the eye, pixels weighted by the part of them that is covered.
-void DrawOverlaySmooth(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
+void DrawOverlayAntialiased(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
 
 }  // namespace procgen
 

@@ -42,7 +42,7 @@ void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art,
                                StaticLayerCache* static_layer, const FrameFormat& format,
                                absl::Span<uint8_t> frame) {
   const Frame canvas = CanvasOf(format.side_px);
-  DrawSharpScene(scene, art, BackgroundOf(scene, art), &cells_, static_layer, &rows_, canvas);
+  DrawNearestScene(scene, art, BackgroundOf(scene, art), &cells_, static_layer, &rows_, canvas);
   Pack(canvas, format, frame);
 }
 
@@ -71,7 +71,7 @@ void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span
 void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                                absl::Span<uint8_t> frame) {
   const Frame canvas = CanvasOf(side_px);
-  DrawSmoothScene(scene, art, BackgroundOf(scene, art), canvas);
+  DrawAntialiasedScene(scene, art, BackgroundOf(scene, art), canvas);
   PackFrame(pixels_, Color::kRgb, Layout::kHwc, frame);
 }
 

@@ -28,8 +28,8 @@ class Rasteriser {
   // and frame.size() == format.bytes().
   void DrawAgentView(const Scene& scene, const GameArt& art, StaticLayerCache* static_layer,
                      const FrameFormat& format, absl::Span<uint8_t> frame);
-  // Draws the same scene for the eye, smooth. `frame`: uint8 [side_px, side_px, 3], red, green,
-  // blue, top row first.
+  // Draws the same scene for the eye, antialiased. `frame`: uint8 [side_px, side_px, 3], red,
+  // green, blue, top row first.
   // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
   void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
                      absl::Span<uint8_t> frame);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "envcore/render/art/sharp_picture.h"
-#include "envcore/render/art/smooth_picture.h"
+#include "envcore/render/art/antialiased_sampling.h"
+#include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/raster/flat_rectangle.h"
 #include "envcore/render/scene/overlay_drawing.h"
 #include "envcore/render/scene/tiles.h"
@@ -18,13 +18,14 @@ constexpr int kStripCellsInView = 16;         // a background that scrolls
 constexpr double kStripWidth = 54;            // in picture sides
 constexpr double kStripHeight = 3;
 
-enum class Smoothing { kSharp, kSmooth };
+enum class Sampling { kNearest, kAntialiased };
 
 // Draws one scene on one frame.
-template <Smoothing kSmoothing>
+template <Sampling kSampling>
 class Drawing {
  public:
-  // `cells`, `rows`: of a sharp view: draws the cells; what is shared. Null for a smooth one.
+  // `cells`, `rows`: of nearest sampling: draws the cells; what is shared. Null for an antialiased
+  // one.
   Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells,
           CopyOnWriteRows* rows)
       : scene_(scene),
@@ -37,7 +38,7 @@ class Drawing {
   // The background, the sprites below the cells and the cells.
   void DrawStill(const Picture* background) const {
     BeginCells();
-    if (kSmoothing == Smoothing::kSharp && frame_.side_px <= PixelSet::kSidePxMax) {
+    if (kSampling == Sampling::kNearest && frame_.side_px <= PixelSet::kSidePxMax) {
       DrawNeededBackground(background);
     } else {
       FillPixels(Whole(), kBlack, frame_);
@@ -58,12 +59,12 @@ class Drawing {
       DrawVelocity();
     }
     for (const Overlay& overlay : scene_.overlays) {
-      if constexpr (kSmoothing == Smoothing::kSharp) {
+      if constexpr (kSampling == Sampling::kNearest) {
         const RowRange touched = RowsOf(overlay, viewport_);
         rows_->Materialize(touched.top, touched.bottom, frame_);
-        DrawOverlaySharp(overlay, viewport_, frame_);
+        DrawOverlayAliased(overlay, viewport_, frame_);
       } else {
-        DrawOverlaySmooth(overlay, viewport_, frame_);
+        DrawOverlayAntialiased(overlay, viewport_, frame_);
       }
     }
   }
@@ -76,21 +77,21 @@ class Drawing {
   }
 
   void DrawFlat(const ScreenRect& rect, const Rgba& color) const {
-    if constexpr (kSmoothing == Smoothing::kSharp) {
-      DrawFlatSharp(rect, color, frame_);
+    if constexpr (kSampling == Sampling::kNearest) {
+      DrawFlatAliased(rect, color, frame_);
     } else {
-      DrawFlatSmooth(rect, color, frame_);
+      DrawFlatAntialiased(rect, color, frame_);
     }
   }
 
   void DrawPicture(const SpriteArt& art, const ScreenRect& rect, float rotation,
                    float opacity) const {
-    if constexpr (kSmoothing == Smoothing::kSmooth) {
-      DrawSmooth(*art.picture, rect, rotation, opacity, frame_);
+    if constexpr (kSampling == Sampling::kAntialiased) {
+      DrawAntialiased(*art.picture, rect, rotation, opacity, frame_);
     } else if (art.generated) {
-      DrawSharpGenerated(*art.picture, rect, rotation, opacity, frame_);
+      DrawNearestGenerated(*art.picture, rect, rotation, opacity, frame_);
     } else {
-      DrawSharp(*art.picture, rect, rotation, opacity, frame_);
+      DrawNearest(*art.picture, rect, rotation, opacity, frame_);
     }
   }
 
@@ -110,7 +111,7 @@ class Drawing {
 
   // Gets ready to draw into a rectangle that is in sight.
   void MaterializeRows(const ScreenRect& rect, float rotation) const {
-    if constexpr (kSmoothing == Smoothing::kSharp) {
+    if constexpr (kSampling == Sampling::kNearest) {
       const double margin = MarginOf(rect, rotation);
       const double top = std::min(rect.y, rect.y + rect.height) - margin;
       const double bottom = std::max(rect.y, rect.y + rect.height) + margin + 1;
@@ -131,10 +132,10 @@ class Drawing {
   PixelBox Whole() const { return {0, 0, frame_.side_px, frame_.side_px}; }
 
   void DrawBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels) const {
-    if constexpr (kSmoothing == Smoothing::kSharp) {
-      DrawSharpBackdrop(picture, rect, pixels, frame_);
+    if constexpr (kSampling == Sampling::kNearest) {
+      DrawNearestBackdrop(picture, rect, pixels, frame_);
     } else {
-      DrawSmooth(picture, rect, 0, 1, frame_);
+      DrawAntialiased(picture, rect, 0, 1, frame_);
     }
   }
 
@@ -231,7 +232,7 @@ class Drawing {
     if (cells.grid == nullptr) {
       return;
     }
-    if constexpr (kSmoothing == Smoothing::kSharp) {
+    if constexpr (kSampling == Sampling::kNearest) {
       cells_->Draw();
       return;
     }
@@ -296,10 +297,10 @@ class Drawing {
 
 }  // namespace
 
-void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
-                    const Frame& frame) {
-  const Drawing<Smoothing::kSharp> drawing(scene, art, frame, cells, rows);
+void DrawNearestScene(const Scene& scene, const GameArt& art, const Picture* background,
+                      CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
+                      const Frame& frame) {
+  const Drawing<Sampling::kNearest> drawing(scene, art, frame, cells, rows);
   const StaticLayerCache::Use use =
       static_layer == nullptr ? StaticLayerCache::Use::kDrawOnly : static_layer->Meet(scene);
   rows->Clear();
@@ -316,9 +317,9 @@ void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* backg
   drawing.DrawMoving();
 }
 
-void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
-                     const Frame& frame) {
-  const Drawing<Smoothing::kSmooth> drawing(scene, art, frame, nullptr, nullptr);
+void DrawAntialiasedScene(const Scene& scene, const GameArt& art, const Picture* background,
+                          const Frame& frame) {
+  const Drawing<Sampling::kAntialiased> drawing(scene, art, frame, nullptr, nullptr);
   drawing.DrawStill(background);
   drawing.DrawMoving();
 }

@@ -16,12 +16,12 @@ namespace procgen {
 //
 // As the agent sees it. `cells`: kept from frame to frame. `static_layer`: of this environment;
 // null: all is drawn. `rows`: tells which rows are shared with it in the end.
-void DrawSharpScene(const Scene& scene, const GameArt& art, const Picture* background,
-                    CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
-                    const Frame& frame);
+void DrawNearestScene(const Scene& scene, const GameArt& art, const Picture* background,
+                      CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
+                      const Frame& frame);
 // For the eye.
-void DrawSmoothScene(const Scene& scene, const GameArt& art, const Picture* background,
-                     const Frame& frame);
+void DrawAntialiasedScene(const Scene& scene, const GameArt& art, const Picture* background,
+                          const Frame& frame);
 
 }  // namespace procgen
 

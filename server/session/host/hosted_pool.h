@@ -19,7 +19,7 @@ namespace procgen {
 
 // How an environment is drawn.
 enum class View : uint8_t {
-  kHuman,  // smooth, as Pool::Render does
+  kHuman,  // antialiased, as Pool::Render does
   kAgent,  // as an observation in the default format, and so at kObservationSidePx
 };
 

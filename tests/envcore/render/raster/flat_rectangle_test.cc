@@ -13,7 +13,7 @@ constexpr Rgba kA = {'a', 0, 0, 255};
 
 std::string Drawn(const ScreenRect& rect) {
   TextFrame frame(4);
-  DrawFlatSharp(rect, kA, frame.frame());
+  DrawFlatAliased(rect, kA, frame.frame());
   return frame.Text();
 }
 
@@ -50,15 +50,15 @@ aaaa
 
 TEST(FlatRectangleTest, TranslucentColoursAreLaidOver) {
   TextFrame frame(1);
-  DrawFlatSharp({0, 0, 1, 1}, {100, 0, 0, 255}, frame.frame());
-  DrawFlatSharp({0, 0, 1, 1}, {255, 255, 255, 120}, frame.frame());
+  DrawFlatAliased({0, 0, 1, 1}, {100, 0, 0, 255}, frame.frame());
+  DrawFlatAliased({0, 0, 1, 1}, {255, 255, 255, 120}, frame.frame());
   EXPECT_EQ(frame.At(0, 0).red, 120 + Mul(100, 135));
   EXPECT_EQ(frame.At(0, 0).green, 120);
 }
 
-TEST(FlatRectangleTest, SmoothEdgesAreWeightedByCoverage) {
+TEST(FlatRectangleTest, AntialiasedEdgesAreWeightedByCoverage) {
   TextFrame frame(4);
-  DrawFlatSmooth({0.5, 1, 2, 1}, {200, 200, 200, 255}, frame.frame());
+  DrawFlatAntialiased({0.5, 1, 2, 1}, {200, 200, 200, 255}, frame.frame());
   EXPECT_EQ(frame.At(0, 1).red, Mul(200, 127));
   EXPECT_EQ(frame.At(1, 1).red, 200);
   EXPECT_EQ(frame.At(2, 1).red, Mul(200, 127));

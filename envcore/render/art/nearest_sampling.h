@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_ART_SHARP_PICTURE_H_
-#define ENVCORE_RENDER_ART_SHARP_PICTURE_H_
+#ifndef ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_
+#define ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_
 
 #include "envcore/render/art/picture.h"
 #include "envcore/render/output/frame.h"
@@ -11,16 +11,16 @@ namespace procgen {
 // Draws a picture into a rectangle without smoothing, as the agent sees it: turned by `rotation`
 // radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
 // the whole pixels that it covers; one that does not, pixel by pixel by the released rules.
-void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-               const Frame& frame);
+void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
+                 const Frame& frame);
 // Draws a sprite made from random numbers, which follows other rules of rounding.
-void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
-                        float opacity, const Frame& frame);
+void DrawNearestGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
+                          float opacity, const Frame& frame);
 // Draws a background, upright and opaque. `pixels`: what may be left out and is done; null: all is
 // drawn.
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
-                       const Frame& frame);
+void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
+                         const Frame& frame);
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_SHARP_PICTURE_H_
+#endif  // ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_

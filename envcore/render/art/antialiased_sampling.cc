@@ -1,4 +1,4 @@
-#include "envcore/render/art/smooth_picture.h"
+#include "envcore/render/art/antialiased_sampling.h"
 
 #include <algorithm>
 #include <array>
@@ -56,8 +56,8 @@ void LayCovered(const Rgba& source, uint32_t opacity, double coverage, Rgba* pix
   }
 }
 
-void DrawUprightSmooth(const Image& image, const ScreenRect& rect, uint32_t opacity,
-                       const Frame& frame) {
+void DrawUprightAntialiased(const Image& image, const ScreenRect& rect, uint32_t opacity,
+                            const Frame& frame) {
   const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.side_px);
   const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.side_px);
   const double scale_x = image.width() / rect.width;
@@ -82,8 +82,8 @@ double CoveredShare(double place, double half_size) {
   return std::clamp(std::min(half_size, place + 0.5) - std::max(-half_size, place - 0.5), 0.0, 1.0);
 }
 
-void DrawTurnedSmooth(const Image& image, const TurnedRect& turned, uint32_t opacity,
-                      const Frame& frame) {
+void DrawTurnedAntialiased(const Image& image, const TurnedRect& turned, uint32_t opacity,
+                           const Frame& frame) {
   const ScreenRect& rect = turned.unturned();
   const double half_w = rect.width / 2;
   const double half_h = rect.height / 2;
@@ -113,19 +113,19 @@ void DrawTurnedSmooth(const Image& image, const TurnedRect& turned, uint32_t opa
 
 }  // namespace
 
-void DrawSmooth(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-                const Frame& frame) {
+void DrawAntialiased(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
+                     const Frame& frame) {
   if (!(rect.width > 0) || !(rect.height > 0)) {
     return;
   }
   const uint32_t factor = OpacityFactor(opacity);
   const Image& image = picture.LevelFor(rect.width, rect.height);
   if (rotation != 0) {
-    DrawTurnedSmooth(image, TurnedRect(rect, rotation), factor, frame);
+    DrawTurnedAntialiased(image, TurnedRect(rect, rotation), factor, frame);
   } else if (rect.width == image.width() && rect.height == image.height()) {
     DrawUpright(image, picture.opaque(), factor, rect, frame);
   } else {
-    DrawUprightSmooth(image, rect, factor, frame);
+    DrawUprightAntialiased(image, rect, factor, frame);
   }
 }
 

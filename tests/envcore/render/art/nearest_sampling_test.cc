@@ -1,4 +1,4 @@
-#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/nearest_sampling.h"
 
 #include <algorithm>
 #include <numbers>
@@ -20,11 +20,11 @@ Picture Abcd() { return Picture(ImageOf({"ab", "cd"}), Levels::kOne); }
 
 std::string Drawn(const Picture& picture, const ScreenRect& rect, float rotation = 0) {
   TextFrame frame(6);
-  DrawSharp(picture, rect, rotation, 1, frame.frame());
+  DrawNearest(picture, rect, rotation, 1, frame.frame());
   return frame.Text();
 }
 
-TEST(SharpPictureTest, IsStretchedIntoItsRectangle) {
+TEST(NearestSamplingTest, IsStretchedIntoItsRectangle) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 2}), R"(
 ......
 .aabb.
@@ -35,7 +35,7 @@ TEST(SharpPictureTest, IsStretchedIntoItsRectangle) {
 )");
 }
 
-TEST(SharpPictureTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
+TEST(NearestSamplingTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
   EXPECT_EQ(Drawn(Abcd(), {2.4, 0.6, 2, 2}), R"(
 ......
 ..ab..
@@ -46,7 +46,7 @@ TEST(SharpPictureTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
 )");
 }
 
-TEST(SharpPictureTest, IsCutAtTheFrame) {
+TEST(NearestSamplingTest, IsCutAtTheFrame) {
   EXPECT_EQ(Drawn(Abcd(), {-2, 4, 4, 4}), R"(
 ......
 ......
@@ -65,12 +65,12 @@ d.....
 )");
 }
 
-TEST(SharpPictureTest, OfItsOwnSizeIsNotDrawnFromWithinTheLastPixelOn) {
+TEST(NearestSamplingTest, OfItsOwnSizeIsNotDrawnFromWithinTheLastPixelOn) {
   EXPECT_EQ(Drawn(Abcd(), {5.0, 0, 2, 2}).substr(0, 8), "\n.....a\n");
   EXPECT_EQ(Drawn(Abcd(), {5.1, 0, 2, 2}), TextFrame(6).Text());
 }
 
-TEST(SharpPictureTest, WithoutASizeIsNotDrawn) {
+TEST(NearestSamplingTest, WithoutASizeIsNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 0, 4}), nothing);
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, -4}), nothing);
@@ -78,11 +78,11 @@ TEST(SharpPictureTest, WithoutASizeIsNotDrawn) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 1e-9, 1e-9}), nothing);
 }
 
-TEST(SharpPictureTest, TinyRectanglesOverOnePixelCentreStayInThePicture) {
+TEST(NearestSamplingTest, TinyRectanglesOverOnePixelCentreStayInThePicture) {
   EXPECT_THAT(Drawn(Abcd(), {0.49999, 0.49999, 0.00002, 0.00002}), ::testing::SizeIs(43));
 }
 
-TEST(SharpPictureTest, HalfTurnReversesBothAxes) {
+TEST(NearestSamplingTest, HalfTurnReversesBothAxes) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn), R"(
 ......
 .ddcc.
@@ -93,7 +93,7 @@ TEST(SharpPictureTest, HalfTurnReversesBothAxes) {
 )");
 }
 
-TEST(SharpPictureTest, QuarterTurnIsClockwise) {
+TEST(NearestSamplingTest, QuarterTurnIsClockwise) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 4}, kQuarterTurn), R"(
 ......
 .ccaa.
@@ -104,9 +104,9 @@ TEST(SharpPictureTest, QuarterTurnIsClockwise) {
 )");
 }
 
-TEST(SharpPictureTest, LargeQuarterTurnIsClockwiseToo) {
+TEST(NearestSamplingTest, LargeQuarterTurnIsClockwiseToo) {
   TextFrame frame(20);
-  DrawSharp(Abcd(), {2, 2, 16, 16}, -kQuarterTurn, 1, frame.frame());
+  DrawNearest(Abcd(), {2, 2, 16, 16}, -kQuarterTurn, 1, frame.frame());
   EXPECT_EQ(frame.At(3, 3).red, 'b');
   EXPECT_EQ(frame.At(16, 3).red, 'd');
   EXPECT_EQ(frame.At(3, 16).red, 'a');
@@ -115,7 +115,7 @@ TEST(SharpPictureTest, LargeQuarterTurnIsClockwiseToo) {
   EXPECT_EQ(frame.At(18, 5).red, 0);
 }
 
-TEST(SharpPictureTest, TurnedPicturesCoverAboutTheirArea) {
+TEST(NearestSamplingTest, TurnedPicturesCoverAboutTheirArea) {
   for (const double side : {5.3, 31.7}) {
     for (int turn = 0; turn < 17; ++turn) {
       const float rotation = 0.1F + 0.37F * static_cast<float>(turn);
@@ -134,32 +134,32 @@ TEST(SharpPictureTest, TurnedPicturesCoverAboutTheirArea) {
   }
 }
 
-TEST(SharpPictureTest, TurnedPicturesFarOutsideAreNotDrawn) {
+TEST(NearestSamplingTest, TurnedPicturesFarOutsideAreNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {-300, 2, 4, 4}, 0.7F), nothing);
   EXPECT_EQ(Drawn(Abcd(), {2, 300, 40, 40}, 0.7F), nothing);
 }
 
-TEST(SharpPictureTest, OpacityFadesEachChannel) {
+TEST(NearestSamplingTest, OpacityFadesEachChannel) {
   TextFrame frame(1);
   Image white(1, 1);
   white.At(0, 0) = {255, 255, 255, 255};
-  DrawSharp(Picture(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
+  DrawNearest(Picture(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
   EXPECT_EQ(frame.At(0, 0).red, 127);
 }
 
-TEST(SharpPictureTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
+TEST(NearestSamplingTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
   TextFrame upright(6);
-  DrawSharpGenerated(Abcd(), {1, 1, 4, 4}, 0, 1, upright.frame());
+  DrawNearestGenerated(Abcd(), {1, 1, 4, 4}, 0, 1, upright.frame());
   EXPECT_EQ(upright.Text(), Drawn(Abcd(), {1, 1, 4, 4}));
   TextFrame turned(6);
-  DrawSharpGenerated(Abcd(), {1, 1, 4, 4}, kHalfTurn, 1, turned.frame());
+  DrawNearestGenerated(Abcd(), {1, 1, 4, 4}, kHalfTurn, 1, turned.frame());
   EXPECT_EQ(turned.Text(), Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn));
 }
 
-TEST(SharpPictureTest, BackdropsReplaceWhatIsThere) {
+TEST(NearestSamplingTest, BackdropsReplaceWhatIsThere) {
   TextFrame frame(6);
-  DrawSharpBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
+  DrawNearestBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 aaabbb
 aaabbb
@@ -170,11 +170,11 @@ cccddd
 )");
 }
 
-TEST(SharpPictureTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
+TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
   const Picture picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
   TextFrame frame(6);
   // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
-  DrawSharpBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
+  DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......
 .aabb.
@@ -183,7 +183,7 @@ TEST(SharpPictureTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
 ......
 ......
 )");
-  DrawSharpBackdrop(picture, {-1, 4, 3.5, 3.5}, nullptr, frame.frame());
+  DrawNearestBackdrop(picture, {-1, 4, 3.5, 3.5}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......
 .aabb.
@@ -195,14 +195,14 @@ abb...
   EXPECT_NE(picture.KeptAt({.width = 4, .height = 4}), nullptr);
 }
 
-TEST(SharpPictureTest, BackdropsTellWhatIsDone) {
+TEST(NearestSamplingTest, BackdropsTellWhatIsDone) {
   const Picture exact = Abcd();
   const Picture scales(ImageOf({"ab", "cd"}), Levels::kAll);
   for (const Picture* picture : {&exact, &scales}) {
     BackdropPixels pixels;
     pixels.hidden.Add(1, BitRange(2, 4));
     TextFrame frame(6);
-    DrawSharpBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
+    DrawNearestBackdrop(*picture, {0, 0, 4, 4}, &pixels, frame.frame());
     EXPECT_EQ(frame.Text(), R"(
 aabb..
 aa....

@@ -1,4 +1,4 @@
-#include "envcore/render/art/sharp_picture.h"
+#include "envcore/render/art/nearest_sampling.h"
 
 #include <algorithm>
 #include <cmath>
@@ -72,8 +72,8 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
 
 }  // namespace
 
-void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-               const Frame& frame) {
+void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
+                 const Frame& frame) {
   const uint32_t factor = OpacityFactor(opacity);
   if (picture.scales() && DrawWhole(picture, rect, rotation, factor, frame)) {
     return;
@@ -95,14 +95,14 @@ void DrawSharp(const Picture& picture, const ScreenRect& rect, float rotation, f
   }
 }
 
-void DrawSharpGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
-                        float opacity, const Frame& frame) {
+void DrawNearestGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
+                          float opacity, const Frame& frame) {
   DrawGenerated(picture.LevelFor(rect.width, rect.height), OpacityFactor(opacity),
                 TurnedRect(rect, rotation), frame);
 }
 
-void DrawSharpBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
-                       const Frame& frame) {
+void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
+                         const Frame& frame) {
   const PixelBox box = Rounded(rect);
   if (frame.Cut(box).IsEmpty()) {
     return;

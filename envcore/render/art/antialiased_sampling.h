@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_ART_SMOOTH_PICTURE_H_
-#define ENVCORE_RENDER_ART_SMOOTH_PICTURE_H_
+#ifndef ENVCORE_RENDER_ART_ANTIALIASED_SAMPLING_H_
+#define ENVCORE_RENDER_ART_ANTIALIASED_SAMPLING_H_
 
 #include "envcore/render/art/picture.h"
 #include "envcore/render/output/frame.h"
@@ -9,9 +9,9 @@ namespace procgen {
 
 // Draws a picture into a rectangle for the eye: source pixels are interpolated, and pixels at its
 // edges weighted by the part of them that is covered. `rotation` in radians, `opacity` in [0, 1].
-void DrawSmooth(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-                const Frame& frame);
+void DrawAntialiased(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
+                     const Frame& frame);
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_SMOOTH_PICTURE_H_
+#endif  // ENVCORE_RENDER_ART_ANTIALIASED_SAMPLING_H_
