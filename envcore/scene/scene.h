@@ -13,7 +13,7 @@
 
 namespace procgen {
 
-// A picture in a box, turned around the box's centre or tiled over it.
+// A picture in a box, rotated around the box's centre or tiled over it.
 struct Sprite {
   float x = 0;  // centre and half-sizes in cells, or in shares of the picture
   float y = 0;

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "envcore/render/art/upright_picture.h"
+#include "envcore/render/art/upright_image.h"
 #include "envcore/render/raster/coverage.h"
-#include "envcore/render/raster/turn.h"
+#include "envcore/render/raster/rotated_rect.h"
 
 namespace procgen {
 namespace {
@@ -77,19 +77,19 @@ void DrawUprightAntialiased(const Image& image, const ScreenRect& rect, uint32_t
   }
 }
 
-// The covered part of a pixel on one axis of the turned rectangle.
+// The covered part of a pixel on one axis of the rotated rectangle.
 double CoveredShare(double place, double half_size) {
   return std::clamp(std::min(half_size, place + 0.5) - std::max(-half_size, place - 0.5), 0.0, 1.0);
 }
 
-void DrawTurnedAntialiased(const Image& image, const TurnedRect& turned, uint32_t opacity,
-                           const Frame& frame) {
-  const ScreenRect& rect = turned.unturned();
+void DrawRotatedAntialiased(const Image& image, const RotatedRect& rotated, uint32_t opacity,
+                            const Frame& frame) {
+  const ScreenRect& rect = rotated.unrotated();
   const double half_w = rect.width / 2;
   const double half_h = rect.height / 2;
-  const double reach_x = std::abs(half_w * turned.cos()) + std::abs(half_h * turned.sin()) + 1;
-  const double reach_y = std::abs(half_w * turned.sin()) + std::abs(half_h * turned.cos()) + 1;
-  const Point center = turned.center();
+  const double reach_x = std::abs(half_w * rotated.cos()) + std::abs(half_h * rotated.sin()) + 1;
+  const double reach_y = std::abs(half_w * rotated.sin()) + std::abs(half_h * rotated.cos()) + 1;
+  const Point center = rotated.center();
   const CoveredRange columns = CoveredColumns(center.x - reach_x, 2 * reach_x, frame.side_px);
   const CoveredRange rows = CoveredColumns(center.y - reach_y, 2 * reach_y, frame.side_px);
   const double scale_x = image.width() / rect.width;
@@ -99,8 +99,8 @@ void DrawTurnedAntialiased(const Image& image, const TurnedRect& turned, uint32_
     for (int x = columns.first; x < columns.end; ++x, ++pixel) {
       const double dx = x + 0.5 - center.x;
       const double dy = y + 0.5 - center.y;
-      const double a = dx * turned.cos() + dy * turned.sin();
-      const double b = dy * turned.cos() - dx * turned.sin();
+      const double a = dx * rotated.cos() + dy * rotated.sin();
+      const double b = dy * rotated.cos() - dx * rotated.sin();
       const double coverage = CoveredShare(a, half_w) * CoveredShare(b, half_h);
       if (coverage > 0) {
         const Rgba shown = Interpolated(image, NeighboursOf((a + half_w) * scale_x, image.width()),
@@ -121,7 +121,7 @@ void DrawAntialiased(const Picture& picture, const ScreenRect& rect, float rotat
   const uint32_t factor = OpacityFactor(opacity);
   const Image& image = picture.LevelFor(rect.width, rect.height);
   if (rotation != 0) {
-    DrawTurnedAntialiased(image, TurnedRect(rect, rotation), factor, frame);
+    DrawRotatedAntialiased(image, RotatedRect(rect, rotation), factor, frame);
   } else if (rect.width == image.width() && rect.height == image.height()) {
     DrawUpright(image, picture.opaque(), factor, rect, frame);
   } else {

@@ -53,7 +53,7 @@ SpriteArt GameArt::SpriteOf(int kind, int theme, bool mirrored) const {
   if (slot->facing.picture == nullptr) {
     return GeneratedOf(kind, mirrored);
   }
-  return {Turned(slot->facing, mirrored), false};
+  return {Oriented(slot->facing, mirrored), false};
 }
 
 SpriteArt GameArt::GeneratedOf(int kind, bool mirrored) const {
@@ -65,10 +65,10 @@ SpriteArt GameArt::GeneratedOf(int kind, bool mirrored) const {
     facing.painted = Picture(PaintGenerated(art), Levels::kOne);
     facing.picture = &facing.painted;
   });
-  return {Turned(facing, mirrored), true};
+  return {Oriented(facing, mirrored), true};
 }
 
-const Picture* GameArt::Turned(const Facing& facing, bool mirrored) {
+const Picture* GameArt::Oriented(const Facing& facing, bool mirrored) {
   if (!mirrored) {
     return facing.picture;
   }

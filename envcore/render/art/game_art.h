@@ -66,7 +66,7 @@ class GameArt {
   };
 
   void AddSlots(absl::string_view game, absl::Span<const ArtSlot> slots);
-  static const Picture* Turned(const Facing& facing, bool mirrored);
+  static const Picture* Oriented(const Facing& facing, bool mirrored);
 
   std::shared_ptr<const ArtPack> pack_;
   uint32_t art_seed_;

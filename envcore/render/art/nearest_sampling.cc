@@ -6,9 +6,9 @@
 #include <memory>
 #include <numbers>
 
+#include "envcore/render/art/rotated_image.h"
 #include "envcore/render/art/scaled_drawing.h"
-#include "envcore/render/art/turned_picture.h"
-#include "envcore/render/art/upright_picture.h"
+#include "envcore/render/art/upright_image.h"
 
 namespace procgen {
 namespace {
@@ -31,9 +31,9 @@ int MostPixels(double length, int covered) {
   return std::max(covered, static_cast<int>(std::ceil(length - kHairPx)));
 }
 
-// Whether the turned rectangle's bounding box has a large picture's size.
-bool IsLarge(const TurnedRect& turned) {
-  const std::array<Point, 4> corners = turned.Corners();
+// Whether the rotated rectangle's bounding box has a large picture's size.
+bool IsLarge(const RotatedRect& rotated) {
+  const std::array<Point, 4> corners = rotated.Corners();
   const auto [left, right] = std::minmax_element(
       corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.x < q.x; });
   const auto [top, bottom] = std::minmax_element(
@@ -41,11 +41,11 @@ bool IsLarge(const TurnedRect& turned) {
   return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
 }
 
-// The turn of a picture that scales, in [0, kTurnCount).
-int TurnOf(float rotation) {
-  constexpr double kTurnsPerRadian = kTurnCount / (2 * std::numbers::pi);
-  static_assert((kTurnCount & (kTurnCount - 1)) == 0);
-  return RoundPx(static_cast<double>(rotation) * kTurnsPerRadian) & (kTurnCount - 1);
+// The angle of a picture that scales, in [0, kAngleCount).
+int AngleOf(float rotation) {
+  constexpr double kAnglesPerRadian = kAngleCount / (2 * std::numbers::pi);
+  static_assert((kAngleCount & (kAngleCount - 1)) == 0);
+  return RoundPx(static_cast<double>(rotation) * kAnglesPerRadian) & (kAngleCount - 1);
 }
 
 // Draws a picture that scales into the whole pixels that it covers. False: it is too large.
@@ -62,8 +62,8 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
     }
     return true;
   }
-  // A turned picture keeps its size from place to place.
-  size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), TurnOf(rotation)};
+  // A rotated picture keeps its size from place to place.
+  size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), AngleOf(rotation)};
   const std::shared_ptr<const ScaledPicture> scaled = picture.ScaledTo(size);
   DrawScaled(*scaled, RoundPx(rect.x + (rect.width - scaled->image.width()) / 2),
              RoundPx(rect.y + (rect.height - scaled->image.height()) / 2), opacity, frame);
@@ -83,22 +83,22 @@ void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation,
     DrawUpright(image, picture.opaque(), factor, rect, frame);
     return;
   }
-  const TurnedRect turned(rect, rotation);
-  if (turned.IsUpright()) {
+  const RotatedRect rotated(rect, rotation);
+  if (rotated.IsUpright()) {
     DrawUpright(image, picture.opaque(), factor, rect, frame);
-  } else if (turned.IsHalfTurn()) {
-    DrawHalfTurned(image, picture.opaque(), factor, turned, frame);
-  } else if (IsLarge(turned)) {
-    DrawLargeTurned(image, factor, turned, frame);
+  } else if (rotated.IsHalfTurn()) {
+    DrawHalfTurn(image, picture.opaque(), factor, rotated, frame);
+  } else if (IsLarge(rotated)) {
+    DrawLargeRotated(image, factor, rotated, frame);
   } else {
-    DrawSmallTurned(image, factor, turned, frame);
+    DrawSmallRotated(image, factor, rotated, frame);
   }
 }
 
 void DrawNearestGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
                           float opacity, const Frame& frame) {
   DrawGenerated(picture.LevelFor(rect.width, rect.height), OpacityFactor(opacity),
-                TurnedRect(rect, rotation), frame);
+                RotatedRect(rect, rotation), frame);
 }
 
 void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,

@@ -8,7 +8,7 @@
 
 namespace procgen {
 
-// Draws a picture into a rectangle without smoothing, as the agent sees it: turned by `rotation`
+// Draws a picture into a rectangle without smoothing, as the agent sees it: rotated by `rotation`
 // radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
 // the whole pixels that it covers; one that does not, pixel by pixel by the released rules.
 void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,

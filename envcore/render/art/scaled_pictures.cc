@@ -117,11 +117,11 @@ int64_t BytesOf(int width, int height) {
   return static_cast<int64_t>(sizeof(Rgba)) * width * height;
 }
 
-constexpr int kSamplesPerSide = 4;  // of a pixel of a turned image
+constexpr int kSamplesPerSide = 4;  // of a pixel of a rotated image
 
-// Turned around the middle, sampled.
-Image ScaledTurned(const Image& source, const ScaledSize& size) {
-  const double angle = 2 * std::numbers::pi * size.turn / kTurnCount;
+// Rotated around the middle, sampled.
+Image ScaledRotated(const Image& source, const ScaledSize& size) {
+  const double angle = 2 * std::numbers::pi * size.angle / kAngleCount;
   const double cos = std::cos(angle);
   const double sin = std::sin(angle);
   const auto side = [&](double along, double across) {
@@ -153,8 +153,8 @@ Image ScaledTurned(const Image& source, const ScaledSize& size) {
 }  // namespace
 
 Image Scaled(const Image& source, const ScaledSize& size) {
-  return size.turn == 0 ? ScaledUpright(source, size.width, size.height)
-                        : ScaledTurned(source, size);
+  return size.angle == 0 ? ScaledUpright(source, size.width, size.height)
+                         : ScaledRotated(source, size);
 }
 
 ScaledPictures::~ScaledPictures() {
@@ -167,7 +167,7 @@ ScaledPictures::~ScaledPictures() {
 }
 
 ScaledPictures::Bucket& ScaledPictures::BucketOf(const ScaledSize& size) const {
-  return buckets_[static_cast<size_t>(size.width + 5 * size.height + 11 * size.turn) %
+  return buckets_[static_cast<size_t>(size.width + 5 * size.height + 11 * size.angle) %
                   buckets_.size()];
 }
 

@@ -11,8 +11,8 @@
 
 namespace procgen {
 
-// Turned pictures are kept for this many angles in a full turn.
-inline constexpr int kTurnCount = 64;
+// Rotated pictures are kept for this many angles in a full turn.
+inline constexpr int kAngleCount = 64;
 
 // An image of exactly the size that it is drawn at.
 struct ScaledPicture {
@@ -22,9 +22,9 @@ struct ScaledPicture {
 
 // The size and angle of a picture on the screen.
 struct ScaledSize {
-  int width = 0;  // pixels, before it is turned
+  int width = 0;  // pixels, before it is rotated
   int height = 0;
-  int turn = 0;  // clockwise, in [0, kTurnCount) parts of a full turn
+  int angle = 0;  // clockwise, in [0, kAngleCount) parts of a full turn
 
   bool operator==(const ScaledSize&) const = default;
 };
@@ -34,7 +34,7 @@ inline std::shared_ptr<const ScaledPicture> Unowned(const ScaledPicture& picture
   return {std::shared_ptr<const ScaledPicture>(), &picture};
 }
 
-// `source` at another size, each pixel the mean of the area that it stands for, rounded. A turned
+// `source` at another size, each pixel the mean of the area that it stands for, rounded. A rotated
 // one is as large as its corners need. REQUIRES: width, height > 0; the source is not empty.
 Image Scaled(const Image& source, const ScaledSize& size);
 
@@ -57,7 +57,7 @@ class ScaledPictures {
 
   // The picture at a size; null: it is not kept. What is returned lives as long as this.
   const ScaledPicture* Find(const ScaledSize& size) const;
-  // Whether a picture that is not turned could be kept now.
+  // Whether a picture that is not rotated could be kept now.
   bool HasRoomFor(const ScaledSize& size) const;
   // Makes it from `source`, unless another thread was faster. What is returned is either kept, and
   // lives as long as this, or the caller's.

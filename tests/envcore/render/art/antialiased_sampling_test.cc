@@ -39,7 +39,7 @@ TEST(AntialiasedSamplingTest, ColoursGoOverIntoOneAnother) {
   EXPECT_EQ(frame.At(7, 4).red, 200);
 }
 
-TEST(AntialiasedSamplingTest, TurnedByAHalfCircleCoversTheSamePixels) {
+TEST(AntialiasedSamplingTest, RotatedByAHalfCircleCoversTheSamePixels) {
   TextFrame frame(8);
   DrawAntialiased(Grey(4, 200), {2, 2, 4, 4}, std::numbers::pi_v<float>, 1, frame.frame());
   EXPECT_EQ(frame.At(2, 2).red, 200);

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <string>
 
-#include "envcore/render/art/turned_picture.h"
-#include "envcore/render/raster/turned_runs.h"
+#include "envcore/render/art/rotated_image.h"
+#include "envcore/render/raster/rotated_runs.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/render/text_canvas.h"
@@ -115,16 +115,16 @@ TEST(NearestSamplingTest, LargeQuarterTurnIsClockwiseToo) {
   EXPECT_EQ(frame.At(18, 5).red, 0);
 }
 
-TEST(NearestSamplingTest, TurnedPicturesCoverAboutTheirArea) {
+TEST(NearestSamplingTest, RotatedPicturesCoverAboutTheirArea) {
   for (const double side : {5.3, 31.7}) {
     for (int turn = 0; turn < 17; ++turn) {
       const float rotation = 0.1F + 0.37F * static_cast<float>(turn);
       TextCanvas canvas(64);
-      const TurnedRect turned({30.2 - side / 2, 31.1 - side / 4, side, side / 2}, rotation);
+      const RotatedRect rotated({30.2 - side / 2, 31.1 - side / 4, side, side / 2}, rotation);
       if (side > 16) {
-        EmitLargeTurned(turned, 64, canvas);
+        EmitLargeRotated(rotated, 64, canvas);
       } else {
-        EmitThickLine(turned.Map(-side / 2, 0), turned.Map(side / 2, 0), 0.5, 64, canvas);
+        EmitThickLine(rotated.Map(-side / 2, 0), rotated.Map(side / 2, 0), 0.5, 64, canvas);
       }
       const std::string text = canvas.Text();
       const auto pixels = static_cast<double>(std::count(text.begin(), text.end(), '#'));
@@ -134,7 +134,7 @@ TEST(NearestSamplingTest, TurnedPicturesCoverAboutTheirArea) {
   }
 }
 
-TEST(NearestSamplingTest, TurnedPicturesFarOutsideAreNotDrawn) {
+TEST(NearestSamplingTest, RotatedPicturesFarOutsideAreNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {-300, 2, 4, 4}, 0.7F), nothing);
   EXPECT_EQ(Drawn(Abcd(), {2, 300, 40, 40}, 0.7F), nothing);
@@ -152,9 +152,9 @@ TEST(NearestSamplingTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
   TextFrame upright(6);
   DrawNearestGenerated(Abcd(), {1, 1, 4, 4}, 0, 1, upright.frame());
   EXPECT_EQ(upright.Text(), Drawn(Abcd(), {1, 1, 4, 4}));
-  TextFrame turned(6);
-  DrawNearestGenerated(Abcd(), {1, 1, 4, 4}, kHalfTurn, 1, turned.frame());
-  EXPECT_EQ(turned.Text(), Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn));
+  TextFrame rotated(6);
+  DrawNearestGenerated(Abcd(), {1, 1, 4, 4}, kHalfTurn, 1, rotated.frame());
+  EXPECT_EQ(rotated.Text(), Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn));
 }
 
 TEST(NearestSamplingTest, BackdropsReplaceWhatIsThere) {

@@ -46,8 +46,8 @@ TEST(ScaledTest, LargerPicturesRepeatPixels) {
 }
 
 TEST(ScaledTest, NoColourIsAboveItsAlpha) {
-  for (int turn = 0; turn < kTurnCount; ++turn) {
-    const Image image = Scaled(Checks(7), {.width = 5, .height = 3, .turn = turn});
+  for (int angle = 0; angle < kAngleCount; ++angle) {
+    const Image image = Scaled(Checks(7), {.width = 5, .height = 3, .angle = angle});
     for (int y = 0; y < image.height(); ++y) {
       for (int x = 0; x < image.width(); ++x) {
         EXPECT_LE(image.At(x, y).red, image.At(x, y).alpha);
@@ -57,18 +57,19 @@ TEST(ScaledTest, NoColourIsAboveItsAlpha) {
 }
 
 TEST(ScaledTest, AQuarterTurnIsClockwise) {
-  const Image turned = Scaled(ImageOf({"ab"}), {.width = 2, .height = 1, .turn = kTurnCount / 4});
-  ASSERT_EQ(turned.width(), 1);
-  ASSERT_EQ(turned.height(), 2);
-  EXPECT_EQ(turned.At(0, 0).red, 'a');
-  EXPECT_EQ(turned.At(0, 1).red, 'b');
+  const Image rotated =
+      Scaled(ImageOf({"ab"}), {.width = 2, .height = 1, .angle = kAngleCount / 4});
+  ASSERT_EQ(rotated.width(), 1);
+  ASSERT_EQ(rotated.height(), 2);
+  EXPECT_EQ(rotated.At(0, 0).red, 'a');
+  EXPECT_EQ(rotated.At(0, 1).red, 'b');
 }
 
-TEST(ScaledTest, ATurnedPictureIsAsLargeAsItsCorners) {
-  const Image turned = Scaled(Checks(8), {.width = 10, .height = 10, .turn = kTurnCount / 8});
-  EXPECT_EQ(turned.width(), 15);
-  EXPECT_EQ(turned.height(), 15);
-  EXPECT_EQ(turned.At(0, 0).alpha, 0);
+TEST(ScaledTest, ARotatedPictureIsAsLargeAsItsCorners) {
+  const Image rotated = Scaled(Checks(8), {.width = 10, .height = 10, .angle = kAngleCount / 8});
+  EXPECT_EQ(rotated.width(), 15);
+  EXPECT_EQ(rotated.height(), 15);
+  EXPECT_EQ(rotated.At(0, 0).alpha, 0);
 }
 
 TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
@@ -82,7 +83,7 @@ TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
   EXPECT_EQ(pictures.Find(size), made.get());
   EXPECT_EQ(pictures.Make(source, size), made);
   EXPECT_EQ(pictures.Find({.width = 4, .height = 5}), nullptr);
-  EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .turn = 1}), nullptr);
+  EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .angle = 1}), nullptr);
 }
 
 TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {

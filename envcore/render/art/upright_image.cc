@@ -1,4 +1,4 @@
-#include "envcore/render/art/upright_picture.h"
+#include "envcore/render/art/upright_image.h"
 
 #include <array>
 
@@ -122,9 +122,9 @@ void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const Screen
   DrawStepped(image, MixFor(opaque, opacity), opacity, steps.across, steps.down, frame);
 }
 
-void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
-                    const Frame& frame) {
-  const std::array<Point, 4> corners = turned.Corners();
+void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const RotatedRect& rotated,
+                  const Frame& frame) {
+  const std::array<Point, 4> corners = rotated.Corners();
   const Point& top_left = corners[2];
   const double width = corners[0].x - top_left.x;
   const double height = corners[0].y - top_left.y;

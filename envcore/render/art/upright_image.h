@@ -1,12 +1,12 @@
-#ifndef ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_
-#define ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_
+#ifndef ENVCORE_RENDER_ART_UPRIGHT_IMAGE_H_
+#define ENVCORE_RENDER_ART_UPRIGHT_IMAGE_H_
 
 #include <cstdint>
 
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/image.h"
 #include "envcore/render/raster/pixel_set.h"
-#include "envcore/render/raster/turn.h"
+#include "envcore/render/raster/rotated_rect.h"
 
 namespace procgen {
 
@@ -14,9 +14,9 @@ namespace procgen {
 // the image are; `opacity`: a factor of Mul.
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
                  const Frame& frame);
-// The same upside down. REQUIRES: turned.IsHalfTurn().
-void DrawHalfTurned(const Image& image, bool opaque, uint32_t opacity, const TurnedRect& turned,
-                    const Frame& frame);
+// The same upside down. REQUIRES: rotated.IsHalfTurn().
+void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const RotatedRect& rotated,
+                  const Frame& frame);
 // Draws a background: its colours are copied as they are. `pixels`: what may be left out and what
 // is done; null: all is drawn.
 void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
@@ -24,4 +24,4 @@ void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pi
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_UPRIGHT_PICTURE_H_
+#endif  // ENVCORE_RENDER_ART_UPRIGHT_IMAGE_H_

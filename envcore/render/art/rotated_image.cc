@@ -1,10 +1,10 @@
-#include "envcore/render/art/turned_picture.h"
+#include "envcore/render/art/rotated_image.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "envcore/render/raster/turned_runs.h"
+#include "envcore/render/raster/rotated_runs.h"
 
 namespace procgen {
 namespace {
@@ -52,8 +52,8 @@ struct SourceMap {
 };
 
 // The map of large pictures, from the places of three corners.
-SourceMap MapFromCorners(const Image& image, const TurnedRect& turned) {
-  const std::array<Point, 4> places = turned.Corners();
+SourceMap MapFromCorners(const Image& image, const RotatedRect& rotated) {
+  const std::array<Point, 4> places = rotated.Corners();
   const double w = image.width();
   const double h = image.height();
   const std::array<Point, 4> sources = {{{0, 0}, {w, 0}, {w, h}, {0, h}}};
@@ -90,12 +90,12 @@ SourceMap MapFromCorners(const Image& image, const TurnedRect& turned) {
 }
 
 // The map of small pictures: the inverse of source to screen.
-SourceMap InvertedMap(const Image& image, const TurnedRect& turned) {
-  const ScreenRect& rect = turned.unturned();
+SourceMap InvertedMap(const Image& image, const RotatedRect& rotated) {
+  const ScreenRect& rect = rotated.unrotated();
   const double scale_x = rect.width / image.width();
   const double scale_y = rect.height / image.height();
   SourceMap map;
-  if (turned.IsUpright()) {
+  if (rotated.IsUpright()) {
     const double offset_x = kNudge * scale_x + rect.x;
     const double offset_y = kNudge * scale_y + rect.y;
     map.xx = 1 / scale_x;
@@ -104,12 +104,12 @@ SourceMap InvertedMap(const Image& image, const TurnedRect& turned) {
     map.y0 = -offset_y * map.yy;
     return map;
   }
-  const Point corner = turned.Map(-rect.width / 2, -rect.height / 2);
+  const Point corner = rotated.Map(-rect.width / 2, -rect.height / 2);
   // Source to screen: x = m11 * column + m21 * row + dx, y = m12 * column + m22 * row + dy.
-  const double m11 = turned.cos() * scale_x;
-  const double m12 = turned.sin() * scale_x;
-  const double m21 = -turned.sin() * scale_y;
-  const double m22 = turned.cos() * scale_y;
+  const double m11 = rotated.cos() * scale_x;
+  const double m12 = rotated.sin() * scale_x;
+  const double m21 = -rotated.sin() * scale_y;
+  const double m22 = rotated.cos() * scale_y;
   const double dx = kNudge * m11 + kNudge * m21 + corner.x;
   const double dy = kNudge * m12 + kNudge * m22 + corner.y;
   const double inverse = 1 / (m11 * m22 - m12 * m21);
@@ -137,51 +137,51 @@ bool IsEmpty(const ScreenRect& rect) { return !(rect.width > 0) || !(rect.height
 
 }  // namespace
 
-void DrawLargeTurned(const Image& image, uint32_t opacity, const TurnedRect& turned,
-                     const Frame& frame) {
-  const SourceMap map = MapFromCorners(image, turned);
+void DrawLargeRotated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
+                      const Frame& frame) {
+  const SourceMap map = MapFromCorners(image, rotated);
   const int64_t xx = ToFixed(map.xx * kOne);
   const int64_t xy = ToFixed(map.xy * kOne);
   const int64_t yx = ToFixed(map.yx * kOne);
   const int64_t yy = ToFixed(map.yy * kOne);
   const int64_t x0 = ToFixed(std::ceil((0.5 * map.xx + 0.5 * map.xy + map.x0) * kOne)) - 1;
   const int64_t y0 = ToFixed(std::ceil((0.5 * map.yx + 0.5 * map.yy + map.y0) * kOne)) - 1;
-  EmitLargeTurned(turned, frame.side_px, [&](int row, int first, int end) {
+  EmitLargeRotated(rotated, frame.side_px, [&](int row, int first, int end) {
     const SourceWalk walk = {first * xx + row * xy + x0, first * yx + row * yy + y0, xx, yx};
     DrawRun(image, opacity, walk, row, first, end, frame);
   });
 }
 
-void DrawSmallTurned(const Image& image, uint32_t opacity, const TurnedRect& turned,
-                     const Frame& frame) {
-  const ScreenRect& rect = turned.unturned();
+void DrawSmallRotated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
+                      const Frame& frame) {
+  const ScreenRect& rect = rotated.unrotated();
   if (IsEmpty(rect)) {
     return;
   }
-  const SourceMap map = InvertedMap(image, turned);
+  const SourceMap map = InvertedMap(image, rotated);
   const double left = -rect.width / 2;
-  EmitThickLine(turned.Map(left, 0), turned.Map(left + rect.width, 0), rect.height / rect.width,
+  EmitThickLine(rotated.Map(left, 0), rotated.Map(left + rect.width, 0), rect.height / rect.width,
                 frame.side_px, [&](int row, int first, int end) {
                   DrawMappedRun(image, opacity, map, row, first, end, frame);
                 });
 }
 
-void DrawGenerated(const Image& image, uint32_t opacity, const TurnedRect& turned,
+void DrawGenerated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
                    const Frame& frame) {
-  const ScreenRect& rect = turned.unturned();
+  const ScreenRect& rect = rotated.unrotated();
   if (IsEmpty(rect)) {
     return;
   }
-  if (!turned.IsUpright() && !turned.IsHalfTurn()) {
-    DrawSmallTurned(image, opacity, turned, frame);
+  if (!rotated.IsUpright() && !rotated.IsHalfTurn()) {
+    DrawSmallRotated(image, opacity, rotated, frame);
     return;
   }
-  const SourceMap map = InvertedMap(image, turned);
+  const SourceMap map = InvertedMap(image, rotated);
   const auto draw_run = [&](int row, int first, int end) {
     DrawMappedRun(image, opacity, map, row, first, end, frame);
   };
-  if (turned.IsHalfTurn()) {
-    const std::array<Point, 4> corners = turned.Corners();
+  if (rotated.IsHalfTurn()) {
+    const std::array<Point, 4> corners = rotated.Corners();
     for (int row = RoundPx(corners[2].y); row < RoundPx(corners[0].y); ++row) {
       EmitClipped(row, RoundPx(corners[2].x), RoundPx(corners[0].x), frame.side_px, frame.side_px,
                   draw_run);

@@ -1,4 +1,4 @@
-#include "envcore/render/raster/turned_runs.h"
+#include "envcore/render/raster/rotated_runs.h"
 
 #include <algorithm>
 #include <array>
@@ -202,8 +202,8 @@ void EmitSlanted(ThickLine line, int side_px, RunSink sink) {
 
 }  // namespace
 
-void EmitLargeTurned(const TurnedRect& turned, int side_px, RunSink sink) {
-  const std::array<Point, 4> corners = turned.Corners();
+void EmitLargeRotated(const RotatedRect& rotated, int side_px, RunSink sink) {
+  const std::array<Point, 4> corners = rotated.Corners();
   const auto top = static_cast<size_t>(
       std::min_element(corners.begin(), corners.end(),
                        [](const Point& p, const Point& q) { return p.y < q.y; }) -

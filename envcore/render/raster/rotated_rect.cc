@@ -1,4 +1,4 @@
-#include "envcore/render/raster/turn.h"
+#include "envcore/render/raster/rotated_rect.h"
 
 #include <cmath>
 #include <numbers>
@@ -11,7 +11,7 @@ constexpr double kRadiansPerDegree = 0.017453292519943295769;
 
 }  // namespace
 
-TurnedRect::TurnedRect(const ScreenRect& rect, float rotation)
+RotatedRect::RotatedRect(const ScreenRect& rect, float rotation)
     : rect_(rect), center_{rect.x + rect.width / 2, rect.y + rect.height / 2} {
   const float degrees_f32 = (rotation * 180.0F) / std::numbers::pi_v<float>;
   const auto degrees = static_cast<double>(degrees_f32);
@@ -31,13 +31,13 @@ TurnedRect::TurnedRect(const ScreenRect& rect, float rotation)
   }
 }
 
-bool TurnedRect::IsLevel() const { return std::abs(sin_) <= kLevelSine; }
+bool RotatedRect::IsLevel() const { return std::abs(sin_) <= kLevelSine; }
 
-Point TurnedRect::Map(double a, double b) const {
+Point RotatedRect::Map(double a, double b) const {
   return {a * cos_ - b * sin_ + center_.x, a * sin_ + b * cos_ + center_.y};
 }
 
-std::array<Point, 4> TurnedRect::Corners() const {
+std::array<Point, 4> RotatedRect::Corners() const {
   const double left = -rect_.width / 2;
   const double top = -rect_.height / 2;
   const double right = left + rect_.width;

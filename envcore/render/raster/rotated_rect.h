@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_RASTER_TURN_H_
-#define ENVCORE_RENDER_RASTER_TURN_H_
+#ifndef ENVCORE_RENDER_RASTER_ROTATED_RECT_H_
+#define ENVCORE_RENDER_RASTER_ROTATED_RECT_H_
 
 #include <array>
 
@@ -8,24 +8,24 @@
 
 namespace procgen {
 
-// A rectangle turned around its centre, clockwise on the screen.
-class TurnedRect {
+// A rectangle rotated around its centre, clockwise on the screen.
+class RotatedRect {
  public:
   // `rotation` in radians; quarter and half turns, as nearly as f32 can say them, are exact.
-  TurnedRect(const ScreenRect& rect, float rotation);
+  RotatedRect(const ScreenRect& rect, float rotation);
 
   double sin() const { return sin_; }
   double cos() const { return cos_; }
   Point center() const { return center_; }
-  const ScreenRect& unturned() const { return rect_; }
+  const ScreenRect& unrotated() const { return rect_; }
 
-  // Whether it is not turned at all, or upside down and nothing else.
+  // Whether it is not rotated at all, or upside down and nothing else.
   bool IsUpright() const { return IsLevel() && cos_ > 0; }
   bool IsHalfTurn() const { return IsLevel() && cos_ < 0; }
 
   // Where the point (a, b) of the rectangle (-width / 2, -height / 2, width, height) stands.
   Point Map(double a, double b) const;
-  // Where the corners stand: the unturned top left, top right, bottom right, bottom left.
+  // Where the corners stand: the unrotated top left, top right, bottom right, bottom left.
   std::array<Point, 4> Corners() const;
 
  private:
@@ -39,4 +39,4 @@ class TurnedRect {
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_RASTER_TURN_H_
+#endif  // ENVCORE_RENDER_RASTER_ROTATED_RECT_H_
