@@ -11,7 +11,7 @@
 namespace procgen {
 namespace {
 
-using PicturesByPath = std::map<absl::string_view, WantedPicture>;
+using PicturesByPath = std::map<absl::string_view, RequiredImage>;
 
 void AddSlots(absl::Span<const ArtSlot> slots, PicturesByPath* pictures) {
   for (const ArtSlot& slot : slots) {
@@ -21,13 +21,13 @@ void AddSlots(absl::Span<const ArtSlot> slots, PicturesByPath* pictures) {
 
 void AddBackgrounds(BackgroundGroup group, PicturesByPath* pictures) {
   for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-    pictures->try_emplace(slot.released, WantedPicture{slot.released});
+    pictures->try_emplace(slot.released, RequiredImage{slot.released});
   }
 }
 
 }  // namespace
 
-std::vector<WantedPicture> ReleasedPictures() {
+std::vector<RequiredImage> ReleasedPictures() {
   PicturesByPath pictures;
   AddSlots(SharedArtSlots(), &pictures);
   for (const GameFacts& facts : GameCatalog()) {
@@ -35,7 +35,7 @@ std::vector<WantedPicture> ReleasedPictures() {
     AddSlots(game->art().slots, &pictures);
     AddBackgrounds(game->art().background_group, &pictures);
   }
-  std::vector<WantedPicture> sorted;
+  std::vector<RequiredImage> sorted;
   for (const auto& [path, picture] : pictures) {
     sorted.push_back(picture);
   }

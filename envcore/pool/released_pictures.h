@@ -10,7 +10,7 @@ namespace procgen {
 // The pictures that an art folder of the released layout must have: every one that a slot or a
 // background of any game names, each once, sorted by path. Sprites have the size of their slots;
 // backgrounds may have any, as no rule follows from it.
-std::vector<WantedPicture> ReleasedPictures();
+std::vector<RequiredImage> ReleasedPictures();
 
 }  // namespace procgen
 

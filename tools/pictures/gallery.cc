@@ -92,7 +92,7 @@ absl::Status Gallery::AddSprites(const std::string& name, absl::Span<const ArtSl
       rows.push_back(
           Row(std::string(slot.name), absl::StrCat("image kind ", slot.kind), Json::array()));
     }
-    const Picture& picture = *art.SpriteOf(slot.kind, slot.theme, false).picture;
+    const MipmappedImage& picture = *art.SpriteOf(slot.kind, slot.theme, false).picture;
     const std::string caption = absl::StrCat(slot.name, "_", slot.theme);
     if (absl::Status status =
             Write(SpriteCard(picture), absl::StrCat(name, "_", slot.kind, "_", caption), caption,

@@ -79,7 +79,7 @@ Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels
   Ground ground;
   ground.image_kind = image_kind;
   ground.name = absl::StrCat("image kind ", image_kind, " theme ", theme);
-  const Picture& picture = *art.SpriteOf(image_kind, theme, false).picture;
+  const MipmappedImage& picture = *art.SpriteOf(image_kind, theme, false).picture;
   Window& window = ground.windows.emplace_back();
   window.fill({0, 0, 0, 255});
   const Frame frame = {window.data(), kWindowSidePx};

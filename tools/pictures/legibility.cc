@@ -52,7 +52,8 @@ class Dresser {
                       frame);
       return;
     }
-    const Picture& picture = *art_.SpriteOf(appearance.image_kind, appearance.theme, false).picture;
+    const MipmappedImage& picture =
+        *art_.SpriteOf(appearance.image_kind, appearance.theme, false).picture;
     double width = part.width * pixels_per_cell_;
     double height = part.height * pixels_per_cell_;
     if (part.keeps_ratio) {

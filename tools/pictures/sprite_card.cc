@@ -18,7 +18,7 @@ constexpr int kSmallFactor = 8;  // times which they are enlarged
 constexpr int kSmallHeightPx = 9 * kSmallFactor + 2 * kMarginPx;
 
 // The largest rectangle of the picture's proportions in the middle of a square.
-ScreenRect InMiddle(const Picture& picture, int side_px, double length_px) {
+ScreenRect InMiddle(const MipmappedImage& picture, int side_px, double length_px) {
   const Image& image = picture.level(0);
   const double scale = length_px / std::max(image.width(), image.height());
   const double width = image.width() * scale;
@@ -35,7 +35,7 @@ Image Ground(int side_px, const Rgba& color) {
 
 }  // namespace
 
-Image SpriteCard(const Picture& picture) {
+Image SpriteCard(const MipmappedImage& picture) {
   Image card(2 * kLargeSidePx, kLargeSidePx + kSmallHeightPx);
   int left = 0;
   for (const Rgba& color : kGrounds) {

@@ -113,8 +113,8 @@ void DrawRotatedAntialiased(const Image& image, const RotatedRect& rotated, uint
 
 }  // namespace
 
-void DrawAntialiased(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-                     const Frame& frame) {
+void DrawAntialiased(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
+                     float opacity, const Frame& frame) {
   if (!(rect.width > 0) || !(rect.height > 0)) {
     return;
   }

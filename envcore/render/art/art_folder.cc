@@ -42,17 +42,17 @@ absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
 }
 
 // `pixels_left`: of kPixelsMax; is reduced by the picture's.
-absl::Status CheckPicture(absl::string_view png, const WantedPicture& wanted,
-                          int64_t* pixels_left) {
+absl::Status CheckImage(absl::string_view png, const RequiredImage& required,
+                        int64_t* pixels_left) {
   const absl::StatusOr<PngSize> size = CheckPng(png);
   if (!size.ok()) {
     return size.status();
   }
-  if (wanted.width_px != 0 &&
-      (size->width_px != wanted.width_px || size->height_px != wanted.height_px)) {
+  if (required.width_px != 0 &&
+      (size->width_px != required.width_px || size->height_px != required.height_px)) {
     return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
-                                                   " pixels, must be ", wanted.width_px, " x ",
-                                                   wanted.height_px));
+                                                   " pixels, must be ", required.width_px, " x ",
+                                                   required.height_px));
   }
   *pixels_left -= int64_t{size->width_px} * size->height_px;
   if (*pixels_left < 0) {
@@ -73,12 +73,12 @@ class Complaints {
     }
   }
 
-  absl::Status ToStatus(absl::string_view folder, size_t wanted_count) const {
+  absl::Status ToStatus(absl::string_view folder, size_t required_count) const {
     if (count_ == 0) {
       return absl::OkStatus();
     }
     const std::string message = absl::StrCat(
-        "art folder '", folder, "': ", count_, " of ", wanted_count,
+        "art folder '", folder, "': ", count_, " of ", required_count,
         " pictures cannot be used: ", absl::StrJoin(named_, "; "),
         count_ > named_.size() ? absl::StrCat("; and ", count_ - named_.size(), " more") : "");
     return any_missing_ ? absl::NotFoundError(message) : absl::InvalidArgumentError(message);
@@ -93,22 +93,22 @@ class Complaints {
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
-    const std::string& folder, absl::Span<const WantedPicture> wanted) {
+    const std::string& folder, absl::Span<const RequiredImage> required) {
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {
     return absl::NotFoundError(absl::StrCat("art folder '", folder, "': there is no such folder"));
   }
   // Shared with the pack, whose files are views of these bytes.
   const auto contents = std::make_shared<std::vector<std::string>>();
-  contents->reserve(wanted.size());
+  contents->reserve(required.size());
   std::vector<ArtFile> files;
   Complaints complaints;
   int64_t pixels_left = kPixelsMax;
-  for (const WantedPicture& picture : wanted) {
+  for (const RequiredImage& picture : required) {
     absl::StatusOr<std::string> bytes =
         ReadFile(std::filesystem::path(folder) / std::string(picture.path));
     const absl::Status status =
-        bytes.ok() ? CheckPicture(*bytes, picture, &pixels_left) : bytes.status();
+        bytes.ok() ? CheckImage(*bytes, picture, &pixels_left) : bytes.status();
     if (!status.ok()) {
       complaints.Add(picture.path, status);
       continue;
@@ -116,7 +116,7 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
     contents->push_back(*std::move(bytes));
     files.push_back({std::string(picture.path), contents->back()});
   }
-  if (absl::Status status = complaints.ToStatus(folder, wanted.size()); !status.ok()) {
+  if (absl::Status status = complaints.ToStatus(folder, required.size()); !status.ok()) {
     return status;
   }
   return std::make_shared<const ArtPack>(ArtLayout::kReleased, files, contents);

@@ -13,15 +13,15 @@ namespace procgen {
 namespace {
 
 // A picture that is decoded when it is first asked for.
-struct LazyPicture {
+struct LazyImage {
   mutable absl::once_flag once;
-  mutable Picture picture;  // empty: the bytes are no sound PNG
+  mutable MipmappedImage picture;  // empty: the bytes are no sound PNG
 
-  const Picture* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
+  const MipmappedImage* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
     absl::call_once(once, [&] {
       absl::StatusOr<Image> image = DecodePng(png, alpha_use);
       if (image.ok()) {
-        picture = Picture(*std::move(image), levels);
+        picture = MipmappedImage(*std::move(image), levels);
       }
     });
     return picture.empty() ? nullptr : &picture;
@@ -42,8 +42,8 @@ struct ArtPack::Entry {
   explicit Entry(absl::string_view png) : png(png) {}
 
   absl::string_view png;
-  LazyPicture sprite;
-  LazyPicture background;
+  LazyImage sprite;
+  LazyImage background;
 };
 
 ArtPack::ArtPack(ArtLayout layout, const std::vector<ArtFile>& files,
@@ -68,7 +68,7 @@ std::shared_ptr<const ArtPack> ArtPack::Embedded() {
   return *pack;
 }
 
-const Picture* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) const {
+const MipmappedImage* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) const {
   const Entry* entry =
       Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot) : std::string(slot.released));
   return entry == nullptr
@@ -76,7 +76,7 @@ const Picture* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) cons
              : entry->sprite.Get(entry->png, AlphaUse::kPremultiplied, LevelsOf(layout_));
 }
 
-const Picture* ArtPack::Background(const BackgroundSlot& slot) const {
+const MipmappedImage* ArtPack::Background(const BackgroundSlot& slot) const {
   const Entry* entry = Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.released));
   return entry == nullptr
              ? nullptr

@@ -7,7 +7,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/string_view.h"
-#include "envcore/render/art/picture.h"
+#include "envcore/render/art/mipmapped_image.h"
 #include "envcore/scene/art_slot.h"
 
 namespace procgen {
@@ -43,8 +43,8 @@ class ArtPack {
   // The picture of a slot of `game` ("shared" for the slots that all games share), or of a
   // background. Null: the pack has no such file, or it is no sound PNG. It lives as long as the
   // pack.
-  const Picture* Sprite(absl::string_view game, const ArtSlot& slot) const;
-  const Picture* Background(const BackgroundSlot& slot) const;
+  const MipmappedImage* Sprite(absl::string_view game, const ArtSlot& slot) const;
+  const MipmappedImage* Background(const BackgroundSlot& slot) const;
 
  private:
   struct Entry;

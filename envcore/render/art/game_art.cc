@@ -62,13 +62,13 @@ SpriteArt GameArt::GeneratedOf(int kind, bool mirrored) const {
   absl::call_once(facing.once, [&] {
     RandomStream random(static_cast<int64_t>(art_seed_) + kind);
     const GeneratedArt art = entry.block_shaped ? GenerateBlock(random) : GenerateFigure(random);
-    facing.painted = Picture(PaintGenerated(art), Levels::kOne);
+    facing.painted = MipmappedImage(PaintGenerated(art), Levels::kOne);
     facing.picture = &facing.painted;
   });
   return {Oriented(facing, mirrored), true};
 }
 
-const Picture* GameArt::Oriented(const Facing& facing, bool mirrored) {
+const MipmappedImage* GameArt::Oriented(const Facing& facing, bool mirrored) {
   if (!mirrored) {
     return facing.picture;
   }
@@ -76,7 +76,7 @@ const Picture* GameArt::Oriented(const Facing& facing, bool mirrored) {
   return &facing.mirrored;
 }
 
-const Picture* GameArt::BackgroundOf(BackgroundGroup group, int index) const {
+const MipmappedImage* GameArt::BackgroundOf(BackgroundGroup group, int index) const {
   return pack_->Background(BackgroundsOf(group)[static_cast<size_t>(index)]);
 }
 

@@ -11,7 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/render/art/art_pack.h"
-#include "envcore/render/art/picture.h"
+#include "envcore/render/art/mipmapped_image.h"
 #include "envcore/scene/art_slot.h"
 #include "envcore/world/kinds.h"
 
@@ -19,7 +19,7 @@ namespace procgen {
 
 // A sprite's picture and by which rules it is drawn.
 struct SpriteArt {
-  const Picture* picture = nullptr;
+  const MipmappedImage* picture = nullptr;
   bool generated = false;  // made from random numbers
 };
 
@@ -41,16 +41,16 @@ class GameArt {
   // What it shows with generated art, the same for all themes. REQUIRES: 0 <= kind < kKindCount.
   SpriteArt GeneratedOf(int kind, bool mirrored) const;
   // Null: the pack lacks it. REQUIRES: `index` lies in the group.
-  const Picture* BackgroundOf(BackgroundGroup group, int index) const;
+  const MipmappedImage* BackgroundOf(BackgroundGroup group, int index) const;
 
  private:
   // A picture as it is and mirrored.
   struct Facing {
     mutable absl::once_flag once;
     mutable absl::once_flag mirrored_once;
-    mutable const Picture* picture = nullptr;
-    mutable Picture painted;
-    mutable Picture mirrored;
+    mutable const MipmappedImage* picture = nullptr;
+    mutable MipmappedImage painted;
+    mutable MipmappedImage mirrored;
   };
   struct Slot {
     Slot(absl::string_view game, const ArtSlot& art) : game(game), art(art) {}
@@ -66,7 +66,7 @@ class GameArt {
   };
 
   void AddSlots(absl::string_view game, absl::Span<const ArtSlot> slots);
-  static const Picture* Oriented(const Facing& facing, bool mirrored);
+  static const MipmappedImage* Oriented(const Facing& facing, bool mirrored);
 
   std::shared_ptr<const ArtPack> pack_;
   uint32_t art_seed_;

@@ -49,11 +49,11 @@ int AngleOf(float rotation) {
 }
 
 // Draws a picture that scales into the whole pixels that it covers. False: it is too large.
-bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, uint32_t opacity,
-               const Frame& frame) {
+bool DrawWhole(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
+               uint32_t opacity, const Frame& frame) {
   const PixelBox box = Rounded(rect);
   ScaledSize size = {box.width(), box.height(), 0};
-  if (size.width > ScaledPictures::kSidePxMax || size.height > ScaledPictures::kSidePxMax) {
+  if (size.width > ScaledImageCache::kSidePxMax || size.height > ScaledImageCache::kSidePxMax) {
     return false;
   }
   if (rotation == 0) {
@@ -64,7 +64,7 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
   }
   // A rotated picture keeps its size from place to place.
   size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), AngleOf(rotation)};
-  const std::shared_ptr<const ScaledPicture> scaled = picture.ScaledTo(size);
+  const std::shared_ptr<const ScaledImage> scaled = picture.ScaledTo(size);
   DrawScaled(*scaled, RoundPx(rect.x + (rect.width - scaled->image.width()) / 2),
              RoundPx(rect.y + (rect.height - scaled->image.height()) / 2), opacity, frame);
   return true;
@@ -72,8 +72,8 @@ bool DrawWhole(const Picture& picture, const ScreenRect& rect, float rotation, u
 
 }  // namespace
 
-void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-                 const Frame& frame) {
+void DrawNearest(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
+                 float opacity, const Frame& frame) {
   const uint32_t factor = OpacityFactor(opacity);
   if (picture.scales() && DrawWhole(picture, rect, rotation, factor, frame)) {
     return;
@@ -95,14 +95,14 @@ void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation,
   }
 }
 
-void DrawNearestGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
+void DrawNearestGenerated(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                           float opacity, const Frame& frame) {
   DrawGenerated(picture.LevelFor(rect.width, rect.height), OpacityFactor(opacity),
                 RotatedRect(rect, rotation), frame);
 }
 
-void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
-                         const Frame& frame) {
+void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
+                         BackdropPixels* pixels, const Frame& frame) {
   const PixelBox box = Rounded(rect);
   if (frame.Cut(box).IsEmpty()) {
     return;
@@ -111,7 +111,7 @@ void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, Backdro
     // In the most pixels that the rectangle covers anywhere, so that one picture serves all places.
     const ScaledSize size = {.width = MostPixels(rect.width, box.width()),
                              .height = MostPixels(rect.height, box.height())};
-    if (const std::shared_ptr<const ScaledPicture> scaled = picture.KeptAt(size)) {
+    if (const std::shared_ptr<const ScaledImage> scaled = picture.KeptAt(size)) {
       DrawScaledBackdrop(*scaled, box, pixels, frame);
       return;
     }

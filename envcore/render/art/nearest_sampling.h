@@ -1,7 +1,7 @@
 #ifndef ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_
 #define ENVCORE_RENDER_ART_NEAREST_SAMPLING_H_
 
-#include "envcore/render/art/picture.h"
+#include "envcore/render/art/mipmapped_image.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/pixel_set.h"
 #include "envcore/scene/camera.h"
@@ -11,15 +11,15 @@ namespace procgen {
 // Draws a picture into a rectangle without smoothing, as the agent sees it: rotated by `rotation`
 // radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
 // the whole pixels that it covers; one that does not, pixel by pixel by the released rules.
-void DrawNearest(const Picture& picture, const ScreenRect& rect, float rotation, float opacity,
-                 const Frame& frame);
+void DrawNearest(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
+                 float opacity, const Frame& frame);
 // Draws a sprite made from random numbers, which follows other rules of rounding.
-void DrawNearestGenerated(const Picture& picture, const ScreenRect& rect, float rotation,
+void DrawNearestGenerated(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                           float opacity, const Frame& frame);
 // Draws a background, upright and opaque. `pixels`: what may be left out and is done; null: all is
 // drawn.
-void DrawNearestBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels,
-                         const Frame& frame);
+void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
+                         BackdropPixels* pixels, const Frame& frame);
 
 }  // namespace procgen
 

@@ -158,7 +158,7 @@ void CopyRows(const Image& image, int left, int top, const PixelBox& box, const 
 
 }  // namespace
 
-void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacity,
+void DrawScaled(const ScaledImage& picture, int left, int top, uint32_t opacity,
                 const Frame& frame) {
   const Image& image = picture.image;
   const PixelBox box = frame.Cut({left, top, left + image.width(), top + image.height()});
@@ -174,7 +174,7 @@ void DrawScaled(const ScaledPicture& picture, int left, int top, uint32_t opacit
              [count, opacity](const Rgba* from, Rgba* to) { LayPixels(from, count, opacity, to); });
 }
 
-void DrawScaledBackdrop(const ScaledPicture& picture, const PixelBox& box, BackdropPixels* pixels,
+void DrawScaledBackdrop(const ScaledImage& picture, const PixelBox& box, BackdropPixels* pixels,
                         const Frame& frame) {
   ForEachRunToDraw(frame.Cut(box), pixels, [&](int row, int first, int end) {
     CopyPixels(picture.image.Row(row - box.top) + (first - box.left), end - first,

@@ -76,7 +76,7 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
   }
   dot_.color = {dots.color[0], dots.color[1], dots.color[2], 255};
   const auto least = [](const std::vector<PixelRange>& ranges) {
-    int size = ScaledPictures::kSidePxMax;
+    int size = ScaledImageCache::kSidePxMax;
     for (const PixelRange& range : ranges) {
       size = std::min(size, range.end - range.first);
     }
@@ -85,8 +85,8 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
   width_min_ = least(columns_);
   height_min_ = least(rows_);
   // No two ranges of one axis differ by more than a pixel.
-  scales_ = width_min_ > 0 && width_min_ < ScaledPictures::kSidePxMax && height_min_ > 0 &&
-            height_min_ < ScaledPictures::kSidePxMax;
+  scales_ = width_min_ > 0 && width_min_ < ScaledImageCache::kSidePxMax && height_min_ > 0 &&
+            height_min_ < ScaledImageCache::kSidePxMax;
 }
 
 CellDrawing::Look CellDrawing::FindLook(int kind) const {
@@ -201,7 +201,7 @@ void CellDrawing::DrawPicture(const Look& look, int column, int row) const {
 void CellDrawing::DrawScaledCell(Look& look, PixelRange across, PixelRange down) const {
   const int width = across.end - across.first;
   const int height = down.end - down.first;
-  std::shared_ptr<const ScaledPicture>& scaled =
+  std::shared_ptr<const ScaledImage>& scaled =
       look.scaled[static_cast<size_t>(height - height_min_)]
                  [static_cast<size_t>(width - width_min_)];
   if (scaled == nullptr) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "envcore/render/art/game_art.h"
-#include "envcore/render/art/scaled_pictures.h"
+#include "envcore/render/art/scaled_image_cache.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/raster/pixel_set.h"
 #include "envcore/scene/camera.h"
@@ -53,7 +53,7 @@ class CellDrawing {
     Rgba color;
     SpriteArt art;
     // By height above the least, width above the least; null: not looked at yet.
-    std::array<std::array<std::shared_ptr<const ScaledPicture>, 2>, 2> scaled;
+    std::array<std::array<std::shared_ptr<const ScaledImage>, 2>, 2> scaled;
   };
 
   // A cell in view, by its place in columns_ and rows_.

@@ -80,7 +80,7 @@ Frame Rasteriser::CanvasOf(int32_t side_px) {
   return {pixels_.data(), side_px};
 }
 
-const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {
+const MipmappedImage* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {
   if (!scene.background.shown) {
     return nullptr;
   }
@@ -90,7 +90,7 @@ const Picture* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) 
   return art.BackgroundOf(scene.background.group, scene.background.index);
 }
 
-const Picture& Rasteriser::Painted(const GeneratedArt& art) {
+const MipmappedImage& Rasteriser::Painted(const GeneratedArt& art) {
   const uint64_t fingerprint = FingerprintOf(art);
   ++uses_;
   auto* slot = std::find_if(painted_.begin(), painted_.end(), [&](const PaintedBackground& p) {
@@ -102,7 +102,7 @@ const Picture& Rasteriser::Painted(const GeneratedArt& art) {
                               return a.last_use < b.last_use;
                             });
     slot->fingerprint = fingerprint;
-    slot->picture = Picture(PaintGenerated(art), Levels::kOne);
+    slot->picture = MipmappedImage(PaintGenerated(art), Levels::kOne);
   }
   slot->last_use = uses_;
   return slot->picture;

@@ -7,7 +7,7 @@
 
 #include "absl/types/span.h"
 #include "envcore/render/art/game_art.h"
-#include "envcore/render/art/picture.h"
+#include "envcore/render/art/mipmapped_image.h"
 #include "envcore/render/output/frame.h"
 #include "envcore/render/output/frame_format.h"
 #include "envcore/render/scene/cell_drawing.h"
@@ -39,14 +39,14 @@ class Rasteriser {
   struct PaintedBackground {
     uint64_t fingerprint = 0;
     uint64_t last_use = 0;
-    Picture picture;
+    MipmappedImage picture;
   };
 
   Frame CanvasOf(int32_t side_px);
   // Writes the picture on the canvas, and what is shared, to `frame`.
   void Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame);
-  const Picture* BackgroundOf(const Scene& scene, const GameArt& art);
-  const Picture& Painted(const GeneratedArt& art);
+  const MipmappedImage* BackgroundOf(const Scene& scene, const GameArt& art);
+  const MipmappedImage& Painted(const GeneratedArt& art);
 
   std::vector<Rgba> pixels_;  // of the picture that is drawn
   CellDrawing cells_;

@@ -36,7 +36,7 @@ class Drawing {
         rows_(rows) {}
 
   // The background, the sprites below the cells and the cells.
-  void DrawStill(const Picture* background) const {
+  void DrawStatic(const MipmappedImage* background) const {
     BeginCells();
     if (kSampling == Sampling::kNearest && frame_.side_px <= PixelSet::kSidePxMax) {
       DrawNeededBackground(background);
@@ -131,7 +131,8 @@ class Drawing {
 
   PixelBox Whole() const { return {0, 0, frame_.side_px, frame_.side_px}; }
 
-  void DrawBackdrop(const Picture& picture, const ScreenRect& rect, BackdropPixels* pixels) const {
+  void DrawBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
+                    BackdropPixels* pixels) const {
     if constexpr (kSampling == Sampling::kNearest) {
       DrawNearestBackdrop(picture, rect, pixels, frame_);
     } else {
@@ -140,7 +141,7 @@ class Drawing {
   }
 
   // What the cells do not hide, black where there is no background.
-  void DrawNeededBackground(const Picture* picture) const {
+  void DrawNeededBackground(const MipmappedImage* picture) const {
     BackdropPixels pixels;
     if (cells_ != nullptr) {
       cells_->AddHidden(&pixels.hidden);
@@ -155,11 +156,11 @@ class Drawing {
   }
 
   // `background`: null: nothing.
-  void DrawBackground(const Picture* background, BackdropPixels* pixels) const {
+  void DrawBackground(const MipmappedImage* background, BackdropPixels* pixels) const {
     if (background == nullptr) {
       return;
     }
-    const Picture& picture = *background;
+    const MipmappedImage& picture = *background;
     if (scene_.background.scrolls) {
       DrawStrip(picture, pixels);
       return;
@@ -187,7 +188,7 @@ class Drawing {
   }
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
-  void DrawStrip(const Picture& picture, BackdropPixels* pixels) const {
+  void DrawStrip(const MipmappedImage& picture, BackdropPixels* pixels) const {
     const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
     const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
@@ -297,7 +298,7 @@ class Drawing {
 
 }  // namespace
 
-void DrawNearestScene(const Scene& scene, const GameArt& art, const Picture* background,
+void DrawNearestScene(const Scene& scene, const GameArt& art, const MipmappedImage* background,
                       CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
                       const Frame& frame) {
   const Drawing<Sampling::kNearest> drawing(scene, art, frame, cells, rows);
@@ -305,7 +306,7 @@ void DrawNearestScene(const Scene& scene, const GameArt& art, const Picture* bac
       static_layer == nullptr ? StaticLayerCache::Use::kDrawOnly : static_layer->Meet(scene);
   rows->Clear();
   if (use != StaticLayerCache::Use::kCopy) {
-    drawing.DrawStill(background);
+    drawing.DrawStatic(background);
   } else if (frame.side_px <= CopyOnWriteRows::kSidePxMax) {
     rows->ShareAll(*static_layer, frame.side_px);
   } else {
@@ -317,10 +318,10 @@ void DrawNearestScene(const Scene& scene, const GameArt& art, const Picture* bac
   drawing.DrawMoving();
 }
 
-void DrawAntialiasedScene(const Scene& scene, const GameArt& art, const Picture* background,
+void DrawAntialiasedScene(const Scene& scene, const GameArt& art, const MipmappedImage* background,
                           const Frame& frame) {
   const Drawing<Sampling::kAntialiased> drawing(scene, art, frame, nullptr, nullptr);
-  drawing.DrawStill(background);
+  drawing.DrawStatic(background);
   drawing.DrawMoving();
 }
 

@@ -19,7 +19,7 @@ constexpr int kBackgroundHeightPx = 8;
 
 void PaintArtFolder(const std::string& folder) {
   uint32_t number = 0;
-  for (const WantedPicture& picture : ReleasedPictures()) {
+  for (const RequiredImage& picture : ReleasedPictures()) {
     const auto path = std::filesystem::path(folder) / std::string(picture.path);
     std::filesystem::create_directories(path.parent_path());
     const bool any_size = picture.width_px == 0;

@@ -10,9 +10,9 @@
 namespace procgen {
 namespace {
 
-std::map<std::string, WantedPicture> ByPath() {
-  std::map<std::string, WantedPicture> pictures;
-  for (const WantedPicture& picture : ReleasedPictures()) {
+std::map<std::string, RequiredImage> ByPath() {
+  std::map<std::string, RequiredImage> pictures;
+  for (const RequiredImage& picture : ReleasedPictures()) {
     EXPECT_TRUE(pictures.emplace(picture.path, picture).second) << picture.path << " twice";
   }
   return pictures;
@@ -31,7 +31,7 @@ TEST(ReleasedPicturesTest, EverySlotOfEveryGameHasItsPictureInItsOneSize) {
   }
 }
 
-TEST(ReleasedPicturesTest, EveryBackgroundIsWantedInAnySize) {
+TEST(ReleasedPicturesTest, EveryBackgroundIsRequiredInAnySize) {
   const auto pictures = ByPath();
   for (const BackgroundGroup group :
        {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,

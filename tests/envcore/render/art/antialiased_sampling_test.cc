@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-Picture Grey(int side, uint8_t level) {
+MipmappedImage Grey(int side, uint8_t level) {
   Image image(side, side);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
@@ -33,7 +33,7 @@ TEST(AntialiasedSamplingTest, ColoursGoOverIntoOneAnother) {
   image.At(0, 0) = {0, 0, 0, 255};
   image.At(1, 0) = {200, 200, 200, 255};
   TextFrame frame(8);
-  DrawAntialiased(Picture(image, Levels::kOne), {0, 0, 8, 8}, 0, 1, frame.frame());
+  DrawAntialiased(MipmappedImage(image, Levels::kOne), {0, 0, 8, 8}, 0, 1, frame.frame());
   EXPECT_EQ(frame.At(0, 4).red, 0);
   EXPECT_GT(frame.At(4, 4).red, frame.At(3, 4).red);
   EXPECT_EQ(frame.At(7, 4).red, 200);

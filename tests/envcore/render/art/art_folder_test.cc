@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr ArtSlot kFish = {0, 0, "fish", "sea/fish.png", 6, 4};
-constexpr WantedPicture kFishPicture = {"sea/fish.png", 6, 4};
+constexpr RequiredImage kFishPicture = {"sea/fish.png", 6, 4};
 constexpr Rgba kRed = {255, 0, 0, 255};
 
 // A folder of the test's own.
@@ -33,8 +33,8 @@ class ArtFolderTest : public testing::Test {
     std::ofstream(folder_ + "/" + path, std::ios::binary) << bytes;
   }
 
-  absl::Status StatusOfReading(const std::vector<WantedPicture>& wanted) const {
-    return ReadArtFolder(folder_, wanted).status();
+  absl::Status StatusOfReading(const std::vector<RequiredImage>& required) const {
+    return ReadArtFolder(folder_, required).status();
   }
 
   const std::string folder_ =
@@ -47,7 +47,7 @@ TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
   const auto pack = ReadArtFolder(folder_ + "/", {kFishPicture});
   ASSERT_THAT(pack, IsOk());
   std::filesystem::remove_all(folder_);
-  const Picture* fish = (*pack)->Sprite("bigfish", kFish);
+  const MipmappedImage* fish = (*pack)->Sprite("bigfish", kFish);
   ASSERT_NE(fish, nullptr);
   EXPECT_EQ(fish->level(0).At(5, 3), kRed);
   EXPECT_EQ(fish->level_count(), 1);
@@ -61,9 +61,9 @@ TEST_F(ArtFolderTest, FolderThatIsNotThereIsToldByName) {
 
 TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
-  const std::vector<WantedPicture> wanted = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
-                                             {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
-  EXPECT_THAT(StatusOfReading(wanted),
+  const std::vector<RequiredImage> required = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
+                                               {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
+  EXPECT_THAT(StatusOfReading(required),
               StatusIs(absl::StatusCode::kNotFound,
                        AllOf(HasSubstr("7 of 8 pictures cannot be used: a.png is missing; b.png"),
                              HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
@@ -129,18 +129,18 @@ TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
 
 TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
   std::vector<std::string> paths;
-  std::vector<WantedPicture> wanted;
+  std::vector<RequiredImage> required;
   for (int i = 0; i < 4; ++i) {
     paths.push_back(absl::StrCat("sea/", i, ".png"));
     // Their pixels are never looked at: they would be a thousand times as large as the file.
     Write(paths.back(), PngWith(std::string(300, 'x'), 8192, 8192));
   }
   for (const std::string& path : paths) {
-    wanted.push_back({path});
+    required.push_back({path});
   }
-  EXPECT_THAT(StatusOfReading({wanted.back()}),
+  EXPECT_THAT(StatusOfReading({required.back()}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is no sound PNG")));
-  EXPECT_THAT(StatusOfReading(wanted),
+  EXPECT_THAT(StatusOfReading(required),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "
                                  "all pictures together")));

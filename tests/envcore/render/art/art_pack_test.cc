@@ -51,10 +51,10 @@ TEST(ArtPackTest, BrokenFilesAreAsIfTheyWereMissing) {
 TEST(ArtPackTest, ThreadsThatAskAtOnceGetTheSamePicture) {
   const std::string png = TranslucentPng();
   const ArtPack pack(ArtLayout::kOwn, {{"bigfish/fish_3", png}});
-  std::vector<const Picture*> pictures(8);
+  std::vector<const MipmappedImage*> pictures(8);
   std::vector<std::thread> threads;
   threads.reserve(pictures.size());
-  for (const Picture*& picture : pictures) {
+  for (const MipmappedImage*& picture : pictures) {
     threads.emplace_back([&] { picture = pack.Sprite("bigfish", kSlot); });
   }
   for (std::thread& thread : threads) {
@@ -77,7 +77,7 @@ TEST(ArtPackTest, EmbeddedPackHasEveryBackground) {
        {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
         BackgroundGroup::kTopdownSimple, BackgroundGroup::kWater, BackgroundGroup::kWaterSurface}) {
     for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-      const Picture* picture = ArtPack::Embedded()->Background(slot);
+      const MipmappedImage* picture = ArtPack::Embedded()->Background(slot);
       ASSERT_NE(picture, nullptr) << slot.name;
       EXPECT_GE(picture->level(0).width(), picture->level(0).height()) << slot.name;
     }

@@ -55,10 +55,10 @@ TEST(GameArtTest, MirroredTwiceIsTheSamePicture) {
 
 TEST(GameArtTest, ThreadsThatAskAtOnceGetTheSamePicture) {
   const GameArt art = MazeArt();
-  std::vector<const Picture*> pictures(8);
+  std::vector<const MipmappedImage*> pictures(8);
   std::vector<std::thread> threads;
   threads.reserve(pictures.size());
-  for (const Picture*& picture : pictures) {
+  for (const MipmappedImage*& picture : pictures) {
     threads.emplace_back([&] { picture = art.GeneratedOf(9, true).picture; });
   }
   for (std::thread& thread : threads) {

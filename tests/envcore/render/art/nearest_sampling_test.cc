@@ -16,9 +16,9 @@ namespace {
 constexpr float kQuarterTurn = std::numbers::pi_v<float> / 2;
 constexpr float kHalfTurn = std::numbers::pi_v<float>;
 
-Picture Abcd() { return Picture(ImageOf({"ab", "cd"}), Levels::kOne); }
+MipmappedImage Abcd() { return MipmappedImage(ImageOf({"ab", "cd"}), Levels::kOne); }
 
-std::string Drawn(const Picture& picture, const ScreenRect& rect, float rotation = 0) {
+std::string Drawn(const MipmappedImage& picture, const ScreenRect& rect, float rotation = 0) {
   TextFrame frame(6);
   DrawNearest(picture, rect, rotation, 1, frame.frame());
   return frame.Text();
@@ -144,7 +144,7 @@ TEST(NearestSamplingTest, OpacityFadesEachChannel) {
   TextFrame frame(1);
   Image white(1, 1);
   white.At(0, 0) = {255, 255, 255, 255};
-  DrawNearest(Picture(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
+  DrawNearest(MipmappedImage(white, Levels::kOne), {0, 0, 1, 1}, 0, 0.5F, frame.frame());
   EXPECT_EQ(frame.At(0, 0).red, 127);
 }
 
@@ -171,7 +171,7 @@ cccddd
 }
 
 TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
-  const Picture picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
+  const MipmappedImage picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
   TextFrame frame(6);
   // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
   DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
@@ -196,9 +196,9 @@ abb...
 }
 
 TEST(NearestSamplingTest, BackdropsTellWhatIsDone) {
-  const Picture exact = Abcd();
-  const Picture scales(ImageOf({"ab", "cd"}), Levels::kAll);
-  for (const Picture* picture : {&exact, &scales}) {
+  const MipmappedImage exact = Abcd();
+  const MipmappedImage scales(ImageOf({"ab", "cd"}), Levels::kAll);
+  for (const MipmappedImage* picture : {&exact, &scales}) {
     BackdropPixels pixels;
     pixels.hidden.Add(1, BitRange(2, 4));
     TextFrame frame(6);

@@ -1,10 +1,10 @@
-#ifndef ENVCORE_RENDER_ART_PICTURE_H_
-#define ENVCORE_RENDER_ART_PICTURE_H_
+#ifndef ENVCORE_RENDER_ART_MIPMAPPED_IMAGE_H_
+#define ENVCORE_RENDER_ART_MIPMAPPED_IMAGE_H_
 
 #include <memory>
 #include <vector>
 
-#include "envcore/render/art/scaled_pictures.h"
+#include "envcore/render/art/scaled_image_cache.h"
 #include "envcore/render/raster/image.h"
 
 namespace procgen {
@@ -19,10 +19,10 @@ enum class Levels {
 // A picture at one or more sizes: level 0 as it is, each further level half the size of the one
 // before (rounded up), averaged, down to 1 x 1. Immutable after it was made.
 // Threads: any method from any thread.
-class Picture {
+class MipmappedImage {
  public:
-  Picture() = default;
-  Picture(Image image, Levels levels);
+  MipmappedImage() = default;
+  MipmappedImage(Image image, Levels levels);
 
   bool empty() const { return levels_.empty(); }
   // Whether every pixel is opaque.
@@ -38,19 +38,19 @@ class Picture {
   bool scales() const { return scaled_ != nullptr; }
   // The picture in exactly that many pixels. This must live as long as what is returned.
   // REQUIRES: scales(); 1 <= width, height.
-  std::shared_ptr<const ScaledPicture> ScaledTo(const ScaledSize& size) const;
+  std::shared_ptr<const ScaledImage> ScaledTo(const ScaledSize& size) const;
   // The same, but null where it would not be kept, as too much is kept already: for large ones.
-  std::shared_ptr<const ScaledPicture> KeptAt(const ScaledSize& size) const;
+  std::shared_ptr<const ScaledImage> KeptAt(const ScaledSize& size) const;
 
   // The picture with its columns reversed, at all its levels.
-  Picture Mirrored() const;
+  MipmappedImage Mirrored() const;
 
  private:
   std::vector<Image> levels_;
-  std::unique_ptr<ScaledPictures> scaled_;  // null: one level only
+  std::unique_ptr<ScaledImageCache> scaled_;  // null: one level only
   bool opaque_ = false;
 };
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_PICTURE_H_
+#endif  // ENVCORE_RENDER_ART_MIPMAPPED_IMAGE_H_

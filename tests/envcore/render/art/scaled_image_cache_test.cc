@@ -1,4 +1,4 @@
-#include "envcore/render/art/scaled_pictures.h"
+#include "envcore/render/art/scaled_image_cache.h"
 
 #include <cstdint>
 #include <thread>
@@ -72,9 +72,9 @@ TEST(ScaledTest, ARotatedPictureIsAsLargeAsItsCorners) {
   EXPECT_EQ(rotated.At(0, 0).alpha, 0);
 }
 
-TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
+TEST(ScaledImageCacheTest, EachSizeIsMadeOnce) {
   const Image source = ImageOf({"ab", "cd"});
-  const ScaledPictures pictures;
+  const ScaledImageCache pictures;
   const ScaledSize size = {.width = 5, .height = 4};
   EXPECT_EQ(pictures.Find(size), nullptr);
   const auto made = pictures.Make(source, size);
@@ -86,9 +86,9 @@ TEST(ScaledPicturesTest, EachSizeIsMadeOnce) {
   EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .angle = 1}), nullptr);
 }
 
-TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
+TEST(ScaledImageCacheTest, WhatIsKeptIsBounded) {
   const Image source = Checks(9);
-  const ScaledPictures pictures;
+  const ScaledImageCache pictures;
   constexpr int kSide = 512;
   int64_t kept_bytes = 0;
   for (int width = 1; width <= kSide; ++width) {
@@ -100,25 +100,25 @@ TEST(ScaledPicturesTest, WhatIsKeptIsBounded) {
     }
   }
   EXPECT_FALSE(pictures.HasRoomFor({.width = kSide, .height = kSide}));
-  EXPECT_TRUE(ScaledPictures().HasRoomFor({.width = kSide, .height = kSide}));
-  EXPECT_GT(kept_bytes, ScaledPictures::kKeptBytesMax / 2);
-  EXPECT_LE(kept_bytes, ScaledPictures::kKeptBytesMax);
+  EXPECT_TRUE(ScaledImageCache().HasRoomFor({.width = kSide, .height = kSide}));
+  EXPECT_GT(kept_bytes, ScaledImageCache::kKeptBytesMax / 2);
+  EXPECT_LE(kept_bytes, ScaledImageCache::kKeptBytesMax);
 }
 
-TEST(ScaledPicturesTest, ThreadsGetTheSame) {
+TEST(ScaledImageCacheTest, ThreadsGetTheSame) {
   constexpr int kThreadCount = 4;
   constexpr int kSide = 24;
   const Image source = Checks(9);
-  const ScaledPictures pictures;
-  std::vector<std::vector<const ScaledPicture*>> got(kThreadCount);
+  const ScaledImageCache pictures;
+  std::vector<std::vector<const ScaledImage*>> got(kThreadCount);
   std::vector<std::thread> threads;
   threads.reserve(kThreadCount);
-  for (std::vector<const ScaledPicture*>& mine : got) {
+  for (std::vector<const ScaledImage*>& mine : got) {
     threads.emplace_back([&] {
       for (int width = 1; width <= kSide; ++width) {
         for (int height = 1; height <= kSide; ++height) {
           const ScaledSize size = {.width = width, .height = height};
-          const ScaledPicture* found = pictures.Find(size);
+          const ScaledImage* found = pictures.Find(size);
           mine.push_back(found != nullptr ? found : pictures.Make(source, size).get());
         }
       }
@@ -127,7 +127,7 @@ TEST(ScaledPicturesTest, ThreadsGetTheSame) {
   for (std::thread& thread : threads) {
     thread.join();
   }
-  for (const std::vector<const ScaledPicture*>& mine : got) {
+  for (const std::vector<const ScaledImage*>& mine : got) {
     EXPECT_EQ(mine, got[0]);
   }
 }

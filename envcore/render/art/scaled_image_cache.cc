@@ -1,4 +1,4 @@
-#include "envcore/render/art/scaled_pictures.h"
+#include "envcore/render/art/scaled_image_cache.h"
 
 #include <algorithm>
 #include <cmath>
@@ -157,7 +157,7 @@ Image Scaled(const Image& source, const ScaledSize& size) {
                          : ScaledRotated(source, size);
 }
 
-ScaledPictures::~ScaledPictures() {
+ScaledImageCache::~ScaledImageCache() {
   for (std::atomic<const Entry*>& bucket : buckets_) {
     for (const Entry* entry = bucket; entry != nullptr;) {
       const std::unique_ptr<const Entry> owned(entry);
@@ -166,13 +166,13 @@ ScaledPictures::~ScaledPictures() {
   }
 }
 
-ScaledPictures::Bucket& ScaledPictures::BucketOf(const ScaledSize& size) const {
+ScaledImageCache::Bucket& ScaledImageCache::BucketOf(const ScaledSize& size) const {
   return buckets_[static_cast<size_t>(size.width + 5 * size.height + 11 * size.angle) %
                   buckets_.size()];
 }
 
-const ScaledPictures::Entry* ScaledPictures::FindIn(const Entry* first, const Entry* end,
-                                                    const ScaledSize& size) {
+const ScaledImageCache::Entry* ScaledImageCache::FindIn(const Entry* first, const Entry* end,
+                                                        const ScaledSize& size) {
   for (const Entry* entry = first; entry != end; entry = entry->next) {
     if (entry->size == size) {
       return entry;
@@ -181,17 +181,17 @@ const ScaledPictures::Entry* ScaledPictures::FindIn(const Entry* first, const En
   return nullptr;
 }
 
-const ScaledPicture* ScaledPictures::Find(const ScaledSize& size) const {
+const ScaledImage* ScaledImageCache::Find(const ScaledSize& size) const {
   const Entry* entry = FindIn(BucketOf(size).load(std::memory_order_acquire), nullptr, size);
   return entry == nullptr ? nullptr : &entry->picture;
 }
 
-bool ScaledPictures::HasRoomFor(const ScaledSize& size) const {
+bool ScaledImageCache::HasRoomFor(const ScaledSize& size) const {
   return kept_bytes_.load(std::memory_order_relaxed) + BytesOf(size.width, size.height) <=
          kKeptBytesMax;
 }
 
-std::shared_ptr<const ScaledPicture> ScaledPictures::Make(const Image& source,
+std::shared_ptr<const ScaledImage> ScaledImageCache::Make(const Image& source,
                                                           const ScaledSize& size) const {
   auto made = std::make_unique<Entry>();
   made->size = size;
@@ -200,7 +200,7 @@ std::shared_ptr<const ScaledPicture> ScaledPictures::Make(const Image& source,
   const int64_t bytes = BytesOf(made->picture.image.width(), made->picture.image.height());
   if (kept_bytes_.fetch_add(bytes, std::memory_order_relaxed) + bytes > kKeptBytesMax) {
     kept_bytes_.fetch_sub(bytes, std::memory_order_relaxed);
-    return std::make_shared<const ScaledPicture>(std::move(made->picture));
+    return std::make_shared<const ScaledImage>(std::move(made->picture));
   }
   Bucket& bucket = BucketOf(size);
   const Entry* head = bucket.load(std::memory_order_acquire);

@@ -1,5 +1,5 @@
-#ifndef ENVCORE_RENDER_ART_SCALED_PICTURES_H_
-#define ENVCORE_RENDER_ART_SCALED_PICTURES_H_
+#ifndef ENVCORE_RENDER_ART_SCALED_IMAGE_CACHE_H_
+#define ENVCORE_RENDER_ART_SCALED_IMAGE_CACHE_H_
 
 #include <array>
 #include <atomic>
@@ -15,7 +15,7 @@ namespace procgen {
 inline constexpr int kAngleCount = 64;
 
 // An image of exactly the size that it is drawn at.
-struct ScaledPicture {
+struct ScaledImage {
   Image image;
   bool opaque = false;  // every pixel is
 };
@@ -30,8 +30,8 @@ struct ScaledSize {
 };
 
 // A picture that lives at least as long as something else does: costs nothing to hold.
-inline std::shared_ptr<const ScaledPicture> Unowned(const ScaledPicture& picture) {
-  return {std::shared_ptr<const ScaledPicture>(), &picture};
+inline std::shared_ptr<const ScaledImage> Unowned(const ScaledImage& picture) {
+  return {std::shared_ptr<const ScaledImage>(), &picture};
 }
 
 // `source` at another size, each pixel the mean of the area that it stands for, rounded. A rotated
@@ -43,30 +43,30 @@ Image Scaled(const Image& source, const ScaledSize& size);
 // the worlds of all games. Those beyond, which only pools of many different observation sizes ask
 // for, are made anew for each use. Threads: any method from any thread; what is kept is never
 // locked.
-class ScaledPictures {
+class ScaledImageCache {
  public:
   // Sprites and cells that are larger are not kept.
   static constexpr int kSidePxMax = 32;
   // Of pixels, that are kept.
   static constexpr int64_t kKeptBytesMax = 4 << 20;
 
-  ScaledPictures() = default;
-  ~ScaledPictures();
-  ScaledPictures(const ScaledPictures&) = delete;
-  ScaledPictures& operator=(const ScaledPictures&) = delete;
+  ScaledImageCache() = default;
+  ~ScaledImageCache();
+  ScaledImageCache(const ScaledImageCache&) = delete;
+  ScaledImageCache& operator=(const ScaledImageCache&) = delete;
 
   // The picture at a size; null: it is not kept. What is returned lives as long as this.
-  const ScaledPicture* Find(const ScaledSize& size) const;
+  const ScaledImage* Find(const ScaledSize& size) const;
   // Whether a picture that is not rotated could be kept now.
   bool HasRoomFor(const ScaledSize& size) const;
   // Makes it from `source`, unless another thread was faster. What is returned is either kept, and
   // lives as long as this, or the caller's.
-  std::shared_ptr<const ScaledPicture> Make(const Image& source, const ScaledSize& size) const;
+  std::shared_ptr<const ScaledImage> Make(const Image& source, const ScaledSize& size) const;
 
  private:
   struct Entry {
     ScaledSize size;
-    ScaledPicture picture;
+    ScaledImage picture;
     const Entry* next = nullptr;
   };
   using Bucket = std::atomic<const Entry*>;
@@ -81,4 +81,4 @@ class ScaledPictures {
 
 }  // namespace procgen
 
-#endif  // ENVCORE_RENDER_ART_SCALED_PICTURES_H_
+#endif  // ENVCORE_RENDER_ART_SCALED_IMAGE_CACHE_H_

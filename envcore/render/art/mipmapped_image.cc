@@ -1,4 +1,4 @@
-#include "envcore/render/art/picture.h"
+#include "envcore/render/art/mipmapped_image.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -29,7 +29,7 @@ Image Halved(const Image& image) {
 
 }  // namespace
 
-Picture::Picture(Image image, Levels levels) {
+MipmappedImage::MipmappedImage(Image image, Levels levels) {
   if (image.empty()) {
     return;
   }
@@ -39,11 +39,11 @@ Picture::Picture(Image image, Levels levels) {
     while (levels_.back().width() > 1 || levels_.back().height() > 1) {
       levels_.push_back(Halved(levels_.back()));
     }
-    scaled_ = std::make_unique<ScaledPictures>();
+    scaled_ = std::make_unique<ScaledImageCache>();
   }
 }
 
-const Image& Picture::LevelFor(double width_px, double height_px) const {
+const Image& MipmappedImage::LevelFor(double width_px, double height_px) const {
   size_t level = 0;
   while (level + 1 < levels_.size() && levels_[level + 1].width() >= width_px &&
          levels_[level + 1].height() >= height_px) {
@@ -52,14 +52,14 @@ const Image& Picture::LevelFor(double width_px, double height_px) const {
   return levels_[level];
 }
 
-std::shared_ptr<const ScaledPicture> Picture::ScaledTo(const ScaledSize& size) const {
-  const ScaledPicture* scaled = scaled_->Find(size);
+std::shared_ptr<const ScaledImage> MipmappedImage::ScaledTo(const ScaledSize& size) const {
+  const ScaledImage* scaled = scaled_->Find(size);
   return scaled != nullptr ? Unowned(*scaled)
                            : scaled_->Make(LevelFor(size.width, size.height), size);
 }
 
-std::shared_ptr<const ScaledPicture> Picture::KeptAt(const ScaledSize& size) const {
-  const ScaledPicture* scaled = scaled_->Find(size);
+std::shared_ptr<const ScaledImage> MipmappedImage::KeptAt(const ScaledSize& size) const {
+  const ScaledImage* scaled = scaled_->Find(size);
   if (scaled != nullptr) {
     return Unowned(*scaled);
   }
@@ -67,8 +67,8 @@ std::shared_ptr<const ScaledPicture> Picture::KeptAt(const ScaledSize& size) con
                                    : nullptr;
 }
 
-Picture Picture::Mirrored() const {
-  Picture mirrored;
+MipmappedImage MipmappedImage::Mirrored() const {
+  MipmappedImage mirrored;
   mirrored.opaque_ = opaque_;
   mirrored.levels_ = levels_;
   for (Image& image : mirrored.levels_) {
@@ -77,7 +77,7 @@ Picture Picture::Mirrored() const {
     }
   }
   if (scaled_ != nullptr) {
-    mirrored.scaled_ = std::make_unique<ScaledPictures>();
+    mirrored.scaled_ = std::make_unique<ScaledImageCache>();
   }
   return mirrored;
 }
