@@ -223,7 +223,7 @@ class CaveFlyer final : public Game {
   }
 
   // Left and right turn the ship, up and down thrust along the heading that it has before the turn.
-  void Steer() override {
+  void MapControls() override {
     Controls& controls = world_.controls;
     const double heading = kHalfPi - world_.agent().rotation;
     float thrust = 0;

@@ -232,7 +232,7 @@ class Climber final : public Game {
   }
 
   // Up jumps, with support; there is no way to press down.
-  void Steer() override {
+  void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsGround);
     if (world_.controls.vertical < 0 || !has_support_) {
       world_.controls.vertical = 0;
@@ -275,8 +275,8 @@ class Climber final : public Game {
   // --- Looks.
 
   // The view is as wide as the world and shows what is above the agent.
-  Camera LookAt() const override {
-    Camera camera = Game::LookAt();
+  Camera MakeCamera() const override {
+    Camera camera = Game::MakeCamera();
     if (center_agent_) {
       const Entity& agent = world_.agent();
       camera.center_x = static_cast<float>(world_.grid.width()) / 2;

@@ -358,7 +358,7 @@ class CoinRun final : public Game {
     SpawnDust(world_, walker);
   }
 
-  void Steer() override {
+  void MapControls() override {
     const Entity& agent = world_.agent();
     has_support_ = (on_crate_ || StandsOn(world_, agent, IsGround)) && agent.vy == 0;
     on_crate_ = false;
@@ -442,7 +442,7 @@ class CoinRun final : public Game {
 
   // The player's art is twice as high as wide: its feet are at the box's bottom, its head stands
   // out above.
-  void Dress(const Entity& /*entity*/, Sprite* sprite) const override {
+  void StyleSprite(const Entity& /*entity*/, Sprite* sprite) const override {
     if (IsPlayerImage(sprite->image_kind)) {
       sprite->art_top = -0.7415;
       sprite->art_height = 1.7415;

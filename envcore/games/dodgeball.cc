@@ -410,7 +410,7 @@ class Dodgeball final : public Game {
                                                          : Game::ImageKindOf(entity);
   }
 
-  void Dress(const Entity& entity, Sprite* sprite) const override {
+  void StyleSprite(const Entity& entity, Sprite* sprite) const override {
     if (entity.kind == kLavaKind) {
       sprite->tile_ratio = entity.rx > entity.ry ? 1 : -1;
     }

@@ -214,7 +214,7 @@ class FruitBot final : public Game {
 
   // --- A step.
 
-  void Steer() override { world_.controls.vertical = kUpwardPush; }
+  void MapControls() override { world_.controls.vertical = kUpwardPush; }
 
   void PlayStep() override {
     StandardStep();
@@ -277,8 +277,8 @@ class FruitBot final : public Game {
   // --- Looks.
 
   // The view is as wide as the field and shows what is above the robot.
-  Camera LookAt() const override {
-    Camera camera = Game::LookAt();
+  Camera MakeCamera() const override {
+    Camera camera = Game::MakeCamera();
     if (center_agent_) {
       const Entity& agent = world_.agent();
       camera.center_x = static_cast<float>(figures_.world_width / 2.0);
@@ -288,7 +288,7 @@ class FruitBot final : public Game {
     return camera;
   }
 
-  void Dress(const Entity& entity, Sprite* sprite) const override {
+  void StyleSprite(const Entity& entity, Sprite* sprite) const override {
     if (entity.kind == kFruitBotWallKind) {
       sprite->tile_ratio = kWallTileRatio;
     } else if (entity.kind == kDoorKind) {

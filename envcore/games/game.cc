@@ -70,7 +70,7 @@ void Game::StandardStep() {
   world_.controls = {.horizontal = static_cast<float>(column - 1),
                      .vertical = static_cast<float>(row - 1),
                      .turn = 0};
-  Steer();
+  MapControls();
   Entity& agent = world_.agent();
   if (world_.whole_cell_motion) {
     agent.vx = world_.controls.horizontal;
@@ -155,7 +155,7 @@ float Game::AspectRatio(int kind, int theme) const {
   return slot == nullptr ? 1 : static_cast<float>(slot->width_px * 1.0 / slot->height_px);
 }
 
-Camera Game::LookAt() const {
+Camera Game::MakeCamera() const {
   if (center_agent_) {
     return {.center_x = world_.agent().x, .center_y = world_.agent().y, .cells = cells_in_view_};
   }
@@ -166,13 +166,13 @@ Camera Game::LookAt() const {
 
 int Game::ImageKindOf(const Entity& entity) const { return std::abs(entity.image_kind); }
 
-void Game::Dress(const Entity& /*entity*/, Sprite* /*sprite*/) const {}
+void Game::StyleSprite(const Entity& /*entity*/, Sprite* /*sprite*/) const {}
 
 void Game::AddOverlays(std::vector<Overlay>* /*overlays*/) const {}
 
 void Game::FillScene(Scene* scene) const {
   scene->Clear();
-  scene->camera = LookAt();
+  scene->camera = MakeCamera();
   scene->world_width = world_.grid.width();
   scene->world_height = world_.grid.height();
   scene->art_style = options_.use_monochrome_assets  ? ArtStyle::kMonochrome
@@ -219,7 +219,7 @@ void Game::AddSprites(int layer, std::vector<Sprite>* sprites) const {
     sprite.screen_coordinates = entity.screen_coordinates;
     sprite.rotation = entity.rotation;
     sprite.opacity = entity.opacity;
-    Dress(entity, &sprite);
+    StyleSprite(entity, &sprite);
   }
 }
 

@@ -88,7 +88,7 @@ class Game : public Rules {
   virtual size_t EntityCountMax() const;
 
   // Changes the controls, which hold the action's direction, to what the game makes of it.
-  virtual void Steer() {}
+  virtual void MapControls() {}
   // Updates the agent's velocity from the controls (not called in whole-cell motion).
   virtual void UpdateAgentVelocity();
 
@@ -101,11 +101,11 @@ class Game : public Rules {
   void OnCellContact(Entity& entity, int kind, int x, int y) override;
 
   // The camera: by default follows the agent, or shows the whole world.
-  virtual Camera LookAt() const;
+  virtual Camera MakeCamera() const;
   // The image kind that an entity shows; negative: it is not drawn.
   virtual int ImageKindOf(const Entity& entity) const;
   // Last changes to an entity's sprite.
-  virtual void Dress(const Entity& entity, Sprite* sprite) const;
+  virtual void StyleSprite(const Entity& entity, Sprite* sprite) const;
   // Shapes over everything else; by default none.
   virtual void AddOverlays(std::vector<Overlay>* overlays) const;
 

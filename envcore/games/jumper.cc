@@ -305,7 +305,7 @@ class Jumper final : public Game {
   }
 
   // Up jumps, from support and once more in the air, but not again at once.
-  void Steer() override {
+  void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsSolid);
     if (has_support_) {
       jumps_left_ = kJumpsFromSupport;
@@ -373,7 +373,7 @@ class Jumper final : public Game {
     const float dx = carrot.x - agent.x;
     const float dy = carrot.y - agent.y;
     Overlay disc = {.shape = Overlay::Shape::kDisc,
-                    .x = (LookAt().cells - diameter) - kCompassMargin,
+                    .x = (MakeCamera().cells - diameter) - kCompassMargin,
                     .y = kCompassMargin,
                     .width = diameter,
                     .height = diameter,

@@ -279,7 +279,7 @@ class Leaper final : public Game {
   // --- Looks.
 
   // The frog's art is higher than wide: it stands out of the box above and below.
-  void Dress(const Entity& entity, Sprite* sprite) const override {
+  void StyleSprite(const Entity& entity, Sprite* sprite) const override {
     if (entity.kind == kAgentKind) {
       sprite->art_top = -0.275;
       sprite->art_height = 1.55;

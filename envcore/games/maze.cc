@@ -72,7 +72,7 @@ class MazeGame final : public Game {
     }
   }
 
-  void Steer() override {
+  void MapControls() override {
     if (world_.controls.horizontal != 0) {
       world_.controls.vertical = 0;
     }

@@ -140,7 +140,7 @@ class Miner final : public Game {
     exit.layer = -1;
   }
 
-  void Steer() override {
+  void MapControls() override {
     if (world_.controls.horizontal != 0) {
       world_.controls.vertical = 0;
     }

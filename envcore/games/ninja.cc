@@ -258,7 +258,7 @@ class Ninja final : public Game {
   }
 
   // Holding up charges a jump as long as the ninja stands on something.
-  void Steer() override {
+  void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsGround);
     const bool charges = has_support_ && world_.controls.vertical > 0;
     world_.controls.vertical = charges ? 1 : 0;
@@ -333,7 +333,7 @@ class Ninja final : public Game {
   // The charge bar grows upward from the lower left corner.
   void AddOverlays(std::vector<Overlay>* overlays) const override {
     const float height = kChargeBarHeight * charge_;
-    const auto top = static_cast<float>((LookAt().cells - kChargeBarMargin) - height);
+    const auto top = static_cast<float>((MakeCamera().cells - kChargeBarMargin) - height);
     overlays->push_back({.shape = Overlay::Shape::kRectangle,
                          .x = kChargeBarLeft,
                          .y = top,

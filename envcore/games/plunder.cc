@@ -179,7 +179,7 @@ class Plunder final : public Game {
 
   // --- Each step.
 
-  void Steer() override { world_.controls.vertical = 0; }
+  void MapControls() override { world_.controls.vertical = 0; }
 
   void PlayStep() override {
     StandardStep();

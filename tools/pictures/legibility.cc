@@ -35,9 +35,9 @@ struct Look {
 };
 
 // Draws the looks of a cast.
-class Dresser {
+class PartRenderer {
  public:
-  Dresser(const Cast& cast, const Game& stage, const GameArt& art) : cast_(cast), art_(art) {
+  PartRenderer(const Cast& cast, const Game& stage, const GameArt& art) : cast_(cast), art_(art) {
     stage.FillScene(&scene_);
     pixels_per_cell_ = kReleasedFrameFormat.side_px / scene_.camera.cells;
   }
@@ -161,8 +161,8 @@ bool IsSeenOn(const Part& part, int ground_kind) {
 // Compares the looks of a cast, ground by ground.
 class Comparison {
  public:
-  Comparison(const Cast& cast, const Dresser& dresser, std::vector<Look> looks)
-      : cast_(cast), dresser_(dresser), looks_(std::move(looks)) {
+  Comparison(const Cast& cast, const PartRenderer& renderer, std::vector<Look> looks)
+      : cast_(cast), renderer_(renderer), looks_(std::move(looks)) {
     // The ground counts as one part more.
     const size_t count = cast.parts.size();
     likenesses_.resize(count * (count + 1));
@@ -206,7 +206,7 @@ class Comparison {
   Window WindowOf(const Look& look, const Window& ground) const {
     Window window = ground;
     if (const Part* part = PartOf(look); part != nullptr) {
-      dresser_.Draw(*part, look.appearance, &window);
+      renderer_.Draw(*part, look.appearance, &window);
     }
     return window;
   }
@@ -243,7 +243,7 @@ class Comparison {
   }
 
   const Cast& cast_;
-  const Dresser& dresser_;
+  const PartRenderer& renderer_;
   std::vector<Look> looks_;
   std::vector<Likeness> likenesses_;  // by first and second part; first == null: not compared
 };
@@ -254,8 +254,8 @@ std::vector<Likeness> CompareParts(const Cast& cast, const SharedArt& art,
                                    absl::FunctionRef<void(int64_t, int64_t)> show) {
   const std::unique_ptr<Game> stage = StageOf(cast);
   const auto game_art = art.Of(*FindGame(cast.game), stage->art());
-  const Dresser dresser(cast, *stage, *game_art);
-  Comparison comparison(cast, dresser, dresser.Looks(*stage));
+  const PartRenderer renderer(cast, *stage, *game_art);
+  Comparison comparison(cast, renderer, renderer.Looks(*stage));
   const std::vector<Ground> grounds = GroundsOf(cast, *stage, *game_art);
   for (size_t i = 0; i < grounds.size(); ++i) {
     comparison.CompareOn(grounds[i]);
