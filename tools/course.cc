@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-std::string ModeNames(const GameFacts& game) {
+std::string ModeNames(const GameSpec& game) {
   return absl::StrJoin(game.modes, ", ", [](std::string* out, DistributionMode mode) {
     absl::StrAppend(out, DistributionModeName(mode));
   });
@@ -26,7 +26,7 @@ absl::StatusOr<std::vector<Course>> MakeCourses(const std::vector<std::string>& 
                                                 const std::vector<std::string>& known) {
   std::vector<Course> courses;
   for (const std::string& name : games) {
-    const GameFacts* game = FindGame(name);
+    const GameSpec* game = FindGame(name);
     if (game == nullptr || std::find(known.begin(), known.end(), name) == known.end()) {
       return absl::InvalidArgumentError(
           absl::StrCat("game '", name, "' is none of ", absl::StrJoin(known, ", ")));

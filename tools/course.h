@@ -13,7 +13,7 @@ namespace procgen {
 
 // A game in a mode that is played.
 struct Course {
-  const GameFacts* game = nullptr;
+  const GameSpec* game = nullptr;
   DistributionMode mode = DistributionMode::kEasy;
 
   // "maze easy".

@@ -13,23 +13,23 @@ int32_t Wrapped(uint32_t bits) { return static_cast<int32_t>(bits); }
 
 }  // namespace
 
-Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
+Environment::Environment(const GameSpec& spec, const EnvironmentOptions& options,
                          EpisodeEnd episode_end)
-    : facts_(facts),
+    : spec_(spec),
       options_(options),
-      step_limit_(facts.StepLimit(options.distribution_mode)),
+      step_limit_(spec.StepLimit(options.distribution_mode)),
       episode_end_(episode_end),
       level_seed_low_(options.num_levels == 0 ? 0 : options.start_level),
       level_seed_high_(options.num_levels == 0
                            ? std::numeric_limits<int32_t>::max()
                            : Wrapped(static_cast<uint32_t>(options.start_level) +
                                      static_cast<uint32_t>(options.num_levels))),
-      game_(facts.make(options)) {}
+      game_(spec.make(options)) {}
 
-Environment::Environment(const GameFacts& facts, const EnvironmentOptions& options,
+Environment::Environment(const GameSpec& spec, const EnvironmentOptions& options,
                          uint32_t level_stream_seed, EpisodeEnd episode_end,
                          std::shared_ptr<const LevelSampler> level_sampler)
-    : Environment(facts, options, episode_end) {
+    : Environment(spec, options, episode_end) {
   level_stream_.Seed(level_stream_seed);
   level_sampler_ = std::move(level_sampler);
   BeginEpisode();
@@ -52,7 +52,7 @@ void Environment::BeginLevel(bool follows_completed) {
 }
 
 void Environment::BeginEpisode() {
-  fingerprint_.Begin(facts_.name, options_);
+  fingerprint_.Begin(spec_.name, options_);
   BeginLevel(/*follows_completed=*/false);
   result_.first = true;
   episode_return_ = 0;

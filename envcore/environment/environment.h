@@ -63,8 +63,8 @@ class Environment {
  public:
   // `options` as ResolveOptions gave them for the game; `level_stream_seed` seeds the choice of
   // levels; `level_sampler`: as SetLevelSampler. The environment stands at the first step of its
-  // first level. `facts` must outlive it.
-  Environment(const GameFacts& facts, const EnvironmentOptions& options, uint32_t level_stream_seed,
+  // first level. `spec` must outlive it.
+  Environment(const GameSpec& spec, const EnvironmentOptions& options, uint32_t level_stream_seed,
               EpisodeEnd episode_end, std::shared_ptr<const LevelSampler> level_sampler = nullptr);
 
   // A snapshot of all that influences the future, and of what was observed last. Changes nothing of
@@ -79,7 +79,7 @@ class Environment {
   // or, with kDisabled, a reset. The bytes may be anyone's. Errors: DATA_LOSS they are no whole
   // snapshot of this version; FAILED_PRECONDITION the snapshot is of another game;
   // INVALID_ARGUMENT it holds what no snapshot can (the message names the field).
-  static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameFacts& facts,
+  static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
                                                               absl::string_view snapshot,
                                                               EpisodeEnd episode_end);
 
@@ -107,7 +107,7 @@ class Environment {
 
   // Whether the episode has ended and only Reset goes on (kDisabled).
   bool awaits_reset() const { return ended_ && episode_end_ == EpisodeEnd::kDisabled; }
-  const GameFacts& facts() const { return facts_; }
+  const GameSpec& spec() const { return spec_; }
 
   const StepResult& result() const { return result_; }
   const Game& game() const { return *game_; }
@@ -116,7 +116,7 @@ class Environment {
 
  private:
   // One that has no level yet.
-  Environment(const GameFacts& facts, const EnvironmentOptions& options, EpisodeEnd episode_end);
+  Environment(const GameSpec& spec, const EnvironmentOptions& options, EpisodeEnd episode_end);
 
   // All but what the environment was made with and its level's seed.
   void VisitState(StateArchive& archive);
@@ -127,7 +127,7 @@ class Environment {
   // Begins the first level of a new episode.
   void BeginEpisode();
 
-  const GameFacts& facts_;
+  const GameSpec& spec_;
   const EnvironmentOptions options_;
   const int32_t step_limit_;
   const EpisodeEnd episode_end_;

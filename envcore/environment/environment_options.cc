@@ -13,13 +13,13 @@ namespace {
 
 std::string GameNames() {
   std::vector<absl::string_view> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.push_back(game.name);
   }
   return absl::StrJoin(names, ", ");
 }
 
-std::string ModesOf(const GameFacts& game) {
+std::string ModesOf(const GameSpec& game) {
   std::vector<absl::string_view> names;
   for (const DistributionMode mode : game.modes) {
     names.push_back(DistributionModeName(mode));
@@ -41,15 +41,15 @@ absl::Status CheckNotNegative(absl::string_view option, int32_t value) {
 
 absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
                                                   const EnvironmentOptions& options) {
-  const GameFacts* facts = FindGame(game);
-  if (facts == nullptr) {
+  const GameSpec* spec = FindGame(game);
+  if (spec == nullptr) {
     return absl::NotFoundError(
         absl::StrCat("no game is named \"", game, "\"; there are ", GameNames()));
   }
-  if (!facts->HasMode(options.distribution_mode)) {
+  if (!spec->HasMode(options.distribution_mode)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "distribution_mode is ", DistributionModeName(options.distribution_mode), " (",
-        static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*facts)));
+        static_cast<int32_t>(options.distribution_mode), "), ", game, " has ", ModesOf(*spec)));
   }
   for (const absl::Status& status : {CheckNotNegative("num_levels", options.num_levels),
                                      CheckNotNegative("start_level", options.start_level)}) {
@@ -67,7 +67,7 @@ absl::StatusOr<EnvironmentOptions> ResolveOptions(absl::string_view game,
     }
     resolved.distribution_mode = DistributionMode::kHard;
     resolved.num_levels = 1;
-    resolved.start_level = *facts->exploration_level;
+    resolved.start_level = *spec->exploration_level;
   }
   return resolved;
 }

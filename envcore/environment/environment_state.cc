@@ -109,13 +109,13 @@ absl::StatusOr<std::string> Environment::SaveState() {
   using OutOfRange = StateArchive::OutOfRange;
   StateArchive archive(is_restored_ ? OutOfRange::kSaturates : OutOfRange::kFails);
   Beginning beginning = {
-      .game = std::string(facts_.name), .options = options_, .level_seed = result_.level_seed};
+      .game = std::string(spec_.name), .options = options_, .level_seed = result_.level_seed};
   VisitBeginning(archive, beginning);
   VisitState(archive);
   return archive.Finish();
 }
 
-absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFacts& facts,
+absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec& spec,
                                                                   absl::string_view snapshot,
                                                                   EpisodeEnd episode_end) {
   absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
@@ -127,15 +127,15 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameFact
   if (!archive->ok()) {
     return archive->status();
   }
-  if (beginning.game != facts.name) {
+  if (beginning.game != spec.name) {
     return absl::FailedPreconditionError(
-        absl::StrCat("game is ", beginning.game, ", the environment plays ", facts.name));
+        absl::StrCat("game is ", beginning.game, ", the environment plays ", spec.name));
   }
-  const auto options = ResolveOptions(facts.name, beginning.options);
+  const auto options = ResolveOptions(spec.name, beginning.options);
   if (!options.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
-  std::unique_ptr<Environment> environment(new Environment(facts, *options, episode_end));
+  std::unique_ptr<Environment> environment(new Environment(spec, *options, episode_end));
   environment->is_restored_ = true;
   // The level is made anew: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;

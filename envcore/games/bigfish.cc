@@ -34,7 +34,7 @@ constexpr ArtSlot kArtSlots[] = {
     {2, 2, "fish", "misc_assets/fishTile_080.png", 108, 58},
 };
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kWater};
+constexpr GameArtSpec kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kWater};
 
 class BigFish final : public Game {
  public:

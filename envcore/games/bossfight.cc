@@ -113,7 +113,7 @@ constexpr ArtSlot kArtSlots[] = {
     {7, 7, "meteor", "misc_assets/meteorGrey_big4.png", 98, 96},
 };
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kSpace};
+constexpr GameArtSpec kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kSpace};
 
 class BossFight final : public Game {
  public:

@@ -73,9 +73,9 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kBlockShapedKinds[] = {kCaveWallKind};
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .background_group = BackgroundGroup::kSpace};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .background_group = BackgroundGroup::kSpace};
 
 int WorldSide(DistributionMode mode) {
   switch (mode) {

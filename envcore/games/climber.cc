@@ -87,9 +87,9 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kBlockShapedKinds[] = {kRockKind, kPlatformKind};
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .background_group = BackgroundGroup::kPlatform};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .background_group = BackgroundGroup::kPlatform};
 
 bool IsGround(int kind) { return kind == kRockKind || kind == kPlatformKind; }
 

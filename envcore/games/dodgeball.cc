@@ -78,9 +78,9 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kBlockShapedKinds[] = {kLavaKind, kDoorKind, kOpenDoorImageKind};
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .background_group = BackgroundGroup::kTopdown};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .background_group = BackgroundGroup::kTopdown};
 
 struct ModeFigures {
   int side;            // of the hall, cells

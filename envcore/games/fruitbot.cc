@@ -102,10 +102,10 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kBlockShapedKinds[] = {kFruitBotWallKind, kDoorKind, kPresentKind};
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .background_group = BackgroundGroup::kTopdown,
-                               .background_tile_ratio = -1};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .background_group = BackgroundGroup::kTopdown,
+                              .background_tile_ratio = -1};
 
 class FruitBot final : public Game {
  public:

@@ -19,7 +19,7 @@ constexpr float kSpinPerTurn = 0.130899698F;  // radians a step
 
 }  // namespace
 
-Game::Game(const GameArtFacts& art, const GameOptions& options)
+Game::Game(const GameArtSpec& art, const GameOptions& options)
     : center_agent_(options.center_agent), art_(art), options_(options) {}
 
 void Game::StartLevel(int32_t level_seed) {

@@ -19,7 +19,7 @@ namespace procgen {
 
 // Facts about a game's art that are rules: how many themes a kind has and how wide its pictures are
 // decides draws and sizes.
-struct GameArtFacts {
+struct GameArtSpec {
   absl::Span<const ArtSlot> slots;                // of the game's own; the shared ones come on top
   absl::Span<const int> block_shaped_kinds = {};  // generated art fills the canvas for these
   absl::Span<const int> kept_theme_kinds = {};    // keep their themes when themes are restricted
@@ -42,7 +42,7 @@ struct StepOutcome {
 class Game : public Rules {
  public:
   // `art` must outlive the game.
-  Game(const GameArtFacts& art, const GameOptions& options);
+  Game(const GameArtSpec& art, const GameOptions& options);
 
   // Begins the level of `level_seed`.
   void StartLevel(int32_t level_seed);
@@ -57,7 +57,7 @@ class Game : public Rules {
   const StepOutcome& outcome() const { return outcome_; }
   // Steps played in this level.
   int32_t step_number() const { return step_number_; }
-  const GameArtFacts& art() const { return art_; }
+  const GameArtSpec& art() const { return art_; }
   const GameOptions& options() const { return options_; }
   const World& world() const { return world_; }
   const RandomStream& random() const { return random_; }
@@ -148,7 +148,7 @@ class Game : public Rules {
   void AddSprites(int layer, std::vector<Sprite>* sprites) const;
   void FillCells(const Camera& camera, CellLayer* cells) const;
 
-  const GameArtFacts& art_;
+  const GameArtSpec& art_;
   const GameOptions options_;
   int32_t step_number_ = 0;
   int32_t move_ = kNoAction;

@@ -39,7 +39,7 @@ constexpr SpecialAction kStarPilotActions[] = {{9, "Fires a bullet forwards."},
                                                {13, "Fires a bullet forwards, as action 9."},
                                                {14, "Fires a bullet forwards, as action 9."}};
 
-constexpr GameFacts kGames[] = {
+constexpr GameSpec kGames[] = {
     {.name = "bigfish",
      .description = "A fish eats smaller fish to grow and avoids larger ones.",
      .modes = kEasyHard,
@@ -195,7 +195,7 @@ constexpr NamedMode kModes[] = {{DistributionMode::kEasy, "easy"},
 
 }  // namespace
 
-bool GameFacts::HasMode(DistributionMode mode) const {
+bool GameSpec::HasMode(DistributionMode mode) const {
   if (mode == DistributionMode::kExploration) {
     return exploration_level.has_value();
   }
@@ -203,7 +203,7 @@ bool GameFacts::HasMode(DistributionMode mode) const {
 }
 
 // FNV-1a over the name.
-uint32_t GameFacts::ArtSeed() const {
+uint32_t GameSpec::ArtSeed() const {
   uint32_t hash = 2166136261U;
   for (const char byte : name) {
     hash = (hash ^ static_cast<uint8_t>(byte)) * 16777619U;
@@ -211,11 +211,11 @@ uint32_t GameFacts::ArtSeed() const {
   return hash;
 }
 
-absl::Span<const GameFacts> GameCatalog() { return kGames; }
+absl::Span<const GameSpec> GameCatalog() { return kGames; }
 
-const GameFacts* FindGame(absl::string_view name) {
+const GameSpec* FindGame(absl::string_view name) {
   const auto* found = std::find_if(std::begin(kGames), std::end(kGames),
-                                   [name](const GameFacts& game) { return game.name == name; });
+                                   [name](const GameSpec& game) { return game.name == name; });
   return found == std::end(kGames) ? nullptr : found;
 }
 

@@ -26,7 +26,7 @@ struct SpecialAction {
 };
 
 // What is known of a game of the suite.
-struct GameFacts {
+struct GameSpec {
   absl::string_view name;
   absl::string_view description;             // one sentence
   absl::Span<const DistributionMode> modes;  // without kExploration
@@ -48,10 +48,10 @@ struct GameFacts {
 };
 
 // The sixteen games, sorted by name.
-absl::Span<const GameFacts> GameCatalog();
+absl::Span<const GameSpec> GameCatalog();
 
 // A game by its name; null if the suite has none of that name.
-const GameFacts* FindGame(absl::string_view name);
+const GameSpec* FindGame(absl::string_view name);
 
 // "easy", "hard", "extreme", "memory", "exploration".
 absl::string_view DistributionModeName(DistributionMode mode);

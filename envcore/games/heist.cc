@@ -51,10 +51,10 @@ constexpr ArtSlot kArtSlots[] = {
 constexpr int kBlockShapedKinds[] = {kWallKind, kLockKind};
 constexpr int kKeptThemeKinds[] = {kLockKind, kKeyKind};  // their themes are the colours
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .kept_theme_kinds = kKeptThemeKinds,
-                               .background_group = BackgroundGroup::kTopdown};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .kept_theme_kinds = kKeptThemeKinds,
+                              .background_group = BackgroundGroup::kTopdown};
 
 int WorldSide(DistributionMode mode) {
   switch (mode) {

@@ -56,10 +56,10 @@ constexpr ArtSlot kArtSlots[] = {
 constexpr int kBlockShapedKinds[] = {kRoadKind, kWaterKind};
 constexpr int kKeptThemeKinds[] = {kAgentKind};  // its themes are the pictures of a hop
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .kept_theme_kinds = kKeptThemeKinds,
-                               .background_group = BackgroundGroup::kTopdown};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .kept_theme_kinds = kKeptThemeKinds,
+                              .background_group = BackgroundGroup::kTopdown};
 
 struct ModeFigures {
   int side;             // of the world, cells

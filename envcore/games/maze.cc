@@ -25,7 +25,7 @@ constexpr ArtSlot kArtSlots[] = {
     {51, 0, "wall", "kenney/Ground/Sand/sandCenter.png", 128, 128},
 };
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kTopdown};
+constexpr GameArtSpec kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kTopdown};
 
 int WorldSide(DistributionMode mode) {
   switch (mode) {

@@ -39,7 +39,7 @@ constexpr ArtSlot kArtSlots[] = {
     {10, 0, "bricks", "misc_assets/tile_bricksGrey.png", 64, 64},
 };
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kPlatform};
+constexpr GameArtSpec kArt = {.slots = kArtSlots, .background_group = BackgroundGroup::kPlatform};
 
 int WorldSide(DistributionMode mode) {
   switch (mode) {

@@ -115,9 +115,9 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kBlockShapedKinds[] = {kBricksKind};
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .block_shaped_kinds = kBlockShapedKinds,
-                               .background_group = BackgroundGroup::kPlatform};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .block_shaped_kinds = kBlockShapedKinds,
+                              .background_group = BackgroundGroup::kPlatform};
 
 bool IsGround(int kind) { return kind == kBricksKind; }
 

@@ -87,9 +87,9 @@ constexpr ArtSlot kArtSlots[] = {
 
 constexpr int kKeptThemeKinds[] = {kShipKind};  // the theme is the type
 
-constexpr GameArtFacts kArt = {.slots = kArtSlots,
-                               .kept_theme_kinds = kKeptThemeKinds,
-                               .background_group = BackgroundGroup::kWaterSurface};
+constexpr GameArtSpec kArt = {.slots = kArtSlots,
+                              .kept_theme_kinds = kKeptThemeKinds,
+                              .background_group = BackgroundGroup::kWaterSurface};
 
 struct Lane {
   bool to_right = true;

@@ -136,7 +136,7 @@ constexpr ArtSlot kArtSlots[] = {
     {9, 3, "rocket", "misc_assets/spaceRockets_004.png", 136, 369},
 };
 
-constexpr GameArtFacts kArt = {
+constexpr GameArtSpec kArt = {
     .slots = kArtSlots, .background_group = BackgroundGroup::kSpace, .background_scrolls = true};
 
 const Figures& FiguresOf(DistributionMode mode) {

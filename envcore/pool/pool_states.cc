@@ -95,8 +95,8 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
     if (!had.insert(state.environment).second) {
       return NamedTwice(state.environment);
     }
-    const GameFacts& facts = environments_[static_cast<size_t>(state.environment)]->facts();
-    auto environment = Environment::Restore(facts, state.snapshot, options_.episode_end);
+    const GameSpec& spec = environments_[static_cast<size_t>(state.environment)]->spec();
+    auto environment = Environment::Restore(spec, state.snapshot, options_.episode_end);
     if (!environment.ok()) {
       return OfEnvironment(state.environment, environment.status());
     }

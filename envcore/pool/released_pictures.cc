@@ -30,8 +30,8 @@ void AddBackgrounds(BackgroundGroup group, PicturesByPath* pictures) {
 std::vector<RequiredImage> ReleasedPictures() {
   PicturesByPath pictures;
   AddSlots(SharedArtSlots(), &pictures);
-  for (const GameFacts& facts : GameCatalog()) {
-    const std::unique_ptr<Game> game = facts.make(GameOptions());
+  for (const GameSpec& spec : GameCatalog()) {
+    const std::unique_ptr<Game> game = spec.make(GameOptions());
     AddSlots(game->art().slots, &pictures);
     AddBackgrounds(game->art().background_group, &pictures);
   }

@@ -29,13 +29,12 @@ SharedArt::SharedArt(std::shared_ptr<const ArtPack> pack) : pack_(std::move(pack
 
 SharedArt::~SharedArt() = default;
 
-std::shared_ptr<const GameArt> SharedArt::Of(const GameFacts& game,
-                                             const GameArtFacts& facts) const {
+std::shared_ptr<const GameArt> SharedArt::Of(const GameSpec& game, const GameArtSpec& spec) const {
   absl::MutexLock lock(&mutex_);
   std::shared_ptr<const GameArt>& found = arts_[std::string(game.name)];
   if (found == nullptr) {
-    found = std::make_shared<GameArt>(pack_, game.name, facts.slots, game.ArtSeed(),
-                                      facts.block_shaped_kinds);
+    found = std::make_shared<GameArt>(pack_, game.name, spec.slots, game.ArtSeed(),
+                                      spec.block_shaped_kinds);
   }
   return found;
 }

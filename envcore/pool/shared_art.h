@@ -13,8 +13,8 @@ namespace procgen {
 
 class ArtPack;
 class GameArt;
-struct GameArtFacts;
-struct GameFacts;
+struct GameArtSpec;
+struct GameSpec;
 
 // The art that pools draw with: a set of pictures, and what each game shows of it. It decides
 // pixels and nothing else: levels, rewards and ends are the same with any art. Pools that are given
@@ -38,8 +38,8 @@ class SharedArt {
   SharedArt(const SharedArt&) = delete;
   SharedArt& operator=(const SharedArt&) = delete;
 
-  // What a game shows, resolved when it is first asked for. `facts`: the game's own art facts.
-  std::shared_ptr<const GameArt> Of(const GameFacts& game, const GameArtFacts& facts) const;
+  // What a game shows, resolved when it is first asked for. `spec`: the game's own art spec.
+  std::shared_ptr<const GameArt> Of(const GameSpec& game, const GameArtSpec& spec) const;
 
  private:
   const std::shared_ptr<const ArtPack> pack_;

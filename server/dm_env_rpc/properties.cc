@@ -152,7 +152,7 @@ void SetTexts(const std::vector<std::string>& texts, dm::Tensor* value) {
 
 std::vector<std::string> GameNames() {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   return names;

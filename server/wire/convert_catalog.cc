@@ -10,32 +10,32 @@
 namespace procgen {
 namespace {
 
-void FillMode(const GameFacts& facts, DistributionMode mode, v1::Game* game) {
+void FillMode(const GameSpec& spec, DistributionMode mode, v1::Game* game) {
   v1::GameMode* message = game->add_modes();
   message->set_distribution_mode(DistributionModeMessageOf(mode));
-  message->set_time_limit_steps(facts.StepLimit(mode));
+  message->set_time_limit_steps(spec.StepLimit(mode));
   if (mode == DistributionMode::kEasy || mode == DistributionMode::kHard) {
     const ReturnRange range =
-        mode == DistributionMode::kEasy ? facts.easy_returns : facts.hard_returns;
+        mode == DistributionMode::kEasy ? spec.easy_returns : spec.hard_returns;
     message->mutable_return_range()->set_min(range.min);
     message->mutable_return_range()->set_max(range.max);
   }
   if (mode == DistributionMode::kExploration) {
-    message->set_level_seed(*facts.exploration_level);
+    message->set_level_seed(*spec.exploration_level);
   }
 }
 
-void FillGame(const GameFacts& facts, v1::Game* game) {
-  game->set_name(std::string(facts.name));
-  game->set_description(std::string(facts.description));
-  for (const DistributionMode mode : facts.modes) {
-    FillMode(facts, mode, game);
+void FillGame(const GameSpec& spec, v1::Game* game) {
+  game->set_name(std::string(spec.name));
+  game->set_description(std::string(spec.description));
+  for (const DistributionMode mode : spec.modes) {
+    FillMode(spec, mode, game);
   }
-  if (facts.exploration_level.has_value()) {
-    FillMode(facts, DistributionMode::kExploration, game);
+  if (spec.exploration_level.has_value()) {
+    FillMode(spec, DistributionMode::kExploration, game);
   }
   game->set_action_count(kActionCount);
-  for (const SpecialAction& special : facts.special_actions) {
+  for (const SpecialAction& special : spec.special_actions) {
     v1::SpecialAction* message = game->add_special_actions();
     message->set_action(special.action);
     message->set_description(std::string(special.description));
@@ -145,8 +145,8 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   catalog.add_protocols("dm_env_rpc.v1");
   catalog.add_protocols("grpc.health.v1");
   catalog.add_protocols("grpc.reflection.v1alpha");
-  for (const GameFacts& facts : GameCatalog()) {
-    FillGame(facts, catalog.add_games());
+  for (const GameSpec& spec : GameCatalog()) {
+    FillGame(spec, catalog.add_games());
   }
   FillOptions(&catalog);
   FillActions(&catalog);

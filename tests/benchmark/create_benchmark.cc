@@ -99,7 +99,7 @@ void RunCourse(const std::string& game, DistributionMode mode, benchmark::State&
 }
 
 void RegisterCourses() {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       const std::string name = absl::StrCat("create/", game.name, "/", DistributionModeName(mode),
                                             "/environments:", kEnvCount);

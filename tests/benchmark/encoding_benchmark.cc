@@ -262,7 +262,7 @@ std::shared_ptr<const SharedArt>& Art() {
 void RegisterCourses() {
   for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
     for (const auto& [way, way_name] : kWays) {
-      for (const GameFacts& game : GameCatalog()) {
+      for (const GameSpec& game : GameCatalog()) {
         const Course course = {.game = std::string(game.name), .mode = mode, .art = Art()};
         const std::string group = absl::StrCat(DistributionModeName(mode), "/", way_name);
         const std::string name = absl::StrCat("encoding/", game.name, "/", group);

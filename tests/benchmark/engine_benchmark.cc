@@ -62,7 +62,7 @@ void RunCourse(const Course& course, benchmark::State& state) {
 }
 
 void RegisterCourses() {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       for (const int worker_count : {1, 2}) {
         for (const bool drawn : {false, true}) {

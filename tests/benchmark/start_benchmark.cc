@@ -59,7 +59,7 @@ void RunCourse(const std::string& game, benchmark::State& state) {
 }
 
 void RegisterCourses() {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     const std::string name = absl::StrCat("start/", game.name, "/environments:", kEnvCount);
     benchmark::RegisterBenchmark(
         name.c_str(),

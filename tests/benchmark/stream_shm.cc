@@ -105,7 +105,7 @@ class Contest {
 
 void RegisterSharedMemoryStreams() {
   RegisterContests<Contest>("stream/shm", {16, 64, 256, 1024, 4096});
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     RegisterContest(absl::StrCat("stream/shm/", game.name), kGameEnvironments,
                     [name = std::string(game.name)](int32_t env_count) {
                       return Contest::Start(env_count, name);

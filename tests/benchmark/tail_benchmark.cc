@@ -76,7 +76,7 @@ void RunCourse(const Course& course, benchmark::State& state) {
 }
 
 void RegisterCourses() {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       const Course course = {std::string(game.name), mode, kWorkerCount, /*drawn=*/true};
       const std::string name = absl::StrCat("tail/", game.name, "/", DistributionModeName(mode),

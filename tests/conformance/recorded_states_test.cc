@@ -55,14 +55,14 @@ std::string FirstDifference(const std::string& place, const Json& expected, cons
 
 struct Recording {
   std::string name;  // of the file, for messages
-  const GameFacts* game;
+  const GameSpec* game;
   DistributionMode mode;
   std::vector<Json> lines;
 };
 
 std::vector<Recording> Recordings(const std::string& kind) {
   std::vector<Recording> recordings;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : game.modes) {
       const std::string name = absl::StrCat(game.name, ".", DistributionModeName(mode), ".", kind);
       const std::string path = absl::StrCat(ReferenceFolder(), "/", kind, "/", name, ".jsonl.gz");

@@ -40,7 +40,7 @@ std::vector<std::string> TracesOf(const std::string& game, const std::string& fo
 
 std::vector<std::string> GamesOfTheCatalog() {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   return names;

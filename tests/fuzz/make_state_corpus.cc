@@ -14,14 +14,14 @@
 namespace {
 
 using procgen::DistributionMode;
-using procgen::GameFacts;
+using procgen::GameSpec;
 
 constexpr int kStepCount = 40;
 constexpr int kBadUse = 2;
 
-std::string SnapshotOf(const GameFacts& facts, DistributionMode mode) {
+std::string SnapshotOf(const GameSpec& spec, DistributionMode mode) {
   procgen::PoolOptions options;
-  options.games = {std::string(facts.name)};
+  options.games = {std::string(spec.name)};
   options.env_count = 1;
   options.environment.distribution_mode = mode;
   options.environment.rand_seed = 7;
@@ -42,12 +42,12 @@ int main(int argument_count, char** arguments) {
     std::cerr << "usage: procgen-make-state-corpus FOLDER\n";
     return kBadUse;
   }
-  for (const GameFacts& facts : procgen::GameCatalog()) {
-    for (const DistributionMode mode : {facts.modes.front(), facts.modes.back()}) {
-      const std::string path = std::string(arguments[1]) + "/" + std::string(facts.name) + "_" +
+  for (const GameSpec& spec : procgen::GameCatalog()) {
+    for (const DistributionMode mode : {spec.modes.front(), spec.modes.back()}) {
+      const std::string path = std::string(arguments[1]) + "/" + std::string(spec.name) + "_" +
                                std::string(procgen::DistributionModeName(mode)) + ".pgst";
       std::ofstream file(path, std::ios::binary);
-      file << SnapshotOf(facts, mode);
+      file << SnapshotOf(spec, mode);
       if (!file.flush()) {
         std::cerr << "procgen-make-state-corpus: cannot write " << path << "\n";
         return kBadUse;

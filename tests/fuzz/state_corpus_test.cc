@@ -32,8 +32,8 @@ TEST(StateCorpusTest, EveryGameHasSnapshotsThatCanBeRestored) {
     EXPECT_THAT(Environment::Restore(*FindGame(game), snapshot, EpisodeEnd::kSameStep), IsOk());
     games.insert(game);
   }
-  for (const GameFacts& facts : GameCatalog()) {
-    EXPECT_EQ(games.count(std::string(facts.name)), 2) << facts.name;
+  for (const GameSpec& spec : GameCatalog()) {
+    EXPECT_EQ(games.count(std::string(spec.name)), 2) << spec.name;
   }
 }
 

@@ -35,9 +35,9 @@ void Require(bool holds, absl::string_view claim, const absl::Status& status = a
   }
 }
 
-std::unique_ptr<Pool> MadePool(const GameFacts& facts) {
+std::unique_ptr<Pool> MadePool(const GameSpec& spec) {
   PoolOptions options;
-  options.games = {std::string(facts.name)};
+  options.games = {std::string(spec.name)};
   options.env_count = 1;
   auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0));
   Require(pool.ok(), "there is no pool to restore in", pool.status());
@@ -48,12 +48,12 @@ std::unique_ptr<Pool> MadePool(const GameFacts& facts) {
 Pool& PoolFor(absl::string_view snapshot) {
   static const auto& pools = *[] {
     auto* made = new std::vector<std::unique_ptr<Pool>>;
-    for (const GameFacts& facts : GameCatalog()) {
-      made->push_back(MadePool(facts));
+    for (const GameSpec& spec : GameCatalog()) {
+      made->push_back(MadePool(spec));
     }
     return made;
   }();
-  const absl::Span<const GameFacts> games = GameCatalog();
+  const absl::Span<const GameSpec> games = GameCatalog();
   for (size_t i = 0; i < games.size(); ++i) {
     // In CBOR a short text is 0x60 plus its length, and the text: "d" and "game".
     const char text_of_length = static_cast<char>(0x60 + games[i].name.size());

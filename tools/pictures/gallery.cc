@@ -23,8 +23,8 @@ constexpr int32_t kOverviewPageWidthPx = 900;
 constexpr int32_t kHumanViewSidePx = 512;
 constexpr int32_t kShownSidePx = 256;  // of every view on a sheet
 
-const GameArtFacts& ArtFactsOf(const GameFacts& facts) {
-  return facts.make(GameOptions())->art();  // a table of the game's file, that stays
+const GameArtSpec& ArtSpecOf(const GameSpec& spec) {
+  return spec.make(GameOptions())->art();  // a table of the game's file, that stays
 }
 
 bool IsOnOverview(DistributionMode mode, int32_t level) {
@@ -64,13 +64,13 @@ absl::Status Gallery::Write(const Image& image, const std::string& name, const s
   return WritePng(image, absl::StrCat(folder_, "/", file));
 }
 
-absl::Status Gallery::AddLevel(const GameFacts& facts, DistributionMode mode, int32_t level,
+absl::Status Gallery::AddLevel(const GameSpec& spec, DistributionMode mode, int32_t level,
                                Json* agent_views, Json* human_views) {
-  const std::unique_ptr<Game> game = PlayedLevel(facts, mode, level);
-  const auto art = art_.Of(facts, game->art());
+  const std::unique_ptr<Game> game = PlayedLevel(spec, mode, level);
+  const auto art = art_.Of(spec, game->art());
   Scene scene;
   game->FillScene(&scene);
-  const std::string name = absl::StrCat(facts.name, "_", DistributionModeName(mode), "_", level);
+  const std::string name = absl::StrCat(spec.name, "_", DistributionModeName(mode), "_", level);
   const std::string caption = absl::StrCat("level ", level);
   std::vector<uint8_t> view(kReleasedFrameFormat.bytes());
   rasteriser_.DrawAgentView(scene, *art, nullptr, kReleasedFrameFormat, absl::MakeSpan(view));
@@ -105,18 +105,18 @@ absl::Status Gallery::AddSprites(const std::string& name, absl::Span<const ArtSl
   return absl::OkStatus();
 }
 
-absl::Status Gallery::AddGame(const GameFacts& facts,
+absl::Status Gallery::AddGame(const GameSpec& spec,
                               absl::FunctionRef<void(int64_t, int64_t)> show) {
-  const std::string name(facts.name);
-  const auto total = static_cast<int64_t>(facts.modes.size()) * kLevelCount + 1;
+  const std::string name(spec.name);
+  const auto total = static_cast<int64_t>(spec.modes.size()) * kLevelCount + 1;
   int64_t done = 0;
   Json rows = Json::array();
   Json overview = Json::array();
-  for (const DistributionMode mode : facts.modes) {
+  for (const DistributionMode mode : spec.modes) {
     Json agent_views = Json::array();
     Json human_views = Json::array();
     for (int32_t level = 0; level < kLevelCount; ++level) {
-      if (absl::Status status = AddLevel(facts, mode, level, &agent_views, &human_views);
+      if (absl::Status status = AddLevel(spec, mode, level, &agent_views, &human_views);
           !status.ok()) {
         return status;
       }
@@ -131,15 +131,15 @@ absl::Status Gallery::AddGame(const GameFacts& facts,
   }
   sheets_.push_back(
       {{"file", absl::StrCat(name, ".png")}, {"side_px", kShownSidePx}, {"rows", std::move(rows)}});
-  overview_.push_back(Row(name, std::string(facts.description), std::move(overview)));
-  const GameArtFacts& art = ArtFactsOf(facts);
-  absl::Status status = AddSprites(name, art.slots, *art_.Of(facts, art));
+  overview_.push_back(Row(name, std::string(spec.description), std::move(overview)));
+  const GameArtSpec& art = ArtSpecOf(spec);
+  absl::Status status = AddSprites(name, art.slots, *art_.Of(spec, art));
   show(total, total);
   return status;
 }
 
-absl::Status Gallery::AddSharedSprites(const GameFacts& facts) {
-  return AddSprites("shared", SharedArtSlots(), *art_.Of(facts, ArtFactsOf(facts)));
+absl::Status Gallery::AddSharedSprites(const GameSpec& spec) {
+  return AddSprites("shared", SharedArtSlots(), *art_.Of(spec, ArtSpecOf(spec)));
 }
 
 std::string Gallery::SheetList() const {

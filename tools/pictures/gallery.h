@@ -28,9 +28,9 @@ class Gallery {
 
   // The sheet of a game's levels, its row on the overview, and the sheet of its sprites.
   // `show` is told how many of how many pieces of work are done.
-  absl::Status AddGame(const GameFacts& facts, absl::FunctionRef<void(int64_t, int64_t)> show);
+  absl::Status AddGame(const GameSpec& spec, absl::FunctionRef<void(int64_t, int64_t)> show);
   // The sheet of the sprites that all games share, drawn with the art of one of them.
-  absl::Status AddSharedSprites(const GameFacts& facts);
+  absl::Status AddSharedSprites(const GameSpec& spec);
 
   // All sheets, as deploy/mosaic.py reads them: JSON.
   std::string SheetList() const;
@@ -38,7 +38,7 @@ class Gallery {
  private:
   using Json = nlohmann::json;
 
-  absl::Status AddLevel(const GameFacts& facts, DistributionMode mode, int32_t level,
+  absl::Status AddLevel(const GameSpec& spec, DistributionMode mode, int32_t level,
                         Json* agent_views, Json* human_views);
   // The sheet NAME_sprites.png.
   absl::Status AddSprites(const std::string& name, absl::Span<const ArtSlot> slots,

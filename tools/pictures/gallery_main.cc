@@ -48,7 +48,7 @@ int Main(const std::vector<char*>& arguments) {
   }
   Gallery gallery(folder, *request->art);
   Progress progress(request->games.size());
-  for (const GameFacts* game : request->games) {
+  for (const GameSpec* game : request->games) {
     absl::Status status = gallery.AddGame(
         *game, [&](int64_t done, int64_t total) { progress.Show(game->name, done, total); });
     if (!status.ok()) {

@@ -129,7 +129,7 @@ int Main(const std::vector<char*>& arguments) {
   }
   Progress progress(request->games.size());
   int64_t weak_count = 0;
-  for (const GameFacts* game : request->games) {
+  for (const GameSpec* game : request->games) {
     const Cast& cast = CastOf(game->name);
     const std::vector<Likeness> likenesses =
         CompareParts(cast, *request->art,

@@ -17,11 +17,10 @@ constexpr int32_t kActions[] = {0, 1, 2, 3, 4, 5, 6, 7, 7, 8, 8, 9, 10, 11, 12, 
 
 }  // namespace
 
-std::unique_ptr<Game> PlayedLevel(const GameFacts& facts, DistributionMode mode,
-                                  int32_t level_seed) {
+std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed) {
   EnvironmentOptions options;
   options.distribution_mode = mode;
-  const EnvironmentOptions resolved = ResolveOptions(facts.name, options).value();
+  const EnvironmentOptions resolved = ResolveOptions(spec.name, options).value();
   RandomStream random(level_seed);
   std::vector<int32_t> actions;
   for (int32_t step = 0; step < kStepsMax; ++step) {
@@ -31,14 +30,14 @@ std::unique_ptr<Game> PlayedLevel(const GameFacts& facts, DistributionMode mode,
       actions.push_back(actions.back());
     }
   }
-  std::unique_ptr<Game> game = facts.make(resolved);
+  std::unique_ptr<Game> game = spec.make(resolved);
   game->StartLevel(level_seed);
   for (size_t step = 0; step < actions.size(); ++step) {
     game->Play(actions[step]);
     if (game->outcome().done) {
       // Once more from the start, without the step that ended it.
       actions.resize(step);
-      game = facts.make(resolved);
+      game = spec.make(resolved);
       game->StartLevel(level_seed);
       for (const int32_t action : actions) {
         game->Play(action);

@@ -11,8 +11,7 @@ namespace procgen {
 
 // A level in which somebody has got about for a while, with random actions, so that there is
 // something to see: at most 100 steps, and none that ends the level. The same each time.
-std::unique_ptr<Game> PlayedLevel(const GameFacts& facts, DistributionMode mode,
-                                  int32_t level_seed);
+std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed);
 
 }  // namespace procgen
 

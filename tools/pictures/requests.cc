@@ -10,19 +10,19 @@
 namespace procgen {
 namespace {
 
-absl::StatusOr<std::vector<const GameFacts*>> FindGames(const std::vector<std::string>& names) {
-  std::vector<const GameFacts*> games;
-  for (const GameFacts& game : GameCatalog()) {
+absl::StatusOr<std::vector<const GameSpec*>> FindGames(const std::vector<std::string>& names) {
+  std::vector<const GameSpec*> games;
+  for (const GameSpec& game : GameCatalog()) {
     if (names.empty()) {
       games.push_back(&game);
     }
   }
   for (const std::string& name : names) {
-    const GameFacts* game = FindGame(name);
+    const GameSpec* game = FindGame(name);
     if (game == nullptr) {
       return absl::InvalidArgumentError(absl::StrCat(
           "game '", name, "' is none of ",
-          absl::StrJoin(GameCatalog(), ", ", [](std::string* out, const GameFacts& known) {
+          absl::StrJoin(GameCatalog(), ", ", [](std::string* out, const GameSpec& known) {
             absl::StrAppend(out, known.name);
           })));
     }

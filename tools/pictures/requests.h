@@ -14,7 +14,7 @@ namespace procgen {
 
 // What a program is asked to draw.
 struct DrawingRequest {
-  std::vector<const GameFacts*> games;
+  std::vector<const GameSpec*> games;
   std::shared_ptr<const SharedArt> art;
 };
 

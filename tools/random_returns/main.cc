@@ -37,7 +37,7 @@ int32_t WorkerCount() {
 
 std::vector<std::string> AllGames() {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   return names;

@@ -6,11 +6,11 @@
 
 namespace procgen {
 
-LevelPlayer::LevelPlayer(const GameFacts& facts, DistributionMode mode, int32_t level_seed)
-    : step_limit_(facts.StepLimit(mode)) {
+LevelPlayer::LevelPlayer(const GameSpec& spec, DistributionMode mode, int32_t level_seed)
+    : step_limit_(spec.StepLimit(mode)) {
   GameOptions options;
   options.distribution_mode = mode;
-  game_ = facts.make(options);
+  game_ = spec.make(options);
   game_->StartLevel(level_seed);
 }
 

@@ -17,7 +17,7 @@ namespace procgen {
 class LevelPlayer {
  public:
   // Stands at the level's first step. REQUIRES: the game has the mode.
-  LevelPlayer(const GameFacts& facts, DistributionMode mode, int32_t level_seed);
+  LevelPlayer(const GameSpec& spec, DistributionMode mode, int32_t level_seed);
 
   // Plays one step. REQUIRES: !outcome().done.
   void Play(int32_t action) { game_->Play(action); }

@@ -41,8 +41,8 @@ struct Node {
 
 class Search {
  public:
-  Search(const GameFacts& facts, const Guide& guide, DistributionMode mode, int32_t level_seed)
-      : guide_(guide), player_(facts, mode, level_seed), goal_map_(guide), random_(level_seed) {
+  Search(const GameSpec& spec, const Guide& guide, DistributionMode mode, int32_t level_seed)
+      : guide_(guide), player_(spec, mode, level_seed), goal_map_(guide), random_(level_seed) {
     Remember(-1, {});
   }
 
@@ -189,18 +189,18 @@ class Search {
 
 }  // namespace
 
-SearchResult SearchLevel(const GameFacts& facts, const Guide& guide, DistributionMode mode,
+SearchResult SearchLevel(const GameSpec& spec, const Guide& guide, DistributionMode mode,
                          int32_t level_seed, int64_t burst_count_max) {
-  return Search(facts, guide, mode, level_seed).Run(burst_count_max);
+  return Search(spec, guide, mode, level_seed).Run(burst_count_max);
 }
 
-bool CompletesLevel(const GameFacts& facts, DistributionMode mode, int32_t level_seed,
+bool CompletesLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed,
                     const std::vector<int32_t>& actions) {
   EnvironmentOptions options;
   options.distribution_mode = mode;
   options.num_levels = 1;
   options.start_level = level_seed;
-  Environment environment(facts, ResolveOptions(facts.name, options).value(),
+  Environment environment(spec, ResolveOptions(spec.name, options).value(),
                           /*level_stream_seed=*/0, EpisodeEnd::kNextStep);
   const StepResult& result = environment.result();
   for (size_t i = 0; i < actions.size(); ++i) {

@@ -32,12 +32,12 @@ struct SearchResult {
 // is the more promising the closer to the goal it is and the less it was tried. The first way
 // found is taken, so it need not be short. Equal arguments give equal results. Gives up after
 // `burst_count_max` bursts. `guide` is the game's. REQUIRES: the game has the mode.
-SearchResult SearchLevel(const GameFacts& facts, const Guide& guide, DistributionMode mode,
+SearchResult SearchLevel(const GameSpec& spec, const Guide& guide, DistributionMode mode,
                          int32_t level_seed, int64_t burst_count_max);
 
 // Whether `actions`, taken in a fresh environment that has this level alone, complete it with the
 // last of them and no sooner.
-bool CompletesLevel(const GameFacts& facts, DistributionMode mode, int32_t level_seed,
+bool CompletesLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed,
                     const std::vector<int32_t>& actions);
 
 }  // namespace procgen

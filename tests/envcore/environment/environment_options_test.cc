@@ -50,7 +50,7 @@ TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheAnswerNamesThoseThatAre) {
 }
 
 TEST(ResolveOptionsTest, EveryGameTakesTheDefaults) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     EXPECT_TRUE(ResolveOptions(game.name, {}).ok()) << game.name;
   }
 }

@@ -21,8 +21,7 @@ class LivingEnvironment {
  public:
   explicit LivingEnvironment(const EnvironmentOptions& options = {},
                              EpisodeEnd episode_end = EpisodeEnd::kSameStep)
-      : facts_(ScriptedFacts(kStepLimit)),
-        environment_(facts_, options, kStreamSeed, episode_end) {}
+      : spec_(ScriptedSpec(kStepLimit)), environment_(spec_, options, kStreamSeed, episode_end) {}
 
   const StepResult& Step(int32_t action, int32_t repeat = 1) {
     environment_.Step(action, repeat, [this] {
@@ -52,7 +51,7 @@ class LivingEnvironment {
   uint32_t last_picture_seed() const { return last_picture_seed_; }
 
  private:
-  const GameFacts facts_;
+  const GameSpec spec_;
   Environment environment_;
   int last_picture_count_ = 0;
   uint32_t last_picture_seed_ = 0;

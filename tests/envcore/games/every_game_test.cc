@@ -16,15 +16,15 @@ namespace procgen {
 namespace {
 
 struct GameInMode {
-  const GameFacts* facts;
+  const GameSpec* spec;
   DistributionMode mode;
 };
 
 std::vector<GameInMode> AllGamesInAllModes() {
   std::vector<GameInMode> all;
-  for (const GameFacts& facts : GameCatalog()) {
-    for (const DistributionMode mode : facts.modes) {
-      all.push_back({&facts, mode});
+  for (const GameSpec& spec : GameCatalog()) {
+    for (const DistributionMode mode : spec.modes) {
+      all.push_back({&spec, mode});
     }
   }
   return all;
@@ -35,7 +35,7 @@ class RandomPlay {
  public:
   RandomPlay(const GameInMode& game, int32_t seed, GameOptions options = {}) : random_(seed) {
     options.distribution_mode = game.mode;
-    game_ = game.facts->make(options);
+    game_ = game.spec->make(options);
     game_->StartLevel(seed);
   }
 
@@ -117,7 +117,7 @@ TEST_P(EveryGameTest, SpecialActionsDoSomethingIfTheCatalogSaysSo) {
     }
   }
   std::set<int32_t> listed;
-  for (const SpecialAction& special : GetParam().facts->special_actions) {
+  for (const SpecialAction& special : GetParam().spec->special_actions) {
     listed.insert(special.action);
   }
   EXPECT_EQ(effective, listed);
@@ -198,7 +198,7 @@ TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfReach) {
 
 INSTANTIATE_TEST_SUITE_P(Catalog, EveryGameTest, testing::ValuesIn(AllGamesInAllModes()),
                          [](const auto& info) {
-                           return absl::StrCat(info.param.facts->name, "_",
+                           return absl::StrCat(info.param.spec->name, "_",
                                                DistributionModeName(info.param.mode));
                          });
 

@@ -23,7 +23,7 @@ using ::testing::SizeIs;
 
 std::vector<std::string> GamesWith(DistributionMode mode) {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     if (game.HasMode(mode)) {
       names.emplace_back(game.name);
     }
@@ -33,7 +33,7 @@ std::vector<std::string> GamesWith(DistributionMode mode) {
 
 TEST(GameCatalogTest, HasTheSixteenGamesSortedByName) {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   EXPECT_THAT(names, ElementsAre("bigfish", "bossfight", "caveflyer", "chaser", "climber",
@@ -42,7 +42,7 @@ TEST(GameCatalogTest, HasTheSixteenGamesSortedByName) {
 }
 
 TEST(GameCatalogTest, SpecialActionsAreInOrderAndDescribed) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     int32_t last = 8;
     for (const SpecialAction& special : game.special_actions) {
       EXPECT_GT(special.action, last) << game.name;
@@ -71,7 +71,7 @@ TEST(GameCatalogTest, ModesAreThoseOfTheSpecification) {
 
 TEST(GameCatalogTest, ExplorationLevelsAreThoseOfTheSpecification) {
   std::map<std::string, int32_t> levels;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     if (game.exploration_level.has_value()) {
       levels[std::string(game.name)] = *game.exploration_level;
     }
@@ -89,7 +89,7 @@ TEST(GameCatalogTest, ExplorationLevelsAreThoseOfTheSpecification) {
 TEST(GameCatalogTest, StepLimitsAreThoseOfTheSpecification) {
   const std::map<std::string, int32_t> other = {
       {"bigfish", 6000}, {"bossfight", 4000}, {"plunder", 4000}, {"leaper", 500}, {"maze", 500}};
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     const auto found = other.find(std::string(game.name));
     const int32_t limit = found == other.end() ? 1000 : found->second;
     for (const DistributionMode mode : game.modes) {
@@ -108,13 +108,13 @@ TEST(GameCatalogTest, ArtSeedsAreThoseOfTheSpecification) {
       {"dodgeball", 2415608597U}, {"leaper", 384011440U},    {"plunder", 1048057625U},
       {"chaser", 1727450461U},    {"fruitbot", 3179194258U}, {"maze", 3848665378U},
       {"starpilot", 3304989165U}};
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     EXPECT_EQ(game.ArtSeed(), seeds.at(std::string(game.name))) << game.name;
   }
 }
 
 TEST(GameCatalogTest, EveryGameIsMade) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     EXPECT_NE(game.make, nullptr) << game.name;
   }
 }
@@ -125,7 +125,7 @@ TEST(GameCatalogTest, ReturnRangesAreNotRoundedToFloats) {
 }
 
 TEST(GameCatalogTest, ReturnRangesAreNotEmpty) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     EXPECT_LT(game.easy_returns.min, game.easy_returns.max) << game.name;
     EXPECT_LT(game.hard_returns.min, game.hard_returns.max) << game.name;
   }
@@ -141,7 +141,7 @@ TEST(GameCatalogTest, EveryGameHasAFileOfItsName) {
     }
   }
   std::set<std::string> games;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     games.insert(std::string(game.name));
   }
   EXPECT_THAT(games, ElementsAreArray(files));
@@ -195,7 +195,7 @@ TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
   }
   const std::set<std::string> shared = SlotsOf(SharedArtSlots());
   EXPECT_THAT(shared, ElementsAreArray(specified.at("*")));
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     // The table may name a shared slot again for a game that shows it.
     std::set<std::string> expected = specified.at(std::string(game.name));
     expected.insert(shared.begin(), shared.end());
@@ -207,7 +207,7 @@ TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
 }
 
 TEST(GameCatalogTest, EverySlotIsListedOnceAndCanBeDrawn) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     std::set<std::pair<int, int>> seen;
     const auto made = game.make({.distribution_mode = game.modes[0]});
     for (const ArtSlot& slot : made->art().slots) {

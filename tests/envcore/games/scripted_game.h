@@ -21,8 +21,8 @@ inline constexpr ArtSlot kScriptedSlots[] = {{kAgentKind, 0, "agent", "agent.png
                                              {kThemedKind, 0, "thing", "thing_0.png", 10, 10},
                                              {kThemedKind, 1, "thing", "thing_1.png", 20, 10},
                                              {kThemedKind, 2, "thing", "thing_2.png", 10, 30}};
-inline constexpr GameArtFacts kScriptedArt = {.slots = kScriptedSlots,
-                                              .background_group = BackgroundGroup::kWater};
+inline constexpr GameArtSpec kScriptedArt = {.slots = kScriptedSlots,
+                                             .background_group = BackgroundGroup::kWater};
 
 // A game whose actions say what happens, for tests of what is around games.
 class ScriptedGame final : public Game {
@@ -59,12 +59,12 @@ inline std::unique_ptr<Game> MakeScriptedGame(const GameOptions& options) {
 }
 
 // A catalog row for it.
-inline GameFacts ScriptedFacts(int32_t step_limit) {
-  GameFacts facts = {};
-  facts.name = "scripted";
-  facts.step_limit = step_limit;
-  facts.make = MakeScriptedGame;
-  return facts;
+inline GameSpec ScriptedSpec(int32_t step_limit) {
+  GameSpec spec = {};
+  spec.name = "scripted";
+  spec.step_limit = step_limit;
+  spec.make = MakeScriptedGame;
+  return spec;
 }
 
 }  // namespace procgen

@@ -15,8 +15,8 @@ namespace procgen {
 // A game of the catalog at the first step of a level.
 inline std::unique_ptr<Game> StartedGame(const std::string& name, int32_t level_seed,
                                          const GameOptions& options = {}) {
-  const GameFacts* facts = FindGame(name);
-  std::unique_ptr<Game> game = facts->make(options);
+  const GameSpec* spec = FindGame(name);
+  std::unique_ptr<Game> game = spec->make(options);
   game->StartLevel(level_seed);
   return game;
 }

@@ -113,7 +113,7 @@ TEST_P(PoolStackAllocationTest, AStepOfStackedFramesAllocatesNothing) {
 
 std::vector<std::string> AllGames() {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   return names;

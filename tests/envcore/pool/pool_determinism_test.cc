@@ -29,7 +29,7 @@ struct Played {
 std::vector<Played> AllThatCanBePlayed() {
   std::vector<Played> all;
   std::vector<std::string> joint;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : game.modes) {
       all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)),
                      {std::string(game.name)},

@@ -93,7 +93,7 @@ std::vector<double> BlockMeans(const Pixels& grey, int side_px, int block) {
 
 // Flat colours, so that nothing but places can differ.
 TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     const auto view = [&](int32_t side_px) {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
       options.environment.rand_seed = 5;

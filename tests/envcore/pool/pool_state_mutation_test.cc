@@ -144,7 +144,7 @@ struct Played {
 
 std::vector<Played> AllThatCanBePlayed() {
   std::vector<Played> all;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : game.modes) {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
       options.environment.distribution_mode = mode;

@@ -45,7 +45,7 @@ void Vary(int variant, PoolOptions* options) {
 
 std::vector<Played> AllThatCanBePlayed() {
   std::vector<Played> all;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : game.modes) {
       for (int variant = 0; variant < 4; ++variant) {
         Played played = {absl::StrCat(game.name, "_", DistributionModeName(mode), "_", variant),

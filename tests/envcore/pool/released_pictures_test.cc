@@ -20,8 +20,8 @@ std::map<std::string, RequiredImage> ByPath() {
 
 TEST(ReleasedPicturesTest, EverySlotOfEveryGameHasItsPictureInItsOneSize) {
   const auto pictures = ByPath();
-  for (const GameFacts& facts : GameCatalog()) {
-    const std::unique_ptr<Game> game = facts.make(GameOptions());
+  for (const GameSpec& spec : GameCatalog()) {
+    const std::unique_ptr<Game> game = spec.make(GameOptions());
     for (const ArtSlot& slot : game->art().slots) {
       const auto found = pictures.find(std::string(slot.released));
       ASSERT_NE(found, pictures.end()) << slot.released;

@@ -17,7 +17,7 @@ namespace procgen {
 namespace {
 
 TEST(SharedArtTest, PoolsShareTheArtOfAGame) {
-  const GameFacts& game = *FindGame("maze");
+  const GameSpec& game = *FindGame("maze");
   const std::unique_ptr<Game> first = game.make(GameOptions());
   const std::unique_ptr<Game> second = game.make(GameOptions());
   EXPECT_EQ(SharedArt::Embedded()->Of(game, first->art()),
@@ -26,11 +26,11 @@ TEST(SharedArtTest, PoolsShareTheArtOfAGame) {
 
 TEST(SharedArtTest, EverySlotOfEveryGameHasAPictureOfOurOwn) {
   const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
-  for (const GameFacts& facts : GameCatalog()) {
-    const std::unique_ptr<Game> game = facts.make(GameOptions());
+  for (const GameSpec& spec : GameCatalog()) {
+    const std::unique_ptr<Game> game = spec.make(GameOptions());
     for (const ArtSlot& slot : game->art().slots) {
-      EXPECT_NE(pack->Sprite(facts.name, slot), nullptr)
-          << facts.name << "/" << slot.name << "_" << slot.theme;
+      EXPECT_NE(pack->Sprite(spec.name, slot), nullptr)
+          << spec.name << "/" << slot.name << "_" << slot.theme;
     }
   }
 }
@@ -118,7 +118,7 @@ TEST_P(ArtOfAGameTest, OtherArtChangesPixelsAndNothingElse) {
 
 std::vector<std::string> AllGames() {
   std::vector<std::string> names;
-  for (const GameFacts& game : GameCatalog()) {
+  for (const GameSpec& game : GameCatalog()) {
     names.emplace_back(game.name);
   }
   return names;

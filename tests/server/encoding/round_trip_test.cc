@@ -36,8 +36,8 @@ std::vector<NamedFormat> Formats() {
 
 std::vector<std::string> GameNames() {
   std::vector<std::string> names;
-  for (const GameFacts& facts : GameCatalog()) {
-    names.emplace_back(facts.name);
+  for (const GameSpec& spec : GameCatalog()) {
+    names.emplace_back(spec.name);
   }
   return names;
 }

@@ -87,8 +87,8 @@ TEST_P(EveryGameEpisodesTest, EpisodesArePlayedAgainInEachMode) {
 
 std::vector<std::string> AllGames() {
   std::vector<std::string> games;
-  for (const GameFacts& facts : GameCatalog()) {
-    games.emplace_back(facts.name);
+  for (const GameSpec& spec : GameCatalog()) {
+    games.emplace_back(spec.name);
   }
   return games;
 }

@@ -104,8 +104,8 @@ TEST_P(EveryGameStatesTest, WhatIsRestoredInTheMidstOfAnotherServerGoesOnAsWhatW
 
 std::vector<std::string> AllGames() {
   std::vector<std::string> games;
-  for (const GameFacts& facts : GameCatalog()) {
-    games.emplace_back(facts.name);
+  for (const GameSpec& spec : GameCatalog()) {
+    games.emplace_back(spec.name);
   }
   return games;
 }

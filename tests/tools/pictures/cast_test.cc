@@ -25,8 +25,8 @@ TEST(CastTest, EachGameHasOneInAModeOfIts) {
     EXPECT_EQ(&CastOf(cast.game), &cast);
   }
   std::vector<absl::string_view> catalog;
-  for (const GameFacts& facts : GameCatalog()) {
-    catalog.push_back(facts.name);
+  for (const GameSpec& spec : GameCatalog()) {
+    catalog.push_back(spec.name);
   }
   EXPECT_THAT(games, ElementsAreArray(catalog));
 }

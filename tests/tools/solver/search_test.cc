@@ -29,7 +29,7 @@ bool CompletesEasyMaze(const std::vector<int32_t>& actions) {
 class EveryGuide : public testing::TestWithParam<Guide> {};
 
 TEST_P(EveryGuide, LeadsThroughTheFirstLevels) {
-  const GameFacts& game = *FindGame(GetParam().game);
+  const GameSpec& game = *FindGame(GetParam().game);
   for (int32_t level_seed = 0; level_seed < 5; ++level_seed) {
     const SearchResult result =
         SearchLevel(game, GetParam(), DistributionMode::kEasy, level_seed, kBurstCountMax);
