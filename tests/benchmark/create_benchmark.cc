@@ -15,7 +15,7 @@
 #include "envcore/games/game_catalog.h"
 #include "envcore/pool/pool.h"
 #include "envcore/pool/worker_pool.h"
-#include "tests/benchmark/action_tape.h"
+#include "tests/benchmark/action_script.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/resident_memory.h"
 #include "tests/benchmark/round_clock.h"
@@ -42,7 +42,7 @@ absl::StatusOr<std::unique_ptr<Pool>> MakePool(const std::string& game, Distribu
 
 // Steps all environments of the pool a few times and draws them.
 absl::Status Play(Pool* pool) {
-  ActionTape actions(kSliceCount);
+  ActionScript actions(kSliceCount);
   std::vector<uint8_t> observations(size_t{kSliceCount} * pool->observation_bytes());
   Batch batch;
   batch.observations = absl::MakeSpan(observations);

@@ -13,7 +13,7 @@
 #include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "envcore/pool/shared_art.h"
-#include "tests/benchmark/action_tape.h"
+#include "tests/benchmark/action_script.h"
 
 namespace procgen {
 
@@ -59,7 +59,7 @@ class LocalLearner {
   LocalLearner(std::unique_ptr<Pool> pool, const Course& course);
 
   std::unique_ptr<Pool> pool_;
-  ActionTape actions_;
+  ActionScript actions_;
   std::vector<Answer> answers_;
   bool answers_all_;
   size_t step_ = 0;  // its answer is answers_[step_ % answers_.size()]

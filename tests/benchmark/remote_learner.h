@@ -13,7 +13,7 @@
 #include "procgen_client/client.h"
 #include "procgen_client/step_stream.h"
 #include "server/rpc/server.h"
-#include "tests/benchmark/action_tape.h"
+#include "tests/benchmark/action_script.h"
 #include "tests/benchmark/bare_stream.h"
 
 namespace procgen {
@@ -66,7 +66,7 @@ class RemoteLearner {
   std::unique_ptr<procgen_client::Client> client_;
   std::string pool_;
   std::unique_ptr<procgen_client::StepStream> stream_;
-  ActionTape actions_;
+  ActionScript actions_;
   procgen_client::Batch batch_;
 };
 

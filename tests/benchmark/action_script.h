@@ -1,5 +1,5 @@
-#ifndef TESTS_BENCHMARK_ACTION_TAPE_H_
-#define TESTS_BENCHMARK_ACTION_TAPE_H_
+#ifndef TESTS_BENCHMARK_ACTION_SCRIPT_H_
+#define TESTS_BENCHMARK_ACTION_SCRIPT_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -11,9 +11,9 @@ namespace procgen {
 
 // Random actions for many steps of env_count environments, drawn in advance so that drawing them
 // costs nothing, and always the same. Threads: compatible (one thread at a time).
-class ActionTape {
+class ActionScript {
  public:
-  explicit ActionTape(int32_t env_count);
+  explicit ActionScript(int32_t env_count);
 
   // The actions of the next step: [env_count].
   absl::Span<const int32_t> Next();
@@ -26,4 +26,4 @@ class ActionTape {
 
 }  // namespace procgen
 
-#endif  // TESTS_BENCHMARK_ACTION_TAPE_H_
+#endif  // TESTS_BENCHMARK_ACTION_SCRIPT_H_

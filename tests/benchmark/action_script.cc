@@ -1,4 +1,4 @@
-#include "tests/benchmark/action_tape.h"
+#include "tests/benchmark/action_script.h"
 
 #include <random>
 
@@ -12,7 +12,7 @@ constexpr size_t kRows = 1009;
 
 }  // namespace
 
-ActionTape::ActionTape(int32_t env_count)
+ActionScript::ActionScript(int32_t env_count)
     : env_count_(static_cast<size_t>(env_count)), actions_(kRows * env_count_) {
   std::mt19937 random(1);
   for (int32_t& action : actions_) {
@@ -20,7 +20,7 @@ ActionTape::ActionTape(int32_t env_count)
   }
 }
 
-absl::Span<const int32_t> ActionTape::Next() {
+absl::Span<const int32_t> ActionScript::Next() {
   row_ = (row_ + 1) % kRows;
   return absl::MakeConstSpan(actions_).subspan(row_ * env_count_, env_count_);
 }
