@@ -16,10 +16,10 @@ constexpr absl::string_view kLineStart = "\r\033[K";  // and clears the line
 
 }  // namespace
 
-Progress::Progress(size_t course_count)
-    : course_count_(course_count), terminal_(isatty(STDERR_FILENO) != 0) {}
+Progress::Progress(size_t task_count)
+    : task_count_(task_count), terminal_(isatty(STDERR_FILENO) != 0) {}
 
-void Progress::Show(absl::string_view course, int64_t done, int64_t total) {
+void Progress::Show(absl::string_view task, int64_t done, int64_t total) {
   if (!terminal_) {
     return;
   }
@@ -27,16 +27,16 @@ void Progress::Show(absl::string_view course, int64_t done, int64_t total) {
   for (int64_t i = 0; i < kBarLength; ++i) {
     bar += i < kBarLength * done / std::max<int64_t>(1, total) ? "█" : "░";
   }
-  std::cerr << kLineStart << Line(course) << bar << " " << done << "/" << total << std::flush;
+  std::cerr << kLineStart << Line(task) << bar << " " << done << "/" << total << std::flush;
 }
 
-void Progress::Finish(absl::string_view course, absl::string_view outcome) {
-  std::cerr << (terminal_ ? kLineStart : "") << Line(course) << outcome << std::endl;
-  ++courses_done_;
+void Progress::Finish(absl::string_view task, absl::string_view outcome) {
+  std::cerr << (terminal_ ? kLineStart : "") << Line(task) << outcome << std::endl;
+  ++tasks_done_;
 }
 
-std::string Progress::Line(absl::string_view course) const {
-  return absl::StrFormat("[%2d/%d] %-16s ", courses_done_ + 1, course_count_, course);
+std::string Progress::Line(absl::string_view task) const {
+  return absl::StrFormat("[%2d/%d] %-16s ", tasks_done_ + 1, task_count_, task);
 }
 
 }  // namespace procgen

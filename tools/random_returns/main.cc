@@ -13,7 +13,7 @@
 #include "absl/flags/usage.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "tools/course.h"
+#include "tools/game_mode.h"
 #include "tools/progress.h"
 #include "tools/random_returns/random_returns.h"
 
@@ -71,27 +71,27 @@ int Main(const std::vector<char*>& arguments) {
   if (games.empty()) {
     games = AllGames();
   }
-  const auto courses = MakeCourses(games, absl::GetFlag(FLAGS_modes), AllGames());
-  if (!courses.ok()) {
-    return Fail(courses.status().message());
+  const auto game_modes = MakeGameModes(games, absl::GetFlag(FLAGS_modes), AllGames());
+  if (!game_modes.ok()) {
+    return Fail(game_modes.status().message());
   }
   const RandomPlay play = {.env_count = absl::GetFlag(FLAGS_environments),
                            .episodes_per_environment = absl::GetFlag(FLAGS_episodes),
                            .worker_count = WorkerCount(),
                            .seed = absl::GetFlag(FLAGS_seed)};
   const int64_t episode_count = int64_t{play.env_count} * play.episodes_per_environment;
-  Progress progress(courses->size());
+  Progress progress(game_modes->size());
   std::string rows;
-  for (const Course& course : *courses) {
-    const auto statistics = PlayRandomly(course, play, [&](int64_t episodes_done) {
-      progress.Show(course.Name(), episodes_done, episode_count);
+  for (const GameMode& game_mode : *game_modes) {
+    const auto statistics = PlayRandomly(game_mode, play, [&](int64_t episodes_done) {
+      progress.Show(game_mode.Name(), episodes_done, episode_count);
     });
     if (!statistics.ok()) {
       return Fail(statistics.status().message());
     }
-    progress.Finish(course.Name(), absl::StrFormat("%.2f", statistics->return_mean));
-    absl::StrAppendFormat(&rows, "| %s | %s | %.2f ± %.2f | %.1f |\n", course.game->name,
-                          DistributionModeName(course.mode), statistics->return_mean,
+    progress.Finish(game_mode.Name(), absl::StrFormat("%.2f", statistics->return_mean));
+    absl::StrAppendFormat(&rows, "| %s | %s | %.2f ± %.2f | %.1f |\n", game_mode.game->name,
+                          DistributionModeName(game_mode.mode), statistics->return_mean,
                           statistics->return_error, statistics->length_mean);
   }
   std::cout << "| game | mode | mean return | mean length |\n| --- | --- | --- | --- |\n" << rows;

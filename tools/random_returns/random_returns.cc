@@ -60,12 +60,12 @@ class EpisodeSums {
 
 }  // namespace
 
-absl::StatusOr<ReturnStatistics> PlayRandomly(const Course& course, const RandomPlay& play,
+absl::StatusOr<ReturnStatistics> PlayRandomly(const GameMode& game_mode, const RandomPlay& play,
                                               absl::FunctionRef<void(int64_t)> show) {
   PoolOptions options;
-  options.games = {std::string(course.game->name)};
+  options.games = {std::string(game_mode.game->name)};
   options.env_count = play.env_count;
-  options.environment.distribution_mode = course.mode;
+  options.environment.distribution_mode = game_mode.mode;
   options.environment.rand_seed = play.seed;
   const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(play.worker_count - 1));
   if (!pool.ok()) {

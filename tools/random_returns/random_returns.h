@@ -5,7 +5,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
-#include "tools/course.h"
+#include "tools/game_mode.h"
 
 namespace procgen {
 
@@ -24,11 +24,12 @@ struct ReturnStatistics {
   double length_mean = 0;   // steps
 };
 
-// Plays a course on all levels, each action drawn evenly from all of them, and counts the first
-// episodes of each environment: the first to end among all environments would be too often short
-// ones. Equal arguments but the workers' number give equal results. `show` is called now and then
-// with the number of episodes that count so far. Errors: as Pool::Create. REQUIRES: counts above 0.
-absl::StatusOr<ReturnStatistics> PlayRandomly(const Course& course, const RandomPlay& play,
+// Plays a game in a mode on all levels, each action drawn evenly from all of them, and counts the
+// first episodes of each environment: the first to end among all environments would be too often
+// short ones. Equal arguments but the workers' number give equal results. `show` is called now and
+// then with the number of episodes that count so far. Errors: as Pool::Create. REQUIRES: counts
+// above 0.
+absl::StatusOr<ReturnStatistics> PlayRandomly(const GameMode& game_mode, const RandomPlay& play,
                                               absl::FunctionRef<void(int64_t)> show);
 
 }  // namespace procgen

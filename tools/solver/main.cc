@@ -20,7 +20,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "tools/course.h"
+#include "tools/game_mode.h"
 #include "tools/progress.h"
 #include "tools/solver/guide.h"
 #include "tools/solver/search.h"
@@ -38,11 +38,11 @@ ABSL_FLAG(std::string, ways, "",
 namespace procgen {
 namespace {
 
-// The levels of one course and what came of them. Threads: Search from any thread.
+// The levels of one game mode and what came of them. Threads: Search from any thread.
 class Levels {
  public:
-  Levels(const Course& course, int32_t first_level, int32_t level_count, Progress& progress)
-      : course_(course),
+  Levels(const GameMode& game_mode, int32_t first_level, int32_t level_count, Progress& progress)
+      : game_mode_(game_mode),
         first_level_(first_level),
         level_count_(level_count),
         results_(static_cast<size_t>(level_count)),
@@ -50,21 +50,22 @@ class Levels {
 
   // Searches levels until all are taken.
   void Search(int64_t burst_count_max) {
-    const Guide& guide = *FindGuide(course_.game->name);
+    const Guide& guide = *FindGuide(game_mode_.game->name);
     for (int32_t i = next_++; i < level_count_; i = next_++) {
       const int32_t seed = first_level_ + i;
-      SearchResult result = SearchLevel(*course_.game, guide, course_.mode, seed, burst_count_max);
+      SearchResult result =
+          SearchLevel(*game_mode_.game, guide, game_mode_.mode, seed, burst_count_max);
       if (result.verdict == Verdict::kSolved &&
-          !CompletesLevel(*course_.game, course_.mode, seed, result.actions)) {
+          !CompletesLevel(*game_mode_.game, game_mode_.mode, seed, result.actions)) {
         unproved_ = true;
       }
       results_[static_cast<size_t>(i)] = std::move(result);
       const absl::MutexLock lock(&progress_mutex_);
-      progress_.Show(course_.Name(), ++done_count_, level_count_);
+      progress_.Show(game_mode_.Name(), ++done_count_, level_count_);
     }
   }
 
-  const Course& course() const { return course_; }
+  const GameMode& game_mode() const { return game_mode_; }
   const std::vector<SearchResult>& results() const { return results_; }
   const SearchResult& ResultOf(int32_t seed) const {
     return results_[static_cast<size_t>(seed - first_level_)];
@@ -83,7 +84,7 @@ class Levels {
   bool unproved() const { return unproved_; }
 
  private:
-  const Course course_;
+  const GameMode game_mode_;
   const int32_t first_level_;
   const int32_t level_count_;
   std::atomic<int32_t> next_ = 0;
@@ -94,7 +95,7 @@ class Levels {
   Progress& progress_;
 };
 
-// What is printed of a course once all are done.
+// What is printed of a game mode once all are done.
 struct Summary {
   std::string row;                 // of the table
   std::vector<std::string> notes;  // on levels that were not solved
@@ -132,36 +133,36 @@ Summary Summarize(const Levels& levels, absl::Duration time) {
   for (const Note& note : kNotes) {
     const std::vector<int32_t> seeds = levels.SeedsOf(note.verdict);
     if (!seeds.empty()) {
-      summary.notes.push_back(
-          absl::StrCat(levels.course().Name(), ": ", note.text, ": ", absl::StrJoin(seeds, ", ")));
+      summary.notes.push_back(absl::StrCat(levels.game_mode().Name(), ": ", note.text, ": ",
+                                           absl::StrJoin(seeds, ", ")));
     }
   }
   const size_t level_count = levels.results().size();
   const size_t solved_count = levels.SeedsOf(Verdict::kSolved).size();
   const size_t given_up_count = levels.SeedsOf(Verdict::kGivenUp).size();
   summary.row = absl::StrFormat(
-      "| %s | %s | %d of %d | %d | %d | %s | %d | %d | %.1f |", levels.course().game->name,
-      DistributionModeName(levels.course().mode), solved_count, level_count,
+      "| %s | %s | %d of %d | %d | %d | %s | %d | %d | %.1f |", levels.game_mode().game->name,
+      DistributionModeName(levels.game_mode().mode), solved_count, level_count,
       level_count - solved_count - given_up_count, given_up_count, MeanLength(levels, solved_count),
       burst_count, step_count, absl::ToDoubleSeconds(time));
   summary.good = given_up_count == 0 && !levels.unproved();
   if (levels.unproved()) {
     summary.notes.push_back(absl::StrCat(
-        levels.course().Name(), ": a way that was found does not complete its level, a bug"));
+        levels.game_mode().Name(), ": a way that was found does not complete its level, a bug"));
   }
   return summary;
 }
 
 void WriteWays(const Levels& levels, std::ostream& file) {
   for (const int32_t seed : levels.SeedsOf(Verdict::kSolved)) {
-    file << levels.course().Name() << " " << seed << ": "
+    file << levels.game_mode().Name() << " " << seed << ": "
          << absl::StrJoin(levels.ResultOf(seed).actions, ",") << "\n";
   }
 }
 
-Summary RunCourse(const Course& course, Progress& progress, std::ostream& ways) {
+Summary RunGameMode(const GameMode& game_mode, Progress& progress, std::ostream& ways) {
   const absl::Time begin = absl::Now();
-  Levels levels(course, absl::GetFlag(FLAGS_first_level), absl::GetFlag(FLAGS_levels), progress);
+  Levels levels(game_mode, absl::GetFlag(FLAGS_first_level), absl::GetFlag(FLAGS_levels), progress);
   const int32_t worker_count = absl::GetFlag(FLAGS_workers);
   std::vector<std::thread> workers;
   workers.reserve(static_cast<size_t>(worker_count));
@@ -171,8 +172,8 @@ Summary RunCourse(const Course& course, Progress& progress, std::ostream& ways) 
   for (std::thread& worker : workers) {
     worker.join();
   }
-  progress.Finish(course.Name(), absl::StrCat(levels.SeedsOf(Verdict::kSolved).size(), " of ",
-                                              levels.results().size(), " solved"));
+  progress.Finish(game_mode.Name(), absl::StrCat(levels.SeedsOf(Verdict::kSolved).size(), " of ",
+                                                 levels.results().size(), " solved"));
   WriteWays(levels, ways);
   return Summarize(levels, absl::Now() - begin);
 }
@@ -202,7 +203,7 @@ std::string FlagError() {
   return "";
 }
 
-// Prints what came of all courses; whether all of it is good.
+// Prints what came of all game modes; whether all of it is good.
 bool Print(const std::vector<Summary>& summaries) {
   std::cout
       << "| game | mode | solved | no way | given up | mean length | bursts | steps | seconds "
@@ -234,9 +235,9 @@ int Main(const std::vector<char*>& arguments) {
   if (games.empty()) {
     games = GuidedGames();
   }
-  const auto courses = MakeCourses(games, absl::GetFlag(FLAGS_modes), GuidedGames());
-  if (error.empty() && !courses.ok()) {
-    error = std::string(courses.status().message());
+  const auto game_modes = MakeGameModes(games, absl::GetFlag(FLAGS_modes), GuidedGames());
+  if (error.empty() && !game_modes.ok()) {
+    error = std::string(game_modes.status().message());
   }
   if (!error.empty()) {
     return Fail(error);
@@ -249,10 +250,10 @@ int Main(const std::vector<char*>& arguments) {
       return Fail(absl::StrCat("cannot write to ", ways_path));
     }
   }
-  Progress progress(courses->size());
+  Progress progress(game_modes->size());
   std::vector<Summary> summaries;
-  for (const Course& course : *courses) {
-    summaries.push_back(RunCourse(course, progress, ways));
+  for (const GameMode& game_mode : *game_modes) {
+    summaries.push_back(RunGameMode(game_mode, progress, ways));
   }
   const bool good = Print(summaries);
   ways.flush();

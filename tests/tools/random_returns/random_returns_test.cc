@@ -20,13 +20,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-ReturnStatistics Play(const Course& course, const RandomPlay& play) {
-  const auto statistics = PlayRandomly(course, play, [](int64_t) {});
+ReturnStatistics Play(const GameMode& game_mode, const RandomPlay& play) {
+  const auto statistics = PlayRandomly(game_mode, play, [](int64_t) {});
   EXPECT_THAT(statistics, IsOk());
   return statistics.value_or(ReturnStatistics());
 }
 
-const Course kCoinRun = {.game = FindGame("coinrun"), .mode = DistributionMode::kEasy};
+const GameMode kCoinRun = {.game = FindGame("coinrun"), .mode = DistributionMode::kEasy};
 
 TEST(RandomReturnsTest, AnyNumberOfWorkersGetsTheSame) {
   RandomPlay play = {.env_count = 4, .episodes_per_environment = 3, .worker_count = 1, .seed = 7};
@@ -39,11 +39,11 @@ TEST(RandomReturnsTest, AnyNumberOfWorkersGetsTheSame) {
 }
 
 // The same play by hand: the length of the first episode of each environment.
-std::vector<int32_t> FirstEpisodeLengths(const Course& course, size_t env_count) {
+std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_count) {
   PoolOptions options;
-  options.games = {std::string(course.game->name)};
+  options.games = {std::string(game_mode.game->name)};
   options.env_count = static_cast<int32_t>(env_count);
-  options.environment.distribution_mode = course.mode;
+  options.environment.distribution_mode = game_mode.mode;
   const auto pool = Pool::Create(options, std::make_shared<WorkerPool>(0)).value();
   RandomStream random(0);
   std::vector<int32_t> actions(env_count);

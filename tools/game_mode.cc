@@ -1,4 +1,4 @@
-#include "tools/course.h"
+#include "tools/game_mode.h"
 
 #include <algorithm>
 
@@ -17,14 +17,14 @@ std::string ModeNames(const GameSpec& game) {
 
 }  // namespace
 
-std::string Course::Name() const {
+std::string GameMode::Name() const {
   return absl::StrCat(game->name, " ", DistributionModeName(mode));
 }
 
-absl::StatusOr<std::vector<Course>> MakeCourses(const std::vector<std::string>& games,
-                                                const std::vector<std::string>& modes,
-                                                const std::vector<std::string>& known) {
-  std::vector<Course> courses;
+absl::StatusOr<std::vector<GameMode>> MakeGameModes(const std::vector<std::string>& games,
+                                                    const std::vector<std::string>& modes,
+                                                    const std::vector<std::string>& known) {
+  std::vector<GameMode> game_modes;
   for (const std::string& name : games) {
     const GameSpec* game = FindGame(name);
     if (game == nullptr || std::find(known.begin(), known.end(), name) == known.end()) {
@@ -37,10 +37,10 @@ absl::StatusOr<std::vector<Course>> MakeCourses(const std::vector<std::string>& 
         return absl::InvalidArgumentError(
             absl::StrCat("mode '", mode_name, "' is none of ", name, "'s: ", ModeNames(*game)));
       }
-      courses.push_back({.game = game, .mode = *mode});
+      game_modes.push_back({.game = game, .mode = *mode});
     }
   }
-  return courses;
+  return game_modes;
 }
 
 }  // namespace procgen

@@ -1,5 +1,5 @@
-#ifndef TOOLS_COURSE_H_
-#define TOOLS_COURSE_H_
+#ifndef TOOLS_GAME_MODE_H_
+#define TOOLS_GAME_MODE_H_
 
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@
 namespace procgen {
 
 // A game in a mode that is played.
-struct Course {
+struct GameMode {
   const GameSpec* game = nullptr;
   DistributionMode mode = DistributionMode::kEasy;
 
@@ -23,10 +23,10 @@ struct Course {
 // Every game of `games` in every mode of `modes` (names), game by game, in their order. `known` are
 // the games that can be asked for. Errors: INVALID_ARGUMENT a game that is not among them, a mode
 // that there is none of or that a game lacks (the message says what is allowed).
-absl::StatusOr<std::vector<Course>> MakeCourses(const std::vector<std::string>& games,
-                                                const std::vector<std::string>& modes,
-                                                const std::vector<std::string>& known);
+absl::StatusOr<std::vector<GameMode>> MakeGameModes(const std::vector<std::string>& games,
+                                                    const std::vector<std::string>& modes,
+                                                    const std::vector<std::string>& known);
 
 }  // namespace procgen
 
-#endif  // TOOLS_COURSE_H_
+#endif  // TOOLS_GAME_MODE_H_

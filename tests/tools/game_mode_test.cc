@@ -1,4 +1,4 @@
-#include "tools/course.h"
+#include "tools/game_mode.h"
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -11,25 +11,25 @@ using ::testing::HasSubstr;
 
 const std::vector<std::string> kKnown = {"heist", "maze"};
 
-TEST(CourseTest, EachGameIsPlayedInEachMode) {
-  const auto courses = MakeCourses({"maze", "heist"}, {"easy", "memory"}, kKnown);
-  ASSERT_THAT(courses, IsOk());
+TEST(GameModeTest, EachGameIsPlayedInEachMode) {
+  const auto game_modes = MakeGameModes({"maze", "heist"}, {"easy", "memory"}, kKnown);
+  ASSERT_THAT(game_modes, IsOk());
   std::vector<std::string> names;
-  for (const Course& course : *courses) {
-    names.push_back(course.Name());
+  for (const GameMode& game_mode : *game_modes) {
+    names.push_back(game_mode.Name());
   }
   EXPECT_THAT(names,
               testing::ElementsAre("maze easy", "maze memory", "heist easy", "heist memory"));
 }
 
-TEST(CourseTest, AnUnknownGameIsAnsweredWithTheKnownOnes) {
-  EXPECT_THAT(MakeCourses({"chess"}, {"easy"}, kKnown),
+TEST(GameModeTest, AnUnknownGameIsAnsweredWithTheKnownOnes) {
+  EXPECT_THAT(MakeGameModes({"chess"}, {"easy"}, kKnown),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("game 'chess' is none of heist, maze")));
 }
 
-TEST(CourseTest, AModeThatAGameLacksIsAnsweredWithItsModes) {
-  EXPECT_THAT(MakeCourses({"heist"}, {"extreme"}, kKnown),
+TEST(GameModeTest, AModeThatAGameLacksIsAnsweredWithItsModes) {
+  EXPECT_THAT(MakeGameModes({"heist"}, {"extreme"}, kKnown),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("mode 'extreme' is none of heist's: easy, hard, memory")));
 }
