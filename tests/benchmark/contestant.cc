@@ -14,7 +14,7 @@
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 
 namespace procgen {
 namespace {
@@ -48,8 +48,8 @@ absl::Status CompeteInProcess(const std::string& game, int32_t env_count) {
   });
 }
 
-absl::Status CompeteOverStream(const std::string& address, const RemoteCourse& course) {
-  auto learner = RemoteLearner::Start(address, course);
+absl::Status CompeteOverStream(const std::string& address, const RemoteCase& remote_case) {
+  auto learner = RemoteLearner::Start(address, remote_case);
   if (!learner.ok()) {
     return learner.status();
   }

@@ -56,7 +56,7 @@ absl::Status Play(Pool* pool) {
   return status;
 }
 
-void RunCourse(const std::string& game, DistributionMode mode, benchmark::State& state) {
+void RunCase(const std::string& game, DistributionMode mode, benchmark::State& state) {
   // Art is shared by all pools of a game: it is there before, and does not count.
   const auto small_pool = MakePool(game, mode, 1);
   absl::Status status = small_pool.status();
@@ -98,13 +98,13 @@ void RunCourse(const std::string& game, DistributionMode mode, benchmark::State&
   }
 }
 
-void RegisterCourses() {
+void RegisterCases() {
   for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       const std::string name = absl::StrCat("create/", game.name, "/", DistributionModeName(mode),
                                             "/environments:", kEnvCount);
       benchmark::RegisterBenchmark(name.c_str(), [&game, mode](benchmark::State& state) {
-        RunCourse(std::string(game.name), mode, state);
+        RunCase(std::string(game.name), mode, state);
       })->Unit(benchmark::kMillisecond);
     }
   }
@@ -114,5 +114,5 @@ void RegisterCourses() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCourses);
+  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCases);
 }

@@ -121,7 +121,7 @@ struct Figures {
   double encode_ratio = 1;  // likewise
 };
 
-// By game: Google Benchmark tries each course with few iterations first, and only the last try
+// By game: Google Benchmark tries each case with few iterations first, and only the last try
 // counts.
 using FiguresOfGames = std::map<std::string, Figures>;
 
@@ -226,8 +226,9 @@ void Report(const Figures& figures, benchmark::State& state) {
   state.counters["encode_ratio"] = figures.encode_ratio;
 }
 
-void RunCourse(const Course& course, Way way, const std::string& group, benchmark::State& state) {
-  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(course);
+void RunCase(const LocalCase& local_case, Way way, const std::string& group,
+             benchmark::State& state) {
+  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
   if (!learner.ok()) {
     state.SkipWithError(learner.status().ToString().c_str());
     return;
@@ -251,7 +252,7 @@ void RunCourse(const Course& course, Way way, const std::string& group, benchmar
   }
   trip.MeasureUnit();
   Report(trip.Result(), state);
-  AllFigures()[group][course.game] = trip.Result();
+  AllFigures()[group][local_case.game] = trip.Result();
 }
 
 std::shared_ptr<const SharedArt>& Art() {
@@ -259,16 +260,16 @@ std::shared_ptr<const SharedArt>& Art() {
   return art;
 }
 
-void RegisterCourses() {
+void RegisterCases() {
   for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
     for (const auto& [way, way_name] : kWays) {
       for (const GameSpec& game : GameCatalog()) {
-        const Course course = {.game = std::string(game.name), .mode = mode, .art = Art()};
+        const LocalCase local_case = {.game = std::string(game.name), .mode = mode, .art = Art()};
         const std::string group = absl::StrCat(DistributionModeName(mode), "/", way_name);
         const std::string name = absl::StrCat("encoding/", game.name, "/", group);
         benchmark::RegisterBenchmark(name.c_str(),
-                                     [course, way = way, group](benchmark::State& state) {
-                                       RunCourse(course, way, group, state);
+                                     [local_case, way = way, group](benchmark::State& state) {
+                                       RunCase(local_case, way, group, state);
                                      });
       }
     }
@@ -331,7 +332,7 @@ int main(int argc, char** argv) {
     procgen::Art() = *std::move(art);
   }
   const int status = procgen::RunBenchmarks(static_cast<int>(arguments.size()), arguments.data(),
-                                            procgen::kMinTimeSeconds, procgen::RegisterCourses);
+                                            procgen::kMinTimeSeconds, procgen::RegisterCases);
   if (status == 0) {
     procgen::PrintMeans();
   }

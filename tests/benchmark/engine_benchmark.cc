@@ -20,27 +20,28 @@ namespace {
 // Seven rounds, as the released engine was measured.
 constexpr double kMinTimeSeconds = 2.1;
 
-std::string NameOf(const Course& course) {
-  return absl::StrCat("step/", course.game, "/", DistributionModeName(course.mode),
-                      "/workers:", course.worker_count, "/drawn:", course.drawn ? 1 : 0);
+std::string NameOf(const LocalCase& local_case) {
+  return absl::StrCat("step/", local_case.game, "/", DistributionModeName(local_case.mode),
+                      "/workers:", local_case.worker_count, "/drawn:", local_case.drawn ? 1 : 0);
 }
 
-void Report(const Course& course, const RoundClock& clock, benchmark::State& state) {
+void Report(const LocalCase& local_case, const RoundClock& clock, benchmark::State& state) {
   const double units = clock.BestInUnits() / LocalLearner::kEnvCount;
   state.counters["yardstick_units"] = units;
   // Without drawing, nothing of the released engine's is comparable.
-  if (const auto released = ReleasedCost(course.game, course.mode); released && course.drawn) {
+  if (const auto released = ReleasedCost(local_case.game, local_case.mode);
+      released && local_case.drawn) {
     state.counters["released_ratio"] = units / *released;
   }
   state.counters["items_per_second"] =
       LocalLearner::kEnvCount / absl::ToDoubleSeconds(clock.Best());
 }
 
-void RunCourse(const Course& course, benchmark::State& state) {
-  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(course);
+void RunCase(const LocalCase& local_case, benchmark::State& state) {
+  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
   absl::Status status = learner.status();
   // One worker is the calling thread; then the figure need not suffer from what else runs here.
-  RoundClock clock(course.worker_count == 1 ? TimeKind::kThread : TimeKind::kWall);
+  RoundClock clock(local_case.worker_count == 1 ? TimeKind::kThread : TimeKind::kWall);
   clock.Start();
   for ([[maybe_unused]] const auto iteration : state) {
     if (!status.ok()) {
@@ -57,19 +58,19 @@ void RunCourse(const Course& course, benchmark::State& state) {
   }
   if (status.ok()) {
     clock.MeasureUnit();
-    Report(course, clock, state);
+    Report(local_case, clock, state);
   }
 }
 
-void RegisterCourses() {
+void RegisterCases() {
   for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
       for (const int worker_count : {1, 2}) {
         for (const bool drawn : {false, true}) {
-          const Course course = {std::string(game.name), mode, worker_count, drawn};
-          benchmark::RegisterBenchmark(NameOf(course).c_str(), [course](benchmark::State& state) {
-            RunCourse(course, state);
-          });
+          const LocalCase local_case = {std::string(game.name), mode, worker_count, drawn};
+          benchmark::RegisterBenchmark(
+              NameOf(local_case).c_str(),
+              [local_case](benchmark::State& state) { RunCase(local_case, state); });
         }
       }
     }
@@ -80,5 +81,5 @@ void RegisterCourses() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCourses);
+  return procgen::RunBenchmarks(argc, argv, procgen::kMinTimeSeconds, procgen::RegisterCases);
 }

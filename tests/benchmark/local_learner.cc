@@ -12,17 +12,17 @@ constexpr int kWarmUpSteps = 100;
 
 }  // namespace
 
-absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course, int32_t env_count) {
+absl::StatusOr<LocalLearner> LocalLearner::Start(const LocalCase& local_case, int32_t env_count) {
   PoolOptions options;
-  options.games = {course.game};
+  options.games = {local_case.game};
   options.env_count = env_count;
-  options.environment.distribution_mode = course.mode;
-  options.art = course.art;
-  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(course.worker_count - 1));
+  options.environment.distribution_mode = local_case.mode;
+  options.art = local_case.art;
+  auto pool = Pool::Create(options, std::make_shared<WorkerPool>(local_case.worker_count - 1));
   if (!pool.ok()) {
     return pool.status();
   }
-  LocalLearner learner(*std::move(pool), course);
+  LocalLearner learner(*std::move(pool), local_case);
   for (int step = 0; step < kWarmUpSteps; ++step) {
     if (absl::Status status = learner.Step(); !status.ok()) {
       return status;
@@ -31,14 +31,14 @@ absl::StatusOr<LocalLearner> LocalLearner::Start(const Course& course, int32_t e
   return learner;
 }
 
-LocalLearner::LocalLearner(std::unique_ptr<Pool> pool, const Course& course)
+LocalLearner::LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case)
     : pool_(std::move(pool)),
       actions_(pool_->env_count()),
-      answers_(static_cast<size_t>(course.batch_count)),
-      answers_all_(course.answers_all) {
+      answers_(static_cast<size_t>(local_case.batch_count)),
+      answers_all_(local_case.answers_all) {
   const size_t bytes = static_cast<size_t>(pool_->env_count()) * kObservationBytes;
   for (Answer& answer : answers_) {
-    answer.observations.resize(course.drawn ? bytes : 0);
+    answer.observations.resize(local_case.drawn ? bytes : 0);
     answer.numbers.LendTo({}, pool_->env_count());
   }
 }

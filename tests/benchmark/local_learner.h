@@ -18,7 +18,7 @@
 namespace procgen {
 
 // What is measured of the engine.
-struct Course {
+struct LocalCase {
   std::string game;
   DistributionMode mode = DistributionMode::kEasy;
   int worker_count = 1;  // the calling thread is one of them
@@ -37,7 +37,8 @@ class LocalLearner {
   static constexpr int32_t kEnvCount = 64;
 
   // The environments have gone from their common start to a typical mixture of states.
-  static absl::StatusOr<LocalLearner> Start(const Course& course, int32_t env_count = kEnvCount);
+  static absl::StatusOr<LocalLearner> Start(const LocalCase& local_case,
+                                            int32_t env_count = kEnvCount);
 
   // Steps all environments once.
   absl::Status Step();
@@ -56,7 +57,7 @@ class LocalLearner {
   // Where the next step writes it.
   Batch BatchIn(Answer* answer) const;
 
-  LocalLearner(std::unique_ptr<Pool> pool, const Course& course);
+  LocalLearner(std::unique_ptr<Pool> pool, const LocalCase& local_case);
 
   std::unique_ptr<Pool> pool_;
   ActionScript actions_;

@@ -46,7 +46,7 @@ _COMPETITORS = {
 }
 
 
-class Course(NamedTuple):
+class Case(NamedTuple):
     """What is played."""
 
     game: str
@@ -96,10 +96,10 @@ class Actions:
         return self._batches[self._used % len(self._batches)]
 
 
-def pool_ahead(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
+def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
     """A pool with two requests in flight, as the contract has by default."""
-    pool = made_pool(stack, client, course, transport)
-    actions = Actions(course.env_count)
+    pool = made_pool(stack, client, case, transport)
+    actions = Actions(case.env_count)
     warm_up(pool, actions)
 
     def exchange() -> None:
@@ -115,19 +115,19 @@ def pool_ahead(stack: ExitStack, client: Client, course: Course, transport: str)
     return turn
 
 
-def pool_waiting(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
+def pool_waiting(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
     """A pool whose learner waits for each answer."""
-    pool = made_pool(stack, client, course, transport)
-    actions = Actions(course.env_count)
+    pool = made_pool(stack, client, case, transport)
+    actions = Actions(case.env_count)
     warm_up(pool, actions)
     return lambda: measure(lambda: pool.step(actions.next()))
 
 
-def vector_env(stack: ExitStack, client: Client, course: Course, transport: str) -> Turn:
+def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> Turn:
     """The same with Gymnasium's interface."""
     env = ProcgenVectorEnv(
-        course.game,
-        course.env_count,
+        case.game,
+        case.env_count,
         server=client,
         **_OPTIONS,
         transport=transport,
@@ -135,15 +135,15 @@ def vector_env(stack: ExitStack, client: Client, course: Course, transport: str)
         autoreset_mode="SameStep",
     )
     stack.callback(env.close)
-    actions = Actions(course.env_count)
+    actions = Actions(case.env_count)
     warm_up(env.pool, actions)
     return lambda: measure(lambda: env.step(actions.next()))
 
 
-def made_pool(stack: ExitStack, client: Client, course: Course, transport: str) -> Pool:
+def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> Pool:
     """Makes a pool, which ends with the stack."""
     return stack.enter_context(
-        client.create_pool(course.game, course.env_count, **_OPTIONS, transport=transport)
+        client.create_pool(case.game, case.env_count, **_OPTIONS, transport=transport)
     )
 
 
@@ -153,11 +153,11 @@ def warm_up(pool: Pool, actions: Actions) -> None:
         pool.step(actions.next())
 
 
-def contestant(stack: ExitStack, program: str, course: Course, *how: str) -> Turn:
+def contestant(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
     """A learner in C++: of a pool in its own process, unless `how` has a server's address."""
     process = stack.enter_context(
         subprocess.Popen(
-            [program, course.game, str(course.env_count), *how],
+            [program, case.game, str(case.env_count), *how],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -178,17 +178,17 @@ def contestant(stack: ExitStack, program: str, course: Course, *how: str) -> Tur
     return turn
 
 
-def contestants(stack: ExitStack, program: str, client: Client, course: Course) -> dict[str, Turn]:
+def contestants(stack: ExitStack, program: str, client: Client, case: Case) -> dict[str, Turn]:
     """Gives who competes, each with a pool of its own."""
     turns = {
-        _IN_PROCESS: contestant(stack, program, course),
-        "C++, shared memory": contestant(stack, program, course, client.address, "shared_memory"),
-        _CPP_TCP: contestant(stack, program, course, client.address),
+        _IN_PROCESS: contestant(stack, program, case),
+        "C++, shared memory": contestant(stack, program, case, client.address, "shared_memory"),
+        _CPP_TCP: contestant(stack, program, case, client.address),
     }
     for name, transport in (("shared memory", "shared_memory"), ("TCP", "stream")):
-        turns[f"Python, {name}, two in flight"] = pool_ahead(stack, client, course, transport)
-        turns[f"Python, {name}, waiting"] = pool_waiting(stack, client, course, transport)
-        turns[f"ProcgenVectorEnv, {name}"] = vector_env(stack, client, course, transport)
+        turns[f"Python, {name}, two in flight"] = pool_ahead(stack, client, case, transport)
+        turns[f"Python, {name}, waiting"] = pool_waiting(stack, client, case, transport)
+        turns[f"ProcgenVectorEnv, {name}"] = vector_env(stack, client, case, transport)
     return turns
 
 
@@ -244,8 +244,8 @@ def main() -> None:
     ):
         for game in arguments.games or [game.name for game in client.catalog().games]:
             with ExitStack() as stack:
-                course = Course(game, count)
-                turns = contestants(stack, arguments.contestant, client, course)
+                case = Case(game, count)
+                turns = contestants(stack, arguments.contestant, client, case)
                 costs[game] = compete(turns, arguments.rounds)
     if not arguments.summary:
         print_games(costs, count)

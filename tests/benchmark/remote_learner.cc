@@ -26,12 +26,12 @@ absl::StatusOr<std::unique_ptr<Server>> StartStreamServer() {
 }
 
 absl::StatusOr<std::unique_ptr<RemoteLearner>> RemoteLearner::Start(const std::string& address,
-                                                                    const RemoteCourse& course) {
+                                                                    const RemoteCase& remote_case) {
   auto client = procgen_client::Client::Connect(address);
   if (!client.ok()) {
     return client.status();
   }
-  auto learner = std::unique_ptr<RemoteLearner>(new RemoteLearner(*std::move(client), course));
+  auto learner = std::unique_ptr<RemoteLearner>(new RemoteLearner(*std::move(client), remote_case));
   absl::Status status = learner->MakePool();
   for (int step = 0; step < kWarmUpSteps && status.ok(); ++step) {
     status = learner->Step();
@@ -43,8 +43,8 @@ absl::StatusOr<std::unique_ptr<RemoteLearner>> RemoteLearner::Start(const std::s
 }
 
 RemoteLearner::RemoteLearner(std::unique_ptr<procgen_client::Client> client,
-                             const RemoteCourse& course)
-    : course_(course), client_(std::move(client)), actions_(course.env_count) {}
+                             const RemoteCase& remote_case)
+    : case_(remote_case), client_(std::move(client)), actions_(remote_case.env_count) {}
 
 RemoteLearner::~RemoteLearner() {
   stream_.reset();
@@ -53,11 +53,11 @@ RemoteLearner::~RemoteLearner() {
 
 absl::Status RemoteLearner::MakePool() {
   v1::PoolSpec spec;
-  spec.add_games(course_.game);
-  spec.set_env_count(course_.env_count);
+  spec.add_games(case_.game);
+  spec.set_env_count(case_.env_count);
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
   spec.mutable_options()->set_rand_seed(0);  // the levels of the pool in process
-  if (course_.shares_memory) {
+  if (case_.shares_memory) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }
   const auto pool = client_->CreatePool(spec);
@@ -66,8 +66,8 @@ absl::Status RemoteLearner::MakePool() {
   }
   pool_ = pool->name();
   procgen_client::StreamOptions options;
-  options.requests_in_flight_max = course_.requests_in_flight;
-  options.pipeline = course_.pipeline;
+  options.requests_in_flight_max = case_.requests_in_flight;
+  options.pipeline = case_.pipeline;
   auto stream = client_->Attach(pool_, options);
   if (!stream.ok()) {
     return stream.status();
@@ -80,7 +80,7 @@ absl::Status RemoteLearner::Step() { return stream_->Step(actions_.Next(), &batc
 
 absl::Status RemoteLearner::SendAhead() {
   absl::Status status;
-  for (int ahead = 1; ahead < course_.requests_in_flight && status.ok(); ++ahead) {
+  for (int ahead = 1; ahead < case_.requests_in_flight && status.ok(); ++ahead) {
     status = stream_->SendStep(actions_.Next()).status();
   }
   return status;
@@ -94,7 +94,7 @@ absl::Status RemoteLearner::Exchange() {
 
 absl::Status RemoteLearner::ReceiveRest() {
   absl::Status status;
-  for (int ahead = 1; ahead < course_.requests_in_flight && status.ok(); ++ahead) {
+  for (int ahead = 1; ahead < case_.requests_in_flight && status.ok(); ++ahead) {
     status = stream_->Receive(&batch_);
   }
   return status;
@@ -102,9 +102,9 @@ absl::Status RemoteLearner::ReceiveRest() {
 
 StreamShape RemoteLearner::Shape() const {
   const size_t row_bytes = sizeof(float) * 2 + sizeof(int32_t) * 3 + sizeof(bool) * 4;
-  return {.request_bytes = static_cast<size_t>(course_.env_count),  // an action is a byte
+  return {.request_bytes = static_cast<size_t>(case_.env_count),  // an action is a byte
           .response_bytes = batch_.observations().size() + batch_.rewards().size() * row_bytes,
-          .requests_in_flight = course_.requests_in_flight};
+          .requests_in_flight = case_.requests_in_flight};
 }
 
 }  // namespace procgen

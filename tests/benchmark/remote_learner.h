@@ -26,7 +26,7 @@ inline constexpr int32_t kStreamWorkerCount = 2;
 // Such a server, on a free port of loopback, which shares memory with who asks for it.
 absl::StatusOr<std::unique_ptr<Server>> StartStreamServer();
 
-struct RemoteCourse {
+struct RemoteCase {
   std::string game = kStreamGame;
   int32_t env_count = 64;
   int requests_in_flight = 1;
@@ -40,7 +40,7 @@ class RemoteLearner {
  public:
   // The environments have gone from their common start to a typical mixture of states.
   static absl::StatusOr<std::unique_ptr<RemoteLearner>> Start(const std::string& address,
-                                                              const RemoteCourse& course);
+                                                              const RemoteCase& remote_case);
   ~RemoteLearner();
 
   // Steps the pool and waits for the answer. REQUIRES: nothing was sent ahead.
@@ -58,10 +58,10 @@ class RemoteLearner {
   StreamShape Shape() const;
 
  private:
-  RemoteLearner(std::unique_ptr<procgen_client::Client> client, const RemoteCourse& course);
+  RemoteLearner(std::unique_ptr<procgen_client::Client> client, const RemoteCase& remote_case);
   absl::Status MakePool();
 
-  const RemoteCourse course_;
+  const RemoteCase case_;
   // In the order of making: each is used by the next.
   std::unique_ptr<procgen_client::Client> client_;
   std::string pool_;

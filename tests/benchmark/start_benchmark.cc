@@ -44,7 +44,7 @@ absl::Status SeeFirstObservation(const std::string& game) {
   return (*stream)->Observe(&batch);
 }
 
-void RunCourse(const std::string& game, benchmark::State& state) {
+void RunCase(const std::string& game, benchmark::State& state) {
   absl::Duration best = absl::InfiniteDuration();
   absl::Status status;
   for ([[maybe_unused]] const auto iteration : state) {
@@ -58,12 +58,11 @@ void RunCourse(const std::string& game, benchmark::State& state) {
   state.counters["seconds"] = absl::ToDoubleSeconds(best);
 }
 
-void RegisterCourses() {
+void RegisterCases() {
   for (const GameSpec& game : GameCatalog()) {
     const std::string name = absl::StrCat("start/", game.name, "/environments:", kEnvCount);
     benchmark::RegisterBenchmark(
-        name.c_str(),
-        [&game](benchmark::State& state) { RunCourse(std::string(game.name), state); })
+        name.c_str(), [&game](benchmark::State& state) { RunCase(std::string(game.name), state); })
         ->Iterations(kStartCount)
         ->Unit(benchmark::kMillisecond);
   }
@@ -73,5 +72,5 @@ void RegisterCourses() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  return procgen::RunBenchmarks(argc, argv, 0, procgen::RegisterCourses);
+  return procgen::RunBenchmarks(argc, argv, 0, procgen::RegisterCases);
 }

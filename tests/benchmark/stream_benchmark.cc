@@ -6,13 +6,13 @@
 #include "absl/synchronization/mutex.h"
 #include "server/logging/event_log.h"
 #include "tests/benchmark/benchmark_run.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 #include "tests/benchmark/time_now.h"
 
 namespace procgen {
 namespace {
 
-// Five rounds of the courses with three contestants, more of the others.
+// Five rounds of the cases with three contestants, more of the others.
 constexpr double kMinTimeSeconds = 3;
 
 void RegisterAll() {

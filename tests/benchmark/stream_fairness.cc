@@ -19,7 +19,7 @@
 #include "absl/types/span.h"
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 #include "tests/benchmark/time_now.h"
 
 namespace procgen {

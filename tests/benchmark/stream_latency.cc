@@ -14,7 +14,7 @@
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/bare_stream.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 #include "tests/benchmark/time_now.h"
 
 namespace procgen {

@@ -11,7 +11,7 @@
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 
 namespace procgen {
 namespace {

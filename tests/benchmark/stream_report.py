@@ -19,7 +19,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-_NAME = re.compile(r"(?P<course>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
+_NAME = re.compile(r"(?P<case>[a-z/]+)/(?:environments|learners):(?P<size>\d+)(?:/manual_time)?$")
 _NOT_INSTALLED = 77
 _DOTS_PER_INCH = 120
 _TCP_SIZES_ASKED_FOR = (64, 256)
@@ -36,52 +36,52 @@ class Row(NamedTuple):
 
 
 class Report:
-    """The courses of one run by name and size, e.g. ("stream/tcp", 64)."""
+    """The cases of one run by name and size, e.g. ("stream/tcp", 64)."""
 
     def __init__(self, run: dict) -> None:
         """Takes what the program printed, parsed."""
-        self.courses: dict[tuple[str, int], dict[str, float]] = {}
+        self.cases: dict[tuple[str, int], dict[str, float]] = {}
         for benchmark in run["benchmarks"]:
             name = _NAME.match(benchmark["name"])
             if name and not benchmark.get("error_occurred"):
-                self.courses[name["course"], int(name["size"])] = benchmark
+                self.cases[name["case"], int(name["size"])] = benchmark
 
-    def sizes(self, course: str) -> list[int]:
-        """Gives the sizes of a course that were run."""
-        return sorted(size for name, size in self.courses if name == course)
+    def sizes(self, case: str) -> list[int]:
+        """Gives the sizes of a case that were run."""
+        return sorted(size for name, size in self.cases if name == case)
 
     def games(self) -> list[str]:
         """Gives the games that were run each by itself, the one that gets least first."""
-        games = {name.removeprefix(_OF_GAMES): course["inprocess_ratio"]
-                 for (name, _), course in self.courses.items() if name.startswith(_OF_GAMES)}
+        games = {name.removeprefix(_OF_GAMES): case["inprocess_ratio"]
+                 for (name, _), case in self.cases.items() if name.startswith(_OF_GAMES)}
         return sorted(games, key=games.__getitem__)
 
     def rows(self) -> list[Row]:
-        """Gives the lines of the table, of the courses that were run."""
+        """Gives the lines of the table, of the cases that were run."""
         rows: list[Row] = []
         for size in self.sizes("stream/tcp"):
-            course = self.courses["stream/tcp", size]
+            case = self.cases["stream/tcp", size]
             rows.append(
                 Row(
                     f"TCP, pool of {size}: rate, of what the slower of engine and wire allows "
                     "(where they share the cores)",
                     "0.85" if size in _TCP_SIZES_ASKED_FOR else "",
-                    f"{course['allowed_ratio']:.2f} ({course['shared_allowed_ratio']:.2f})",
+                    f"{case['allowed_ratio']:.2f} ({case['shared_allowed_ratio']:.2f})",
                 )
             )
         for size in self.sizes("stream/shm"):
-            course = self.courses["stream/shm", size]
+            case = self.cases["stream/shm", size]
             rows.append(
                 Row(
                     f"shared memory, pool of {size}: rate, of the pool in process "
                     "(with a bare exchange after each step)",
                     "0.90",
-                    f"{course['inprocess_ratio']:.2f} ({course['exchanging_ratio']:.2f})",
+                    f"{case['inprocess_ratio']:.2f} ({case['exchanging_ratio']:.2f})",
                 )
             )
         if games := self.games():
             (size,) = self.sizes(_OF_GAMES + games[0])
-            ratios = [self.courses[_OF_GAMES + game, size]["inprocess_ratio"] for game in games]
+            ratios = [self.cases[_OF_GAMES + game, size]["inprocess_ratio"] for game in games]
             rows.append(
                 Row(
                     f"shared memory, pools of {size} of each game: rate, of the pool in process",
@@ -90,18 +90,18 @@ class Report:
                     f"({games[0]} {ratios[0]:.2f}, {games[-1]} {ratios[-1]:.2f})",
                 )
             )
-        if ("latency", 1) in self.courses:
-            course = self.courses["latency", 1]
+        if ("latency", 1) in self.cases:
+            case = self.cases["latency", 1]
             rows.append(
                 Row("one environment's round trip: p50 over an empty ping-pong's", "1.5 at most",
-                    f"{course['pingpong_ratio']:.2f} ({course['p50_us']:.0f} us; "
-                    f"p99 {course['p99_us']:.0f} us)")
+                    f"{case['pingpong_ratio']:.2f} ({case['p50_us']:.0f} us; "
+                    f"p99 {case['p99_us']:.0f} us)")
             )
         for size in filter(lambda count: count > 1, self.sizes("fair")):
-            course = self.courses["fair", size]
+            case = self.cases["fair", size]
             rows.append(
                 Row(f"{size} learners at once: least and most, of an equal share", "0.8 to 1.2",
-                    f"{course['least_share']:.2f} to {course['most_share']:.2f}")
+                    f"{case['least_share']:.2f} to {case['most_share']:.2f}")
             )
         return rows
 
@@ -134,11 +134,11 @@ def plot(report: Report, path: Path) -> None:
 def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
     tcp, shm = report.sizes("stream/tcp"), report.sizes("stream/shm")
     names = [f"TCP\n{size}" for size in tcp] + [f"shared\n{size}" for size in shm]
-    ratios = [report.courses["stream/tcp", size]["allowed_ratio"] for size in tcp]
-    ratios += [report.courses["stream/shm", size]["inprocess_ratio"] for size in shm]
+    ratios = [report.cases["stream/tcp", size]["allowed_ratio"] for size in tcp]
+    ratios += [report.cases["stream/shm", size]["inprocess_ratio"] for size in shm]
     axes.bar(names, ratios, color=_COLORS["ours"], label="each on cores of its own")
-    shared = [report.courses["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
-    shared += [report.courses["stream/shm", size]["exchanging_ratio"] for size in shm]
+    shared = [report.cases["stream/tcp", size]["shared_allowed_ratio"] for size in tcp]
+    shared += [report.cases["stream/shm", size]["exchanging_ratio"] for size in shm]
     axes.scatter(names, shared, color="black", zorder=2, s=14, label="on the same cores")
     axes.axhline(1, color=_COLORS["bound"], linestyle="--", linewidth=1)
     axes.set_title("stream: rate, of the most that is allowed")
@@ -148,11 +148,11 @@ def _plot_streams(report: Report, axes) -> None:  # noqa: ANN001
 
 def _plot_latencies(report: Report, axes) -> None:  # noqa: ANN001
     axes.set_title("round trip, us: p50, p99")
-    if ("latency", 1) not in report.courses:
+    if ("latency", 1) not in report.cases:
         return
-    course = report.courses["latency", 1]
-    p50, p99 = course["p50_us"], course["p99_us"]
-    bare = (p50 / course["pingpong_ratio"], p99 / course["pingpong_p99_ratio"])
+    case = report.cases["latency", 1]
+    p50, p99 = case["p50_us"], case["p99_us"]
+    bare = (p50 / case["pingpong_ratio"], p99 / case["pingpong_p99_ratio"])
     places = (0, 1)
     axes.bar(places, (bare[1], p99), color=_COLORS["tail"])
     axes.bar(places, (bare[0], p50), color=(_COLORS["bound"], _COLORS["ours"]))
@@ -161,8 +161,8 @@ def _plot_latencies(report: Report, axes) -> None:  # noqa: ANN001
 
 def _plot_shares(report: Report, axes) -> None:  # noqa: ANN001
     sizes = report.sizes("fair")
-    least = [report.courses["fair", size]["least_share"] for size in sizes]
-    most = [report.courses["fair", size]["most_share"] for size in sizes]
+    least = [report.cases["fair", size]["least_share"] for size in sizes]
+    most = [report.cases["fair", size]["most_share"] for size in sizes]
     axes.vlines(range(len(sizes)), least, most, color=_COLORS["ours"], linewidth=5)
     axes.scatter(range(len(sizes)), least, color=_COLORS["ours"], s=14)
     axes.scatter(range(len(sizes)), most, color=_COLORS["ours"], s=14)
@@ -187,8 +187,8 @@ def main() -> int:
     except (OSError, ValueError, KeyError) as error:
         print(f"stream_report.py: {arguments.run} is no such file: {error!r}", file=sys.stderr)
         return 2
-    if not report.courses:
-        print(f"stream_report.py: {arguments.run} has no course of procgen-benchmark-stream",
+    if not report.cases:
+        print(f"stream_report.py: {arguments.run} has no case of procgen-benchmark-stream",
               file=sys.stderr)
         return 2
     if arguments.plot:

@@ -17,7 +17,7 @@
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 
 namespace procgen {
 namespace {
@@ -46,10 +46,10 @@ class Contest {
     }
     // What the learner gets, who has one batch while the next is written: two of them, with all
     // arrays.
-    Course course = {.game = game, .worker_count = kStreamWorkerCount};
-    course.batch_count = kRequestsInFlight;
-    course.answers_all = true;
-    auto local = LocalLearner::Start(course, env_count);
+    LocalCase local_case = {.game = game, .worker_count = kStreamWorkerCount};
+    local_case.batch_count = kRequestsInFlight;
+    local_case.answers_all = true;
+    auto local = LocalLearner::Start(local_case, env_count);
     if (!local.ok()) {
       return local.status();
     }

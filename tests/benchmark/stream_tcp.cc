@@ -13,7 +13,7 @@
 #include "tests/benchmark/cost.h"
 #include "tests/benchmark/local_learner.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 
 namespace procgen {
 namespace {

@@ -12,7 +12,7 @@
 #include "absl/time/time.h"
 #include "benchmark/benchmark.h"
 #include "tests/benchmark/remote_learner.h"
-#include "tests/benchmark/stream_courses.h"
+#include "tests/benchmark/stream_cases.h"
 #include "tests/benchmark/time_now.h"
 #include "tests/benchmark/viewer_process.h"
 

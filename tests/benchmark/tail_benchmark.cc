@@ -43,9 +43,9 @@ void Report(std::vector<absl::Duration> first, std::vector<absl::Duration> least
 }
 
 // The times of one more run, which does the same as all others: levels and actions are.
-absl::Status TimeRun(const Course& course, benchmark::State& state,
+absl::Status TimeRun(const LocalCase& local_case, benchmark::State& state,
                      std::vector<absl::Duration>* times) {
-  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(course);
+  absl::StatusOr<LocalLearner> learner = LocalLearner::Start(local_case);
   absl::Status status = learner.status();
   times->clear();
   while (status.ok() && times->size() < kStepCount && state.KeepRunning()) {
@@ -56,13 +56,13 @@ absl::Status TimeRun(const Course& course, benchmark::State& state,
   return status;
 }
 
-void RunCourse(const Course& course, benchmark::State& state) {
+void RunCase(const LocalCase& local_case, benchmark::State& state) {
   std::vector<absl::Duration> first;
-  absl::Status status = TimeRun(course, state, &first);
+  absl::Status status = TimeRun(local_case, state, &first);
   std::vector<absl::Duration> least = first;
   std::vector<absl::Duration> times;
   for (int run = 1; run < kRunCount && status.ok(); ++run) {
-    status = TimeRun(course, state, &times);
+    status = TimeRun(local_case, state, &times);
     for (size_t i = 0; i < times.size(); ++i) {
       least[i] = std::min(least[i], times[i]);
     }
@@ -75,14 +75,14 @@ void RunCourse(const Course& course, benchmark::State& state) {
   Report(std::move(first), std::move(least), state);
 }
 
-void RegisterCourses() {
+void RegisterCases() {
   for (const GameSpec& game : GameCatalog()) {
     for (const DistributionMode mode : {DistributionMode::kEasy, DistributionMode::kHard}) {
-      const Course course = {std::string(game.name), mode, kWorkerCount, /*drawn=*/true};
+      const LocalCase local_case = {std::string(game.name), mode, kWorkerCount, /*drawn=*/true};
       const std::string name = absl::StrCat("tail/", game.name, "/", DistributionModeName(mode),
                                             "/workers:", kWorkerCount);
-      benchmark::RegisterBenchmark(name.c_str(), [course](benchmark::State& state) {
-        RunCourse(course, state);
+      benchmark::RegisterBenchmark(name.c_str(), [local_case](benchmark::State& state) {
+        RunCase(local_case, state);
       })->Iterations(kRunCount * kStepCount);
     }
   }
@@ -92,5 +92,5 @@ void RegisterCourses() {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  return procgen::RunBenchmarks(argc, argv, 0, procgen::RegisterCourses);
+  return procgen::RunBenchmarks(argc, argv, 0, procgen::RegisterCases);
 }

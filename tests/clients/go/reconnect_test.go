@@ -52,7 +52,7 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 3}), 150)
 	encoded := easy(2*half, "maze", "bigfish")
 	encoded.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
-	for name, course := range map[string]struct {
+	for name, test := range map[string]struct {
 		spec               *pb.PoolSpec
 		bytesBetweenFaults string
 	}{
@@ -60,7 +60,7 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 		"encoded": {encoded, "20000"},
 		"shared":  {sharing(easy(2*half, "maze", "bigfish")), "1500"},
 	} {
-		spec, bytesBetweenFaults := course.spec, course.bytesBetweenFaults
+		spec, bytesBetweenFaults := test.spec, test.bytesBetweenFaults
 		t.Run(name, func(t *testing.T) {
 			network := exec.Command(program, server.Address, "11", bytesBetweenFaults)
 			input, err := network.StdinPipe()

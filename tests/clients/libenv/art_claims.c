@@ -7,33 +7,33 @@
 #include "tests/clients/libenv/standard_error.h"
 
 // What two environments look like in their first steps, and what they tell besides.
-struct Course {
+struct Trajectory {
   uint32_t pictures;
   uint32_t facts;
   int line_count;  // that were said
 };
 
-static struct Course Play(const char* art_folder) {
+static struct Trajectory Play(const char* art_folder) {
   struct OptionList list = RequiredOptions("coinrun,starpilot");
   if (art_folder != NULL) {
     AddString(&list, "resource_root", art_folder);
   }
   BeginListening();
   struct Host host = OpenHost(2, &list);
-  struct Course course = {kDigestBegin, kDigestBegin, 0};
+  struct Trajectory trajectory = {kDigestBegin, kDigestBegin, 0};
   for (int step = 0; step < 40; ++step) {
     ActAll(&host, step % 15);
     libenv.observe(host.handle);
     for (int i = 0; i < host.environment_count; ++i) {
-      course.pictures = Digest(course.pictures, host.pictures[i], kPictureBytes);
-      course.facts = Digest(course.facts, &host.rewards[i], sizeof(float));
-      course.facts = Digest(course.facts, &host.firsts[i], 1);
-      course.facts = Digest(course.facts, host.level_seeds[i], sizeof(int32_t));
+      trajectory.pictures = Digest(trajectory.pictures, host.pictures[i], kPictureBytes);
+      trajectory.facts = Digest(trajectory.facts, &host.rewards[i], sizeof(float));
+      trajectory.facts = Digest(trajectory.facts, &host.firsts[i], 1);
+      trajectory.facts = Digest(trajectory.facts, host.level_seeds[i], sizeof(int32_t));
     }
   }
   CloseHost(&host);
-  course.line_count = EndListening().line_count;
-  return course;
+  trajectory.line_count = EndListening().line_count;
+  return trajectory;
 }
 
 // A folder that holds art for all games; it belongs to all claims, which may run at the same time.
@@ -44,16 +44,16 @@ static const char* PaintedFolder(void) {
 }
 
 void ArtOfTheFolderIsShown(void) {
-  const struct Course own = Play(NULL);
-  const struct Course painted = Play(PaintedFolder());
+  const struct Trajectory own = Play(NULL);
+  const struct Trajectory painted = Play(PaintedFolder());
   CLAIM(own.line_count == 0 && painted.line_count == 0);
   CLAIM(painted.pictures != own.pictures);
   CLAIM(painted.facts == own.facts);
 }
 
 void FolderWithoutArtIsToldInOneLine(void) {
-  const struct Course own = Play(NULL);
-  const struct Course empty_name = Play("");
+  const struct Trajectory own = Play(NULL);
+  const struct Trajectory empty_name = Play("");
   CLAIM(empty_name.line_count == 0 && empty_name.pictures == own.pictures);
   static const char* const kFolders[] = {"/nowhere/at/all/", "/"};
   for (size_t i = 0; i < sizeof(kFolders) / sizeof(*kFolders); ++i) {
@@ -66,8 +66,8 @@ void FolderWithoutArtIsToldInOneLine(void) {
     CLAIM(said.line_count == 1);
     CLAIM(strstr(said.text, "resource_root") != NULL && strstr(said.text, kFolders[i]) != NULL);
     libenv.close(handle);
-    const struct Course course = Play(kFolders[i]);
-    CLAIM(course.pictures == own.pictures && course.facts == own.facts);
+    const struct Trajectory trajectory = Play(kFolders[i]);
+    CLAIM(trajectory.pictures == own.pictures && trajectory.facts == own.facts);
   }
 }
 
@@ -83,7 +83,7 @@ void FolderIsReadOnceWhileAHandleUsesIt(void) {
   struct LibenvHandle* handle = Make(1, &list);
   CLAIM(handle != NULL);
   CLAIM(unlink(link) == 0 && rmdir(folder) == 0);
-  const struct Course shared = Play(link);
+  const struct Trajectory shared = Play(link);
   CLAIM(shared.line_count == 0);
   CLAIM(shared.pictures == Play(PaintedFolder()).pictures);
   libenv.close(handle);
@@ -91,8 +91,8 @@ void FolderIsReadOnceWhileAHandleUsesIt(void) {
 }
 
 void FolderIsTheServersAffair(void) {
-  const struct Course own = Play(NULL);
-  const struct Course painted = Play(PaintedFolder());
+  const struct Trajectory own = Play(NULL);
+  const struct Trajectory painted = Play(PaintedFolder());
   CLAIM(painted.line_count == 0);
   CLAIM(painted.pictures == own.pictures && painted.facts == own.facts);
 }

@@ -30,14 +30,14 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-struct Course {
+struct Case {
   std::string name;
   std::vector<std::string> games;
   v1::EpisodeEnd episode_end = v1::EPISODE_END_SAME_STEP;
   bool small_stacks = false;
 };
 
-class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Course> {
+class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Case> {
  protected:
   static constexpr int32_t kEnvCount = 6;
 
@@ -114,13 +114,13 @@ TEST_P(EqualTest, EveryAnswerIsThatOfTheStream) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Courses, EqualTest,
+    Cases, EqualTest,
     testing::Values(
-        Course{.name = "Bigfish", .games = {"bigfish"}},
-        Course{.name = "NextStep", .games = {"maze"}, .episode_end = v1::EPISODE_END_NEXT_STEP},
-        Course{.name = "Disabled", .games = {"coinrun"}, .episode_end = v1::EPISODE_END_DISABLED},
-        Course{.name = "Stacks", .games = {"starpilot", "maze", "coinrun"}, .small_stacks = true}),
-    [](const testing::TestParamInfo<Course>& course) { return course.param.name; });
+        Case{.name = "Bigfish", .games = {"bigfish"}},
+        Case{.name = "NextStep", .games = {"maze"}, .episode_end = v1::EPISODE_END_NEXT_STEP},
+        Case{.name = "Disabled", .games = {"coinrun"}, .episode_end = v1::EPISODE_END_DISABLED},
+        Case{.name = "Stacks", .games = {"starpilot", "maze", "coinrun"}, .small_stacks = true}),
+    [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 
 TEST_F(SharedMemoryTest, WhatIsHeldIsNotWrittenAndTooMuchIsToldBeforeItIsSent) {
   const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(2))), {.held_batches_max = 3});

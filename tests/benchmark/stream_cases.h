@@ -1,5 +1,5 @@
-#ifndef TESTS_BENCHMARK_STREAM_COURSES_H_
-#define TESTS_BENCHMARK_STREAM_COURSES_H_
+#ifndef TESTS_BENCHMARK_STREAM_CASES_H_
+#define TESTS_BENCHMARK_STREAM_CASES_H_
 
 #include <cstdint>
 #include <initializer_list>
@@ -43,11 +43,11 @@ absl::Status MeasureAhead(Sender* sender, Cost* cost) {
 bool RunRounds(absl::Status status, absl::FunctionRef<absl::Status()> round,
                benchmark::State& state);
 
-// Registers `course`/environments:N: a contest that `start(N)` makes, whose RunRound is repeated
+// Registers `name`/environments:N: a contest that `start(N)` makes, whose RunRound is repeated
 // and which then tells in Report(N, state) what it measured.
 template <typename Start>
-void RegisterContest(absl::string_view course, int32_t env_count, Start start) {
-  benchmark::RegisterBenchmark(absl::StrCat(course, "/environments:", env_count).c_str(),
+void RegisterContest(absl::string_view name, int32_t env_count, Start start) {
+  benchmark::RegisterBenchmark(absl::StrCat(name, "/environments:", env_count).c_str(),
                                [env_count, start](benchmark::State& state) {
                                  const auto contest = start(env_count);
                                  const auto round = [&] { return (*contest)->RunRound(); };
@@ -60,12 +60,12 @@ void RegisterContest(absl::string_view course, int32_t env_count, Start start) {
 
 // Registers such a contest for each size, made by Contest::Start.
 template <typename Contest>
-void RegisterContests(absl::string_view course, std::initializer_list<int32_t> sizes) {
+void RegisterContests(absl::string_view name, std::initializer_list<int32_t> sizes) {
   for (const int32_t env_count : sizes) {
-    RegisterContest(course, env_count, [](int32_t size) { return Contest::Start(size); });
+    RegisterContest(name, env_count, [](int32_t size) { return Contest::Start(size); });
   }
 }
 
 }  // namespace procgen
 
-#endif  // TESTS_BENCHMARK_STREAM_COURSES_H_
+#endif  // TESTS_BENCHMARK_STREAM_CASES_H_
