@@ -73,7 +73,8 @@ ABSL_FLAG(
     "save states");
 ABSL_FLAG(
     std::string, art, "",
-    "folder of art in the released layout, which all pools draw with; empty: the built-in art");
+    "folder of art in the layout of Procgen 0.10.7, which all pools draw with; empty: the built-in "
+    "art");
 ABSL_FLAG(std::string, shared_memory_folder, "/dev/shm",
           "folder of the files by which pools share memory with learners on this machine; empty: "
           "they share none");

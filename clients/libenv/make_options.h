@@ -21,7 +21,7 @@ struct MakeOptions {
   int32_t num_actions = 0;    // size of the action space that is told, [1, kActionCount]
   int32_t num_threads = 4;    // 0: the calling thread steps
   bool render_human = false;  // the infos have the human view as well
-  std::string resource_root;  // folder of the released art; empty: none was named
+  std::string resource_root;  // folder of Procgen 0.10.7's art; empty: none was named
 };
 
 // Reads the options of libenv_make. Errors: INVALID_ARGUMENT an option that is unknown, given

@@ -3,8 +3,9 @@
 #
 # Usage: generate.sh [OUTPUT_DIRECTORY]
 #
-# The package's own place, not a top-level `procgen`: that name belongs to the released benchmark's package, which
-# people have installed beside this one. So imports are rewritten; the files' names as protobuf knows them stay.
+# The package's own place, not a top-level `procgen`: that name belongs to the package of Procgen
+# 0.10.7, which people have installed beside this one. So imports are rewritten; the files' names
+# as protobuf knows them stay.
 # Each file appears at once and whole, so that two builds may run this at a time.
 set -eu
 

@@ -9,7 +9,7 @@
 
 namespace procgen {
 
-// What an environment is made with: the released benchmark's options, by their names, with its
+// What an environment is made with: the options of Procgen 0.10.7, by their names, with its
 // Python defaults.
 struct EnvironmentOptions : GameOptions {
   int32_t num_levels = 0;              // number of different levels, >= 0; 0: unlimited

@@ -112,7 +112,7 @@ class Game : public Rules {
   // How many themes a kind has, and a draw among them (a draw also when there is one).
   int ThemeCount(int kind) const;
   int DrawTheme(int kind) { return random_.Int(ThemeCount(kind)); }
-  // Width / height of the picture of a kind and theme in the released art.
+  // Width / height of the picture of a kind and theme in the art of Procgen 0.10.7.
   float AspectRatio(int kind, int theme) const;
 
   // The camera's centre and width follow the rule "centred on the agent" with `cells_in_view_`

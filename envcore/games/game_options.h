@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// How levels are made. The numbers are the released benchmark's; kExploration, which it knows by
+// How levels are made. The numbers are those of Procgen 0.10.7; kExploration, which it knows by
 // name only, stands for one hard level per game and is resolved before a game is made.
 enum class DistributionMode : int32_t {
   kEasy = 0,
@@ -21,7 +21,7 @@ inline constexpr int32_t kActionCount = 15;
 inline constexpr int32_t kNoAction = 4;
 inline constexpr int32_t kEndEpisodeAction = -1;
 
-// The options that a game sees, by the released benchmark's names and with its Python defaults.
+// The options that a game sees, by upstream's names and with its Python defaults.
 struct GameOptions {
   DistributionMode distribution_mode = DistributionMode::kHard;
   bool center_agent = true;            // the camera follows the agent; some games overwrite it

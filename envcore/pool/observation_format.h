@@ -15,8 +15,8 @@ inline constexpr int32_t kObservationSidePxMin = 16;
 inline constexpr int32_t kObservationSidePxMax = 512;
 inline constexpr int32_t kFrameStackMax = 16;
 
-// The form of a pool's observations. By default as released: uint8 [64, 64, 3], top row first, red,
-// green, blue.
+// The form of a pool's observations. By default that of Procgen 0.10.7: uint8 [64, 64, 3], top row
+// first, red, green, blue.
 struct ObservationFormat {
   FrameFormat frame;
   // How many frames of successive steps one observation shows, oldest first. Where an episode is

@@ -49,7 +49,7 @@ void SceneSnapshotRenderer::DrawHumanView(const SceneSnapshot& snapshot, int32_t
 void SceneSnapshotRenderer::DrawAgentView(const SceneSnapshot& snapshot,
                                           absl::Span<uint8_t> frame) {
   rasteriser_->DrawAgentView(snapshot.content_->scene, *snapshot.content_->art, nullptr,
-                             kReleasedFrameFormat, frame);
+                             kUpstreamFrameFormat, frame);
 }
 
 }  // namespace procgen

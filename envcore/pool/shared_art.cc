@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "envcore/games/game_catalog.h"
-#include "envcore/pool/released_pictures.h"
+#include "envcore/pool/upstream_images.h"
 #include "envcore/render/art/art_folder.h"
 #include "envcore/render/art/art_pack.h"
 #include "envcore/render/art/game_art.h"
@@ -18,7 +18,7 @@ std::shared_ptr<const SharedArt> SharedArt::Embedded() {
 }
 
 absl::StatusOr<std::shared_ptr<const SharedArt>> SharedArt::LoadFolder(const std::string& folder) {
-  auto pack = ReadArtFolder(folder, ReleasedPictures());
+  auto pack = ReadArtFolder(folder, UpstreamImages());
   if (!pack.ok()) {
     return pack.status();
   }

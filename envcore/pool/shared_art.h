@@ -25,8 +25,8 @@ class SharedArt {
   // The art that is built in. Lives as long as the process.
   static std::shared_ptr<const SharedArt> Embedded();
 
-  // Art from a folder in the released layout, with or without a slash at the end: with the released
-  // pictures in it, the agent's view is the released benchmark's to the last byte. All of its files
+  // Art from a folder in the layout of Procgen 0.10.7, with or without a slash at the end: with
+  // upstream's pictures in it, the agent's view is upstream's to the last byte. All of its files
   // are read and checked now, so that a lack is told at the start and the folder is not needed
   // afterwards; pictures are decoded when first shown. Errors: NOT_FOUND the folder or a file;
   // INVALID_ARGUMENT a file that cannot be read, is no sound PNG, or has not the size that the

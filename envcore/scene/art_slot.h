@@ -6,15 +6,15 @@
 
 namespace procgen {
 
-// One picture that a game can show: theme `theme` of image kind `kind`. Facts about the released
-// art are rules: the number of themes decides draws, and width / height decides sizes. They never
-// follow the art pack in use.
+// One picture that a game can show: theme `theme` of image kind `kind`. Facts about the art
+// of Procgen 0.10.7 are rules: the number of themes decides draws, and width / height decides
+// sizes. They never follow the art pack in use.
 struct ArtSlot {
   int kind;
   int theme;
   absl::string_view name;  // of our own picture, without the theme: "fish" is bigfish/fish_<theme>
-  absl::string_view released;  // path of the file in an art folder of the released layout
-  int width_px;                // of the released picture
+  absl::string_view upstream_path;  // path of the file in an art folder of upstream's layout
+  int width_px;                     // of upstream's picture
   int height_px;
 };
 
@@ -25,8 +25,8 @@ absl::Span<const ArtSlot> SharedArtSlots();
 enum class BackgroundGroup { kPlatform, kSpace, kTopdown, kTopdownSimple, kWater, kWaterSurface };
 
 struct BackgroundSlot {
-  absl::string_view name;      // of our own picture: "platform_00"
-  absl::string_view released;  // path of the released art's file
+  absl::string_view name;           // of our own picture: "platform_00"
+  absl::string_view upstream_path;  // path of the file in upstream's art
 };
 
 // The pictures of a group in the order of their indices.

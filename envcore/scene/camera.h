@@ -22,7 +22,7 @@ struct ScreenRect {
 };
 
 // A camera's view on a picture of side x side pixels. All places are computed in f32, in the order
-// that the rules of drawing prescribe, so that each pixel is the released benchmark's.
+// that the rules of drawing prescribe, so that each pixel is that of Procgen 0.10.7.
 class Viewport {
  public:
   Viewport(const Camera& camera, int side_px);

@@ -32,11 +32,11 @@ struct Trace {
   std::vector<std::vector<uint64_t>> fingerprints;
 
   // Whether there are digests of pictures that can be compared: those that the recording drew
-  // without an art folder always, the others where the player draws `with_released_art`.
-  bool HasComparablePictures(bool with_released_art) const {
+  // without an art folder always, the others where the player draws `with_upstream_art`.
+  bool HasComparablePictures(bool with_upstream_art) const {
     const bool is_flat = options.use_monochrome_assets && !options.use_backgrounds;
     return !observation_digests.empty() &&
-           (is_flat || options.use_generated_assets || with_released_art);
+           (is_flat || options.use_generated_assets || with_upstream_art);
   }
 };
 

@@ -11,13 +11,13 @@
 #include "envcore/games/game_catalog.h"
 #include "tests/benchmark/benchmark_run.h"
 #include "tests/benchmark/local_learner.h"
-#include "tests/benchmark/released_costs.h"
 #include "tests/benchmark/round_clock.h"
+#include "tests/benchmark/upstream_costs.h"
 
 namespace procgen {
 namespace {
 
-// Seven rounds, as the released engine was measured.
+// Seven rounds, as Procgen 0.10.7 was measured.
 constexpr double kMinTimeSeconds = 2.1;
 
 std::string NameOf(const LocalCase& local_case) {
@@ -28,10 +28,10 @@ std::string NameOf(const LocalCase& local_case) {
 void Report(const LocalCase& local_case, const RoundClock& clock, benchmark::State& state) {
   const double units = clock.BestInUnits() / LocalLearner::kEnvCount;
   state.counters["yardstick_units"] = units;
-  // Without drawing, nothing of the released engine's is comparable.
-  if (const auto released = ReleasedCost(local_case.game, local_case.mode);
-      released && local_case.drawn) {
-    state.counters["released_ratio"] = units / *released;
+  // Without drawing, nothing of upstream's is comparable.
+  if (const auto upstream_cost = UpstreamCost(local_case.game, local_case.mode);
+      upstream_cost && local_case.drawn) {
+    state.counters["upstream_ratio"] = units / *upstream_cost;
   }
   state.counters["items_per_second"] =
       LocalLearner::kEnvCount / absl::ToDoubleSeconds(clock.Best());

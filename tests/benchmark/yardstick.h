@@ -14,8 +14,8 @@ namespace procgen {
 //
 // One unit: 624 outputs of mt19937 (one turn of its state), then one picture of 64 x 64 pixels RGB,
 // sampled nearest-neighbour at three source pixels a pixel from an image of 256 x 256 with cut-out
-// alpha. That is the kind of work a step is made of. The released engine was measured in the same
-// unit (released_costs.h), so the work must never change.
+// alpha. That is the kind of work a step is made of. Procgen 0.10.7 was measured in the same
+// unit (upstream_costs.h), so the work must never change.
 // Threads: compatible (one thread at a time).
 class Yardstick {
  public:

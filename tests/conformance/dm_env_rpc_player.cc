@@ -173,7 +173,7 @@ class BatchPlayer final : public Player {
   std::vector<uint64_t> wanted_;
 };
 
-// Each environment as a world of its own, in the protocol's states. The released benchmark shows
+// Each environment as a world of its own, in the protocol's states. Procgen 0.10.7 shows
 // the next episode with the step that ends one; here that takes another step.
 class SinglesPlayer final : public Player {
  public:

@@ -78,7 +78,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
 
 // Pictures that were drawn with art are compared where there is art, and only there.
 TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
-  const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.released-art.trace");
+  const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.upstream-art.trace");
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("painted");
   PaintArtFolder(folder);

@@ -1,5 +1,5 @@
-// Levels and steps of every game against the recorded states of the released
-// benchmark: the world, every entity field, every cell and the number of draws taken. Skipped where
+// Levels and steps of every game against the recorded states of Procgen
+// 0.10.7: the world, every entity field, every cell and the number of draws taken. Skipped where
 // the recordings are not beside the checkout.
 
 #include "tests/conformance/recorded_states.h"

@@ -19,7 +19,7 @@ std::string BesideTheCheckout(const std::string& name) {
 
 std::string ReferenceFolder() { return BesideTheCheckout("reference"); }
 
-std::string ReleasedArtFolder() { return BesideTheCheckout("released-art"); }
+std::string UpstreamArtFolder() { return BesideTheCheckout("released-art"); }
 
 std::vector<std::string> TracesIn(const std::string& folder) { return TracesOf("", folder); }
 

@@ -6,10 +6,10 @@
 
 namespace procgen {
 
-// The folder of recordings of the released benchmark beside a checkout, and that of its art; an
+// The folder of recordings of Procgen 0.10.7 beside a checkout, and that of its art; an
 // empty text where there is none.
 std::string ReferenceFolder();
-std::string ReleasedArtFolder();
+std::string UpstreamArtFolder();
 
 // The recordings in a folder, sorted; none where there is no such folder.
 std::vector<std::string> TracesIn(const std::string& folder);

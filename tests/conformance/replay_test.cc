@@ -1,4 +1,4 @@
-// Recordings of the released benchmark, replayed by one worker and by two. Those of golden/ always;
+// Recordings of Procgen 0.10.7, replayed by one worker and by two. Those of golden/ always;
 // those beside the checkout where there are any.
 
 #include "tools/conformance/replay.h"
@@ -67,13 +67,13 @@ TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
   }
 }
 
-// With the released art every pixel of the agent's view is as released.
-TEST_P(ReferenceReplayTest, AllPicturesAreAsRecordedWithTheReleasedArt) {
+// With upstream's art every pixel of the agent's view is upstream's.
+TEST_P(ReferenceReplayTest, AllPicturesAreAsRecordedWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
-  if (paths.empty() || ReleasedArtFolder().empty()) {
-    GTEST_SKIP() << "no released art, or no recordings of it, beside the checkout";
+  if (paths.empty() || UpstreamArtFolder().empty()) {
+    GTEST_SKIP() << "no upstream art, or no recordings of it, beside the checkout";
   }
-  const auto art = SharedArt::LoadFolder(ReleasedArtFolder());
+  const auto art = SharedArt::LoadFolder(UpstreamArtFolder());
   ASSERT_THAT(art, IsOk());
   for (const std::string& path : paths) {
     EXPECT_EQ(Replayed(path, 1, *art), "") << path;

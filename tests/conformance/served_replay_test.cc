@@ -1,4 +1,4 @@
-// Pictures drawn with the released art, through a server that was started with it.
+// Pictures drawn with the art of Procgen 0.10.7, through a server that was started with it.
 
 #include <memory>
 #include <string>
@@ -17,12 +17,12 @@ namespace {
 
 class ServedReplayTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(ServedReplayTest, PicturesAreAsRecordedWithTheReleasedArt) {
+TEST_P(ServedReplayTest, PicturesAreAsRecordedWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
-  if (paths.empty() || ReleasedArtFolder().empty()) {
-    GTEST_SKIP() << "no released art, or no recordings of it, beside the checkout";
+  if (paths.empty() || UpstreamArtFolder().empty()) {
+    GTEST_SKIP() << "no upstream art, or no recordings of it, beside the checkout";
   }
-  const auto art = SharedArt::LoadFolder(ReleasedArtFolder());
+  const auto art = SharedArt::LoadFolder(UpstreamArtFolder());
   ASSERT_THAT(art, IsOk());
   ServerOptions options;
   options.address = "127.0.0.1:0";

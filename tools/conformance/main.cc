@@ -18,8 +18,8 @@ ABSL_FLAG(
     std::string, server, "",
     "replay through the server at this address, e.g. 127.0.0.1:50051; empty: in this process");
 ABSL_FLAG(std::string, art, "",
-          "folder of the released art: draws with it and compares the pictures that were recorded "
-          "with it, too; with --server, it only says that the server draws with it");
+          "folder of the art of Procgen 0.10.7: draws with it and compares the pictures that were "
+          "recorded with it, too; with --server, it only says that the server draws with it");
 ABSL_FLAG(int32_t, workers, 1, "threads that step the environments in this process, at least 1");
 
 namespace procgen {
@@ -34,15 +34,15 @@ enum class Verdict { kPassed, kFailed, kSkipped };
 struct Stage {
   std::string server;                    // its address; empty: this process
   std::shared_ptr<const SharedArt> art;  // drawn with in this process; null: the built-in art
-  bool has_released_art = false;         // what is drawn with is the released art
+  bool has_upstream_art = false;         // what is drawn with is upstream's art
 };
 
 absl::StatusOr<Stage> MakeStage() {
   Stage stage;
   stage.server = absl::GetFlag(FLAGS_server);
   const std::string folder = absl::GetFlag(FLAGS_art);
-  stage.has_released_art = !folder.empty();
-  if (stage.has_released_art && stage.server.empty()) {
+  stage.has_upstream_art = !folder.empty();
+  if (stage.has_upstream_art && stage.server.empty()) {
     auto art = SharedArt::LoadFolder(folder);
     if (!art.ok()) {
       return art.status();
@@ -65,7 +65,7 @@ Verdict Replay(const Stage& stage, const std::string& path) {
     std::cout << path << ": " << trace.status() << "\n";
     return Verdict::kFailed;
   }
-  const bool with_pictures = trace->HasComparablePictures(stage.has_released_art);
+  const bool with_pictures = trace->HasComparablePictures(stage.has_upstream_art);
   absl::StatusOr<std::unique_ptr<Player>> player = MakePlayer(stage, *trace, with_pictures);
   if (absl::IsUnimplemented(player.status())) {
     std::cout << path << ": skipped: " << player.status().message() << "\n";
@@ -115,7 +115,7 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(absl::StrCat(
-      "Replays recordings of the released benchmark and compares every value that is observed.\n",
+      "Replays recordings of Procgen 0.10.7 and compares every value that is observed.\n",
       procgen::kUsage));
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

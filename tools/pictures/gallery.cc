@@ -72,9 +72,9 @@ absl::Status Gallery::AddLevel(const GameSpec& spec, DistributionMode mode, int3
   game->FillScene(&scene);
   const std::string name = absl::StrCat(spec.name, "_", DistributionModeName(mode), "_", level);
   const std::string caption = absl::StrCat("level ", level);
-  std::vector<uint8_t> view(kReleasedFrameFormat.bytes());
-  rasteriser_.DrawAgentView(scene, *art, nullptr, kReleasedFrameFormat, absl::MakeSpan(view));
-  if (absl::Status status = Write(ImageOf(view, kReleasedFrameFormat.side_px),
+  std::vector<uint8_t> view(kUpstreamFrameFormat.bytes());
+  rasteriser_.DrawAgentView(scene, *art, nullptr, kUpstreamFrameFormat, absl::MakeSpan(view));
+  if (absl::Status status = Write(ImageOf(view, kUpstreamFrameFormat.side_px),
                                   absl::StrCat(name, "_agent"), caption, agent_views);
       !status.ok()) {
     return status;

@@ -23,7 +23,8 @@
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");
-ABSL_FLAG(std::string, art, "", "folder of art in the released layout; empty: the built-in art");
+ABSL_FLAG(std::string, art, "",
+          "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
 
 namespace procgen {
 namespace {

@@ -35,7 +35,7 @@ void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
       Rgba* pixel = windows->emplace_back().data();
       for (int y = 0; y < kWindowSidePx; ++y) {
         for (int x = 0; x < kWindowSidePx; ++x) {
-          const int from = ((top + y) * kReleasedFrameFormat.side_px + left + x) * 3;
+          const int from = ((top + y) * kUpstreamFrameFormat.side_px + left + x) * 3;
           const uint8_t* rgb = view.data() + from;
           *pixel++ = {rgb[0], rgb[1], rgb[2], 255};
         }
@@ -62,13 +62,13 @@ Ground BackgroundGround(const Game& stage, const GameArt& art, int index, Raster
   scene.Clear();
   scene.cells.grid = nullptr;
   scene.background.index = index;
-  std::array<uint8_t, kReleasedFrameFormat.bytes()> view = {};
+  std::array<uint8_t, kUpstreamFrameFormat.bytes()> view = {};
   for (const Place& place : kPlaces) {
     scene.camera.center_x = CenterInside(place.x, scene.world_width, scene.camera.cells);
     scene.camera.center_y = CenterInside(place.y, scene.world_height, scene.camera.cells);
     scene.background.offset = place.offset;
     scene.background.scrolled_steps = scene.background.scrolls ? place.scrolled_steps : 0;
-    rasteriser->DrawAgentView(scene, art, nullptr, kReleasedFrameFormat, absl::MakeSpan(view));
+    rasteriser->DrawAgentView(scene, art, nullptr, kUpstreamFrameFormat, absl::MakeSpan(view));
     CutWindows(view, &ground.windows);
   }
   return ground;
@@ -111,7 +111,7 @@ std::vector<Ground> GroundsOf(const Cast& cast, const Game& stage, const GameArt
   }
   Scene scene;
   stage.FillScene(&scene);
-  const float pixels_per_cell = kReleasedFrameFormat.side_px / scene.camera.cells;
+  const float pixels_per_cell = kUpstreamFrameFormat.side_px / scene.camera.cells;
   Rasteriser rasteriser;
   std::vector<Ground> grounds;
   for (const int kind : image_kinds) {

@@ -39,7 +39,7 @@ class PartRenderer {
  public:
   PartRenderer(const Cast& cast, const Game& stage, const GameArt& art) : cast_(cast), art_(art) {
     stage.FillScene(&scene_);
-    pixels_per_cell_ = kReleasedFrameFormat.side_px / scene_.camera.cells;
+    pixels_per_cell_ = kUpstreamFrameFormat.side_px / scene_.camera.cells;
   }
 
   // Draws a part in the middle of a window.

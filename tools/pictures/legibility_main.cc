@@ -20,7 +20,8 @@
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
-ABSL_FLAG(std::string, art, "", "folder of art in the released layout; empty: the built-in art");
+ABSL_FLAG(std::string, art, "",
+          "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
 ABSL_FLAG(double, minimum, 0, "the least distance that is good enough, at least 0");
 ABSL_FLAG(std::string, crops, "", "folder for an enlarged picture of each pair; empty: none");
 

@@ -2,7 +2,7 @@
 
 - :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface;
   :class:`ProcgenEnv1`: one of them, with Gymnasium's other interface.
-- :class:`ProcgenGym3Env`, :class:`ProcgenEnv`: the interfaces of the released package.
+- :class:`ProcgenGym3Env`, :class:`ProcgenEnv`: the interfaces of Procgen 0.10.7.
 - :class:`Client` and :class:`Pool`: the server's own interface, with requests sent ahead, slices
   and next levels.
 - :mod:`procgen_client.aio`: the same for asyncio.

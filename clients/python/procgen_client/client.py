@@ -245,7 +245,7 @@ class Client:
             level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.
             held_batches_max: How many shared batches arrays may refer to between steps. 0: 2.
-            **options: The released ones, as procgen_client.options.EnvironmentOptions tells.
+            **options: Those of Procgen 0.10.7, as procgen_client.options.EnvironmentOptions tells.
 
         Raises:
             InvalidArgumentError: A value is out of range, or a game lacks that mode.

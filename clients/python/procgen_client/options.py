@@ -1,4 +1,4 @@
-"""What a pool is made with: the released benchmark's options by their released names."""
+"""What a pool is made with: the options of Procgen 0.10.7 by upstream's names."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FRAME_STACK_MAX = 16
 
 
 class EnvironmentOptions(TypedDict, total=False):
-    """The released options, with the defaults of the released Python package.
+    """Upstream's options, with the defaults of its Python package.
 
     More on each: ``EnvironmentOptions`` in proto/procgen/v1/pools.proto.
     """
@@ -200,7 +200,7 @@ def pool_spec(
         first_environment: For a part of a larger pool: the index of its first environment in the
             whole.
         total_environments: For the same: number of environments of the whole.
-        observation_format: From observation_format. None: as released.
+        observation_format: From observation_format. None: upstream's.
         encoding: How observations travel, one of ENCODINGS.
         lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
             deleted.

@@ -18,9 +18,9 @@ namespace {
 
 // Files that a message names; a folder of another kind lacks hundreds.
 constexpr size_t kNamedFilesMax = 5;
-// The largest of the released pictures has 2 MB.
+// The largest picture of Procgen 0.10.7 has 2 MB.
 constexpr uintmax_t kFileBytesMax = 64 << 20;
-// Of all pictures together; decoded, a pixel has 4 bytes. The released ones have 71 million.
+// Of all pictures together; decoded, a pixel has 4 bytes. Upstream's have 71 million.
 constexpr int64_t kPixelsMax = 256'000'000;
 
 absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
@@ -119,7 +119,7 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
   if (absl::Status status = complaints.ToStatus(folder, required.size()); !status.ok()) {
     return status;
   }
-  return std::make_shared<const ArtPack>(ArtLayout::kReleased, files, contents);
+  return std::make_shared<const ArtPack>(ArtLayout::kUpstream, files, contents);
 }
 
 }  // namespace procgen

@@ -19,9 +19,9 @@ struct RequiredImage {
   int height_px = 0;
 };
 
-// Reads the required pictures of a folder in the released layout. All bytes are read here, and
-// decoded once to check them, so that the folder is not needed afterwards; pictures that are shown
-// are decoded when first asked for. Errors: NOT_FOUND there is no such folder, or a file is
+// Reads the required pictures of a folder in the layout of Procgen 0.10.7. All bytes are read here,
+// and decoded once to check them, so that the folder is not needed afterwards; pictures that are
+// shown are decoded when first asked for. Errors: NOT_FOUND there is no such folder, or a file is
 // missing; INVALID_ARGUMENT a file cannot be read, is no sound PNG, has another size, or more
 // pixels than all pictures together may have. One message names the folder, the first few files
 // with what is wrong with each, and how many more there are.

@@ -70,14 +70,15 @@ std::shared_ptr<const ArtPack> ArtPack::Embedded() {
 
 const MipmappedImage* ArtPack::Sprite(absl::string_view game, const ArtSlot& slot) const {
   const Entry* entry =
-      Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot) : std::string(slot.released));
+      Find(layout_ == ArtLayout::kOwn ? OwnName(game, slot) : std::string(slot.upstream_path));
   return entry == nullptr
              ? nullptr
              : entry->sprite.Get(entry->png, AlphaUse::kPremultiplied, LevelsOf(layout_));
 }
 
 const MipmappedImage* ArtPack::Background(const BackgroundSlot& slot) const {
-  const Entry* entry = Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.released));
+  const Entry* entry =
+      Find(std::string(layout_ == ArtLayout::kOwn ? slot.name : slot.upstream_path));
   return entry == nullptr
              ? nullptr
              : entry->background.Get(entry->png, AlphaUse::kIgnored, LevelsOf(layout_));

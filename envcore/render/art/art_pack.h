@@ -14,14 +14,14 @@ namespace procgen {
 
 // A PNG file of a pack.
 struct ArtFile {
-  std::string name;       // "coinrun/coin_0" or, in the released layout, "misc_assets/coin.png"
+  std::string name;       // "coinrun/coin_0" or, in upstream's, "misc_assets/coin.png"
   absl::string_view png;  // its bytes
 };
 
 // How the files of a pack are named.
 enum class ArtLayout {
   kOwn,       // by game, slot and theme; pictures are also kept reduced (Levels::kAll)
-  kReleased,  // by the released art's paths; pictures are drawn exactly as the released ones
+  kUpstream,  // by the paths of Procgen 0.10.7; pictures are drawn exactly as upstream does
 };
 
 // A set of pictures, found by what shows them. A file is decoded when it is first asked for.

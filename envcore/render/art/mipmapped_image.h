@@ -11,7 +11,7 @@ namespace procgen {
 
 // Whether a picture is also kept reduced.
 enum class Levels {
-  kOne,  // as it is, whatever size it is drawn at: released art, generated art
+  kOne,  // as it is, whatever size it is drawn at: the art of Procgen 0.10.7, generated art
   kAll,  // also at half, a quarter, ... of its size, and scaled, so that few pixels still show what
          // it is
 };

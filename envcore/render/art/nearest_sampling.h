@@ -10,7 +10,8 @@ namespace procgen {
 
 // Draws a picture into a rectangle without smoothing, as the agent sees it: rotated by `rotation`
 // radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
-// the whole pixels that it covers; one that does not, pixel by pixel by the released rules.
+// the whole pixels that it covers; one that does not, pixel by pixel by the rules of Procgen
+// 0.10.7.
 void DrawNearest(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                  float opacity, const Frame& frame);
 // Draws a sprite made from random numbers, which follows other rules of rounding.

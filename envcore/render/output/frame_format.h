@@ -32,8 +32,8 @@ struct FrameFormat {
   bool operator==(const FrameFormat&) const = default;
 };
 
-// What the released benchmark shows to an agent: 64 x 64, RGB, HWC.
-inline constexpr FrameFormat kReleasedFrameFormat;
+// What Procgen 0.10.7 shows to an agent: 64 x 64, RGB, HWC.
+inline constexpr FrameFormat kUpstreamFrameFormat;
 
 }  // namespace procgen
 

@@ -21,7 +21,7 @@ namespace procgen {
 // but to paint a new one. Threads: compatible (one thread at a time): one for each worker.
 class Rasteriser {
  public:
-  // Draws what the agent sees; at 64 x 64 pixel by pixel as the released benchmark does where the
+  // Draws what the agent sees; at 64 x 64 pixel by pixel as Procgen 0.10.7 does where the
   // art is the same, and by the same rules at any other side: nothing is rescaled. `static_layer`:
   // what this environment's scenes showed before, of the same art and at the same side; null:
   // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.side_px <= kFrameSidePxMax

@@ -25,7 +25,7 @@ void ThreadsChangeNothing(void);
 void JointGamesAreDealtInTurn(void);
 void HumanViewIsDrawnAtEachObserve(void);
 void RecordingsAreTheSame(void);
-void ReleasedPicturesAreTheSame(void);
+void UpstreamPicturesAreTheSame(void);
 
 // Of snapshots: state_claims.c.
 void RestoredEnvironmentsGoOnTheSame(void);

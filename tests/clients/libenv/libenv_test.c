@@ -32,7 +32,7 @@ static const struct {
     {"joint_games_are_dealt_in_turn", JointGamesAreDealtInTurn},
     {"human_view_is_drawn_at_each_observe", HumanViewIsDrawnAtEachObserve},
     {"recordings_are_the_same", RecordingsAreTheSame},
-    {"released_pictures_are_the_same", ReleasedPicturesAreTheSame},
+    {"upstream_pictures_are_the_same", UpstreamPicturesAreTheSame},
     {"art_of_the_folder_is_shown", ArtOfTheFolderIsShown},
     {"folder_without_art_is_told_in_one_line", FolderWithoutArtIsToldInOneLine},
     {"folder_is_read_once_while_a_handle_uses_it", FolderIsReadOnceWhileAHandleUsesIt},

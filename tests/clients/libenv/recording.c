@@ -107,7 +107,7 @@ void ReadRecording(const char* path, struct Recording* recording) {
   recording->prev_level_seeds = recording->arrays[4];
   recording->prev_level_complete = recording->arrays[5];
   const int is_flat = IsTrue(header, "use_monochrome_assets") && !IsTrue(header, "use_backgrounds");
-  recording->has_released_art = !is_flat && !IsTrue(header, "use_generated_assets");
+  recording->has_upstream_art = !is_flat && !IsTrue(header, "use_generated_assets");
   recording->picture_digests = recording->arrays[6];
 }
 

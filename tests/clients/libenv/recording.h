@@ -1,4 +1,4 @@
-// A recording of the released benchmark (envcore/trace/trace.h tells the format), read in C.
+// A recording of Procgen 0.10.7 (envcore/trace/trace.h tells the format), read in C.
 #ifndef TESTS_CLIENTS_LIBENV_RECORDING_H_
 #define TESTS_CLIENTS_LIBENV_RECORDING_H_
 
@@ -17,7 +17,7 @@ struct Recording {
   const int32_t* prev_level_seeds;     // [T + 1, E]
   const uint8_t* prev_level_complete;  // [T + 1, E]
   const uint32_t* picture_digests;     // [T + 1, E], FNV-1a; null: there are none
-  int has_released_art;                // the pictures were drawn with it
+  int has_upstream_art;                // the pictures were drawn with upstream's art
   char games[64];
   char* content;  // of the file; the arrays are copies out of it
   void* arrays[8];

@@ -157,7 +157,7 @@ static void ClaimRow(const struct Recording* recording, int row, int with_pictur
   }
 }
 
-// `art_folder`: the released art with a slash at the end, or null for the library's own art.
+// `art_folder`: the art of Procgen 0.10.7 with a slash at the end; null: the library's own art.
 static void Replay(const char* path, const char* art_folder) {
   struct Recording recording;
   ReadRecording(path, &recording);
@@ -165,7 +165,7 @@ static void Replay(const char* path, const char* art_folder) {
     AddString(&recording.options, "resource_root", art_folder);
   }
   const int with_pictures =
-      recording.picture_digests != NULL && (art_folder != NULL || !recording.has_released_art);
+      recording.picture_digests != NULL && (art_folder != NULL || !recording.has_upstream_art);
   struct Host host = OpenHost(recording.environment_count, &recording.options);
   libenv.observe(host.handle);
   ClaimRow(&recording, 0, with_pictures, &host);
@@ -204,12 +204,12 @@ static int ReplayFolder(const char* recordings_folder, const char* art_folder) {
 
 void RecordingsAreTheSame(void) { CLAIM(ReplayFolder(golden_folder, NULL) >= 20); }
 
-void ReleasedPicturesAreTheSame(void) {
-  const char* art_folder = getenv("PROCGEN_RELEASED_ART");
-  const char* recordings_folder = getenv("PROCGEN_RELEASED_PICTURES");
+void UpstreamPicturesAreTheSame(void) {
+  const char* art_folder = getenv("PROCGEN_UPSTREAM_ART");
+  const char* recordings_folder = getenv("PROCGEN_UPSTREAM_PICTURES");
   CLAIM(art_folder != NULL && recordings_folder != NULL);
   if (access(art_folder, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
-    printf("skipped: no released art, or no recordings of it, beside the checkout\n");
+    printf("skipped: no upstream art, or no recordings of it, beside the checkout\n");
     exit(kSkipped);
   }
   // Reading it takes longer than replaying a recording, and it is shared while a handle uses it.

@@ -22,7 +22,7 @@ from procgen_client.errors import (
 
 _ENCODING = "zstd_difference"
 _FORMATS: dict[str, dict[str, Any]] = {
-    "released": {},
+    "default": {},
     "grey stack": {"grayscale_obs": True, "screen_size": 84, "frame_stack": 4},
     "odd planes": {"layout": "chw", "screen_size": 43},
 }

@@ -1,6 +1,6 @@
 """Observations in other colours, layouts, sizes and stacks.
 
-The measure is a pool with the same seeds and observations as released: numpy converts those.
+The measure is a pool with the same seeds and the default observations: numpy converts those.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _grey(rgb: np.ndarray) -> np.ndarray:
     return ((luma + 128) // 256).astype(np.uint8)[..., np.newaxis]
 
 
-def test_colours_and_layouts_are_those_of_the_released_observation(client: Client) -> None:
+def test_colours_and_layouts_are_those_of_the_default_observation(client: Client) -> None:
     with (
         client.create_pool("coinrun", 3, **_OPTIONS) as rgb,
         client.create_pool("coinrun", 3, layout="chw", **_OPTIONS) as planes,

@@ -26,7 +26,7 @@ void ExpectInvalid(const std::string& game, const EnvironmentOptions& options,
   EXPECT_EQ(status.message(), message);
 }
 
-TEST(ResolveOptionsTest, DefaultsAreThoseOfTheReleasedPackage) {
+TEST(ResolveOptionsTest, DefaultsAreThoseOfUpstream) {
   const EnvironmentOptions options;
   EXPECT_EQ(options.distribution_mode, DistributionMode::kHard);
   EXPECT_EQ(options.num_levels, 0);

@@ -181,8 +181,8 @@ std::map<std::string, std::set<std::string>> SpecifiedSlots() {
 std::set<std::string> SlotsOf(absl::Span<const ArtSlot> slots) {
   std::set<std::string> rows;
   for (const ArtSlot& slot : slots) {
-    rows.insert(absl::StrCat(slot.kind, ",", slot.theme, ",", slot.released, ",", slot.width_px,
-                             ",", slot.height_px));
+    rows.insert(absl::StrCat(slot.kind, ",", slot.theme, ",", slot.upstream_path, ",",
+                             slot.width_px, ",", slot.height_px));
   }
   return rows;
 }

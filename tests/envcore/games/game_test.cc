@@ -167,7 +167,7 @@ TEST(GameTest, AThemeIsDrawnAmongThePicturesOfItsKindAlsoWhenThereIsOne) {
   EXPECT_EQ(game->random().draws(), 4U + 2U);
 }
 
-TEST(GameTest, AspectRatiosAreThoseOfTheReleasedPictures) {
+TEST(GameTest, AspectRatiosAreThoseOfUpstreamPictures) {
   const auto game = StartedInTheMiddle();
   EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 2);
   EXPECT_EQ(game->AspectRatio(kThemedKind, 2), static_cast<float>(1.0 / 3));

@@ -278,7 +278,7 @@ TEST(MazeTest, DoorsStandInForksAndNotBesideTheStart) {
   }
 }
 
-// The maze of level 1000 of chaser's easy mode, from a recording of the released benchmark.
+// The maze of level 1000 of chaser's easy mode, from a recording of Procgen 0.10.7.
 TEST(MazeTest, WithoutDeadEndsIsAsRecorded) {
   RandomStream random = StreamOfLevel(1000, 4);
   Maze maze(11);

@@ -18,7 +18,7 @@ ObservationFormat FormatOf(int32_t side_px, Color color, Layout layout, int32_t 
   return format;
 }
 
-TEST(ObservationFormatTest, TheDefaultIsTheReleasedObservation) {
+TEST(ObservationFormatTest, TheDefaultIsTheUpstreamObservation) {
   EXPECT_THAT(ObservationFormat().Shape(), ElementsAre(64, 64, 3));
   EXPECT_EQ(ObservationFormat().bytes(), kObservationBytes);
   EXPECT_EQ(ObservationFormat().frame.side_px, kObservationSidePx);

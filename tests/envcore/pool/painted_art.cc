@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "envcore/pool/released_pictures.h"
+#include "envcore/pool/upstream_images.h"
 #include "gtest/gtest.h"
 #include "tests/envcore/render/one_colour_png.h"
 
@@ -19,7 +19,7 @@ constexpr int kBackgroundHeightPx = 8;
 
 void PaintArtFolder(const std::string& folder) {
   uint32_t number = 0;
-  for (const RequiredImage& picture : ReleasedPictures()) {
+  for (const RequiredImage& picture : UpstreamImages()) {
     const auto path = std::filesystem::path(folder) / std::string(picture.path);
     std::filesystem::create_directories(path.parent_path());
     const bool any_size = picture.width_px == 0;

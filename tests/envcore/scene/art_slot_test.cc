@@ -31,18 +31,18 @@ TEST(ArtSlotTest, BackgroundGroupsHaveTheSizesOfTheSpecification) {
 TEST(ArtSlotTest, TheSpaceGroupIsTheEndOfThePlatformGroup) {
   const auto platform = BackgroundsOf(BackgroundGroup::kPlatform);
   const auto space = BackgroundsOf(BackgroundGroup::kSpace);
-  EXPECT_EQ(platform[49].released, space[0].released);
-  EXPECT_EQ(platform.back().released, space.back().released);
+  EXPECT_EQ(platform[49].upstream_path, space[0].upstream_path);
+  EXPECT_EQ(platform.back().upstream_path, space.back().upstream_path);
 }
 
 TEST(ArtSlotTest, NoTwoBackgroundsOfAGroupAreTheSame) {
   for (const BackgroundGroup group :
        {BackgroundGroup::kPlatform, BackgroundGroup::kTopdown, BackgroundGroup::kWater}) {
     std::set<absl::string_view> names;
-    std::set<absl::string_view> released;
+    std::set<absl::string_view> upstream_paths;
     for (const BackgroundSlot& slot : BackgroundsOf(group)) {
       EXPECT_TRUE(names.insert(slot.name).second) << slot.name;
-      EXPECT_TRUE(released.insert(slot.released).second) << slot.released;
+      EXPECT_TRUE(upstream_paths.insert(slot.upstream_path).second) << slot.upstream_path;
     }
   }
 }

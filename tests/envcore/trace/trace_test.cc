@@ -63,8 +63,8 @@ TEST(TraceTest, ReadsWhatTheHeaderSays) {
   EXPECT_FALSE(trace->HasComparablePictures(true));
 }
 
-TEST(TraceTest, OnlyPicturesOfTheReleasedArtNeedItToBeCompared) {
-  for (const auto& [file, need_art] : {std::pair("maze.easy.released-art.trace", true),
+TEST(TraceTest, OnlyPicturesOfUpstreamArtNeedItToBeCompared) {
+  for (const auto& [file, need_art] : {std::pair("maze.easy.upstream-art.trace", true),
                                        std::pair("maze.easy.generated-pictures.trace", false),
                                        std::pair("maze.memory.mono-restrict.trace", false)}) {
     const auto trace =

@@ -18,7 +18,7 @@ absl::StatusOr<WorldPlan> PlanOf(SettingList list) {
   return ReadWorldSettings(SettingsOf(list), Limits());
 }
 
-TEST(WorldSettingsTest, DefaultsAreThoseOfTheReleasedPackage) {
+TEST(WorldSettingsTest, DefaultsAreThoseOfUpstream) {
   const auto plan = PlanOf({});
   ASSERT_THAT(plan, IsOk());
   EXPECT_THAT(plan->options.games, ElementsAre("maze"));

@@ -25,7 +25,7 @@ struct NamedFormat {
 
 std::vector<NamedFormat> Formats() {
   return {
-      {"Released", {}},
+      {"Default", {}},
       {"Planes", {.frame = {64, Color::kRgb, Layout::kChw}}},
       {"Grey", {.frame = {84, Color::kGrayscale, Layout::kHwc}}},
       {"OddSide", {.frame = {43, Color::kRgb, Layout::kHwc}}},

@@ -85,7 +85,7 @@ TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
   EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 
-TEST(ConvertPoolTest, AbsentObservationFormatIsTheReleasedOne) {
+TEST(ConvertPoolTest, AbsentObservationFormatIsTheUpstreamOne) {
   EXPECT_EQ(PoolOptionsOf(MazeSpec())->observation_format, ObservationFormat());
   v1::PoolSpec spec = MazeSpec();
   spec.mutable_observation_format();

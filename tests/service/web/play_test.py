@@ -101,7 +101,7 @@ def test_what_was_played_is_replayed_bit_for_bit_by_another_program(
 
 
 def golden(name: str) -> tuple[bytes, dict[str, Any], list[int]]:
-    """A recording of the released benchmark: its file, its header, and its actions."""
+    """A recording of Procgen 0.10.7: its file, its header, and its actions."""
     contents = (_GOLDEN / f"{name}.trace").read_bytes()
     at = contents.index(b"\n") + 1
     header = json.loads(contents[:at])
@@ -124,7 +124,7 @@ def test_a_level_that_is_solved_in_the_page_is_told_so(server: WebServer, tmp_pa
             saved = (await page.call("play.trace", play=number)).parts["trace"]
             told = json.loads(saved[: saved.index(b"\n")])
             assert told["fingerprints"][0][0] == end["fingerprint"]
-            # But for the fingerprints, it is what the released benchmark recorded.
+            # But for the fingerprints, it is what upstream recorded.
             assert saved[saved.index(b"\n") :] == contents[contents.index(b"\n") :]
             assert {**told, "fingerprints": 0} == {**header, "fingerprints": 0}
 
@@ -173,7 +173,7 @@ def test_the_next_level_is_that_of_the_next_seed(server: WebServer) -> None:
     ("name", "environments"),
     [("coinrun.hard.mono", 2), ("maze.easy.sequential", 2), ("bigfish.easy.forced", 1)],
 )
-def test_recordings_of_the_released_benchmark_are_replayed_environment_by_environment(
+def test_recordings_of_upstream_are_replayed_environment_by_environment(
     server: WebServer, name: str, environments: int
 ) -> None:
     contents, header, actions = golden(name)

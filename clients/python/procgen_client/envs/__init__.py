@@ -1,1 +1,1 @@
-"""Environments with the interfaces of Gymnasium, gym3 and the released package."""
+"""Environments with the interfaces of Gymnasium, gym3 and Procgen 0.10.7."""

@@ -1,4 +1,4 @@
-"""What the released interface takes from gym3, and what serves where there is none."""
+"""What the interface of Procgen 0.10.7 takes from gym3, and what serves where there is none."""
 
 from __future__ import annotations
 

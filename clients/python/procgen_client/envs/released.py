@@ -276,7 +276,7 @@ class ProcgenEnv:
     def reset(self) -> dict[str, np.ndarray]:
         """Gives the observations, {"rgb": uint8 [N, 64, 64, 3]}, and begins no new episodes.
 
-        As with the released package, episodes end by the game's rules alone. A call in their midst
+        As with upstream, episodes end by the game's rules alone. A call in their midst
         is warned of.
         """
         _, observations, first = self.env.observe()

@@ -112,10 +112,10 @@ class ProcgenVectorEnv(VectorEnv):
                 are arrays of your own anyway.
             frame_skip: Each action is taken so many times, in [1, 1000], and only the last is
                 drawn; rewards are summed, and an environment stops when its episode ends.
-            **options: As Client.create_pool takes them: the released options (distribution_mode,
-                num_levels, start_level, rand_seed, use_sequential_levels, ...), the form of the
-                observations (screen_size, grayscale_obs, layout, frame_stack) and how they travel
-                (encoding, pipeline, transport).
+            **options: As Client.create_pool takes them: the options of Procgen 0.10.7
+                (distribution_mode, num_levels, start_level, rand_seed, use_sequential_levels, ...),
+                the form of the observations (screen_size, grayscale_obs, layout, frame_stack) and
+                how they travel (encoding, pipeline, transport).
 
         Raises:
             InvalidArgumentError: An argument is out of range.
@@ -170,7 +170,7 @@ class ProcgenVectorEnv(VectorEnv):
         Args:
             seed: Seeds the environments' choice of levels anew: environment i with seed + i, or
                 with seed[i] (None: it goes on as it is). None: all go on; so the very first reset
-                gives the episodes that rand_seed began, as in the released package.
+                gives the episodes that rand_seed began, as in upstream.
             options: ``reset_mask``, bool [N] with at least one True: only these begin anew, and the
                 others stay as they are. The dict is left as it is: wrappers read it afterwards.
                 ``level_seeds``, int [N]: the levels to play.

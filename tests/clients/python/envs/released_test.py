@@ -44,8 +44,8 @@ def venv(client: Client) -> Iterator[ProcgenEnv]:
     made.close()
 
 
-def test_arguments_are_the_released_ones() -> None:
-    # The released package: ProcgenGym3Env(num, env_name, center_agent=True, ...), in this order.
+def test_arguments_are_those_of_upstream() -> None:
+    # Upstream: ProcgenGym3Env(num, env_name, center_agent=True, ...), in this order.
     parameters = inspect.signature(ProcgenGym3Env).parameters
     assert {name: each.default for name, each in parameters.items()} == {
         "num": inspect.Parameter.empty,
@@ -108,7 +108,7 @@ def test_acting_twice_steps_twice(env: ProcgenGym3Env, client: Client) -> None:
 
 
 def test_infos_tell_of_levels(env: ProcgenGym3Env) -> None:
-    # The released package: prev_level_seed, prev_level_complete, level_seed; on the step into a new
+    # Upstream: prev_level_seed, prev_level_complete, level_seed; on the step into a new
     # episode prev_* belong to the old one.
     before = env.get_info()
     assert [set(info) for info in before] == [
@@ -121,7 +121,7 @@ def test_infos_tell_of_levels(env: ProcgenGym3Env) -> None:
 
 
 def test_render_mode_puts_pictures_into_infos(client: Client) -> None:
-    # The released package: info["rgb"], uint8 [512, 512, 3], with render_mode="rgb_array".
+    # Upstream: info["rgb"], uint8 [512, 512, 3], with render_mode="rgb_array".
     env = ProcgenGym3Env(2, "maze", render_mode="rgb_array", server=client)
     assert [info["rgb"].shape for info in env.get_info()] == [(512, 512, 3)] * 2
     env.close()
@@ -157,8 +157,8 @@ def test_states_go_through_callmethod(env: ProcgenGym3Env) -> None:
         env.callmethod("set_state", states[:1])
 
 
-def test_actions_press_the_released_keys(env: ProcgenGym3Env) -> None:
-    # The released package: 15 combinations, LEFT+DOWN first, none is 4.
+def test_actions_press_upstream_keys(env: ProcgenGym3Env) -> None:
+    # Upstream: 15 combinations, LEFT+DOWN first, none is 4.
     assert env.get_combos() == [
         *(("LEFT", "DOWN"), ("LEFT",), ("LEFT", "UP"), ("DOWN",), (), ("UP",)),
         *(("RIGHT", "DOWN"), ("RIGHT",), ("RIGHT", "UP")),
@@ -283,7 +283,7 @@ def test_baselines_reset_and_step(venv: ProcgenEnv, env: ProcgenGym3Env) -> None
 
 
 def test_baselines_reset_begins_nothing(venv: ProcgenEnv) -> None:
-    # The released package: episodes end by the game's rules; resets in their midst are ignored.
+    # Upstream: episodes end by the game's rules; resets in their midst are ignored.
     venv.reset()
     ob, *_ = venv.step(np.full(_N, 7))
     with pytest.warns(UserWarning, match="in the midst"):

@@ -215,7 +215,7 @@ def test_a_list_of_seeds_has_one_for_each_environment(make_env: MakeEnv) -> None
 
 def test_reset_without_a_seed_begins_other_episodes(make_env: MakeEnv) -> None:
     # core.py, Env.reset: without a seed the random stream goes on. The very first reset shows the
-    # levels that the pool was made with, as the released package does.
+    # levels that the pool was made with, as in Procgen 0.10.7.
     env = make_env()
     _, first = env.reset()
     _, second = env.reset()

@@ -69,7 +69,7 @@ class Rollout:
         return self._bytes[self._position - count : self._position]
 
 
-# Each game as released; each form of observation in two games, of which one scrolls.
+# Each game with default observations; each form of observation in two games, of which one scrolls.
 _PLAYS = [(game, _FORMATS[0]) for game in _GAMES] + [
     (game, form) for form in _FORMATS[1:] for game in ("coinrun", "starpilot")
 ]

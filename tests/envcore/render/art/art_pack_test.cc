@@ -26,15 +26,15 @@ TEST(ArtPackTest, FindsOwnPicturesByGameSlotAndTheme) {
   EXPECT_EQ(pack.Sprite("miner", kSlot), nullptr);
 }
 
-TEST(ArtPackTest, FindsReleasedPicturesByTheirPath) {
+TEST(ArtPackTest, FindsUpstreamPicturesByTheirPath) {
   const std::string png = TranslucentPng();
-  const ArtPack pack(ArtLayout::kReleased, {{"misc_assets/fish.png", png}});
+  const ArtPack pack(ArtLayout::kUpstream, {{"misc_assets/fish.png", png}});
   EXPECT_NE(pack.Sprite("bigfish", kSlot), nullptr);
 }
 
 TEST(ArtPackTest, SpritesArePremultipliedAndBackgroundsOpaque) {
   const std::string png = TranslucentPng();
-  const ArtPack pack(ArtLayout::kReleased, {{"misc_assets/fish.png", png}});
+  const ArtPack pack(ArtLayout::kUpstream, {{"misc_assets/fish.png", png}});
   EXPECT_EQ(pack.Sprite("bigfish", kSlot)->level(0).At(0, 0),
             (Rgba{Mul(200, 128), Mul(100, 128), Mul(50, 128), 128}));
   EXPECT_EQ(pack.Background({"x", "misc_assets/fish.png"})->level(0).At(0, 0),

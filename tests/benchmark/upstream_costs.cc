@@ -1,4 +1,4 @@
-#include "tests/benchmark/released_costs.h"
+#include "tests/benchmark/upstream_costs.h"
 
 namespace procgen {
 namespace {
@@ -20,7 +20,7 @@ constexpr GameCosts kCosts[] = {
 
 }  // namespace
 
-std::optional<double> ReleasedCost(std::string_view game, DistributionMode mode) {
+std::optional<double> UpstreamCost(std::string_view game, DistributionMode mode) {
   if (mode != DistributionMode::kEasy && mode != DistributionMode::kHard) {
     return std::nullopt;
   }

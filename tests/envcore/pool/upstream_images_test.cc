@@ -1,4 +1,4 @@
-#include "envcore/pool/released_pictures.h"
+#include "envcore/pool/upstream_images.h"
 
 #include <map>
 #include <memory>
@@ -12,40 +12,40 @@ namespace {
 
 std::map<std::string, RequiredImage> ByPath() {
   std::map<std::string, RequiredImage> pictures;
-  for (const RequiredImage& picture : ReleasedPictures()) {
+  for (const RequiredImage& picture : UpstreamImages()) {
     EXPECT_TRUE(pictures.emplace(picture.path, picture).second) << picture.path << " twice";
   }
   return pictures;
 }
 
-TEST(ReleasedPicturesTest, EverySlotOfEveryGameHasItsPictureInItsOneSize) {
+TEST(UpstreamImagesTest, EverySlotOfEveryGameHasItsPictureInItsOneSize) {
   const auto pictures = ByPath();
   for (const GameSpec& spec : GameCatalog()) {
     const std::unique_ptr<Game> game = spec.make(GameOptions());
     for (const ArtSlot& slot : game->art().slots) {
-      const auto found = pictures.find(std::string(slot.released));
-      ASSERT_NE(found, pictures.end()) << slot.released;
-      EXPECT_EQ(found->second.width_px, slot.width_px) << slot.released;
-      EXPECT_EQ(found->second.height_px, slot.height_px) << slot.released;
+      const auto found = pictures.find(std::string(slot.upstream_path));
+      ASSERT_NE(found, pictures.end()) << slot.upstream_path;
+      EXPECT_EQ(found->second.width_px, slot.width_px) << slot.upstream_path;
+      EXPECT_EQ(found->second.height_px, slot.height_px) << slot.upstream_path;
     }
   }
 }
 
-TEST(ReleasedPicturesTest, EveryBackgroundIsRequiredInAnySize) {
+TEST(UpstreamImagesTest, EveryBackgroundIsRequiredInAnySize) {
   const auto pictures = ByPath();
   for (const BackgroundGroup group :
        {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
         BackgroundGroup::kTopdownSimple, BackgroundGroup::kWater, BackgroundGroup::kWaterSurface}) {
     for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-      const auto found = pictures.find(std::string(slot.released));
-      ASSERT_NE(found, pictures.end()) << slot.released;
-      EXPECT_EQ(found->second.width_px, 0) << slot.released;
+      const auto found = pictures.find(std::string(slot.upstream_path));
+      ASSERT_NE(found, pictures.end()) << slot.upstream_path;
+      EXPECT_EQ(found->second.width_px, 0) << slot.upstream_path;
     }
   }
 }
 
-TEST(ReleasedPicturesTest, ThereAreAsManyAsTheSpecificationNames) {
-  EXPECT_EQ(ReleasedPictures().size(), 329U);
+TEST(UpstreamImagesTest, ThereAreAsManyAsTheSpecificationNames) {
+  EXPECT_EQ(UpstreamImages().size(), 329U);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "envcore/pool/released_pictures.h"
+#include "envcore/pool/upstream_images.h"
 
 #include <map>
 #include <memory>
@@ -15,19 +15,19 @@ using PicturesByPath = std::map<absl::string_view, RequiredImage>;
 
 void AddSlots(absl::Span<const ArtSlot> slots, PicturesByPath* pictures) {
   for (const ArtSlot& slot : slots) {
-    (*pictures)[slot.released] = {slot.released, slot.width_px, slot.height_px};
+    (*pictures)[slot.upstream_path] = {slot.upstream_path, slot.width_px, slot.height_px};
   }
 }
 
 void AddBackgrounds(BackgroundGroup group, PicturesByPath* pictures) {
   for (const BackgroundSlot& slot : BackgroundsOf(group)) {
-    pictures->try_emplace(slot.released, RequiredImage{slot.released});
+    pictures->try_emplace(slot.upstream_path, RequiredImage{slot.upstream_path});
   }
 }
 
 }  // namespace
 
-std::vector<RequiredImage> ReleasedPictures() {
+std::vector<RequiredImage> UpstreamImages() {
   PicturesByPath pictures;
   AddSlots(SharedArtSlots(), &pictures);
   for (const GameSpec& spec : GameCatalog()) {
