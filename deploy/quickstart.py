@@ -96,14 +96,14 @@ def run_game(
         halves = ((0, middle), (middle, pool.env_count - middle))
         # While the answer of one half is on its way, the server steps the other.
         for first, count in halves:
-            pool.send_observe(first_environment=first, environment_count=count)
+            pool.send_observe(first_env=first, env_count=count)
         begin = reported = time.perf_counter()
         step_count = 0
         while (now := time.perf_counter()) < begin + arguments.seconds:
             for first, count in halves:
                 pool.receive()
                 actions = rng.integers(0, ACTION_COUNT, count)
-                pool.send_step(actions, first_environment=first)
+                pool.send_step(actions, first_env=first)
                 step_count += count
             if now >= reported + _SECONDS_BETWEEN_REPORTS:
                 reported = now
@@ -137,16 +137,16 @@ def take_pictures(client: Client, name: str) -> list[np.ndarray]:
     return pictures
 
 
-def print_table(results: list[Result], environment_count: int) -> None:
+def print_table(results: list[Result], env_count: int) -> None:
     """Prints steps per second of each game."""
     width = max(len("game"), *(len(result.name) for result in results))
     rule = f"{'─' * width}  {'─' * 12}  {'─' * 15}"
     print(f"\n{'game':<{width}}  {'steps/s':>12}  {'per environment':>15}\n{rule}")
     for result in results:
         rate = result.steps_per_second
-        print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / environment_count:>15,.0f}")
+        print(f"{result.name:<{width}}  {rate:>12,.0f}  {rate / env_count:>15,.0f}")
     print(
-        f"{rule}\n{environment_count} environments of each game in hard mode, with pictures, from "
+        f"{rule}\n{env_count} environments of each game in hard mode, with pictures, from "
         "Python, over gRPC on this machine\n"
     )
 

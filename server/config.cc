@@ -207,8 +207,8 @@ absl::Status CheckConfig(const Config& config) {
   for (const Range& range :
        {Range{"workers", config.server.worker_count, 1, 1024},
         Range{"pool_count_max", limits.pool_count_max, 1, 1 << 20},
-        Range{"pool_environment_count_max", limits.pool_environment_count_max, 1, 1 << 20},
-        Range{"environment_count_max", limits.environment_count_max, 1, 1 << 20},
+        Range{"pool_env_count_max", limits.pool_env_count_max, 1, 1 << 20},
+        Range{"env_count_max", limits.env_count_max, 1, 1 << 20},
         Range{"observation_bytes_max", limits.observation_bytes_max, kMessageBytesMin,
               int64_t{1} << 40},
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
@@ -224,7 +224,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"keepalive_timeout in milliseconds",
               absl::ToInt64Milliseconds(config.server.keepalive_timeout), 100, kKeepaliveMsMax},
         Range{"owner_pool_count_max", limits.owner_pool_count_max, 1, 1 << 20},
-        Range{"owner_environment_count_max", limits.owner_environment_count_max, 1, 1 << 20},
+        Range{"owner_env_count_max", limits.owner_env_count_max, 1, 1 << 20},
         Range{"owner_stream_count_max", limits.owner_stream_count_max, 1, 1 << 20},
         Range{"owner_call_count_max", limits.owner_call_count_max, 1, 1 << 20},
         Range{"owner_watch_count_max", limits.owner_watch_count_max, 1, 1 << 20},
@@ -241,10 +241,10 @@ absl::Status CheckConfig(const Config& config) {
                                                      ", allowed: ", range.min, " to ", range.max));
     }
   }
-  if (limits.pool_environment_count_max > limits.environment_count_max) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--pool_environment_count_max is ", limits.pool_environment_count_max,
-        ", allowed: at most --environment_count_max, which is ", limits.environment_count_max));
+  if (limits.pool_env_count_max > limits.env_count_max) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--pool_env_count_max is ", limits.pool_env_count_max,
+                     ", allowed: at most --env_count_max, which is ", limits.env_count_max));
   }
   if (absl::Status status = CheckAccess(config); !status.ok()) {
     return status;

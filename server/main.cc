@@ -42,9 +42,9 @@ ABSL_FLAG(int32_t, workers, 0,
           "threads that step environments; 0: one for each core that the process may use, by its "
           "affinity and the CPU quota of its cgroup");
 ABSL_FLAG(int32_t, pool_count_max, procgen::Limits().pool_count_max, "pools at a time");
-ABSL_FLAG(int32_t, pool_environment_count_max, procgen::Limits().pool_environment_count_max,
+ABSL_FLAG(int32_t, pool_env_count_max, procgen::Limits().pool_env_count_max,
           "environments of one pool");
-ABSL_FLAG(int32_t, environment_count_max, procgen::Limits().environment_count_max,
+ABSL_FLAG(int32_t, env_count_max, procgen::Limits().env_count_max,
           "environments of all pools together");
 ABSL_FLAG(int64_t, observation_bytes_max, procgen::Limits().observation_bytes_max,
           "bytes of one observation of each environment of all pools together");
@@ -125,8 +125,8 @@ absl::StatusOr<Config> ReadConfig() {
   }
   Limits& limits = config.server.limits;
   limits.pool_count_max = absl::GetFlag(FLAGS_pool_count_max);
-  limits.pool_environment_count_max = absl::GetFlag(FLAGS_pool_environment_count_max);
-  limits.environment_count_max = absl::GetFlag(FLAGS_environment_count_max);
+  limits.pool_env_count_max = absl::GetFlag(FLAGS_pool_env_count_max);
+  limits.env_count_max = absl::GetFlag(FLAGS_env_count_max);
   limits.observation_bytes_max = absl::GetFlag(FLAGS_observation_bytes_max);
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);

@@ -25,8 +25,7 @@ ABSL_FLAG(std::string, clone_sources, "",
           "unix:PATH, 'local', or 'none'. Empty: local where this server listens on loopback or a "
           "unix socket, else none");
 ABSL_FLAG(int32_t, owner_pool_count_max, 0, "pools of one owner; 0: --pool_count_max");
-ABSL_FLAG(int32_t, owner_environment_count_max, 0,
-          "environments of one owner; 0: --environment_count_max");
+ABSL_FLAG(int32_t, owner_env_count_max, 0, "environments of one owner; 0: --env_count_max");
 ABSL_FLAG(int32_t, owner_stream_count_max, 0, "attached streams of one owner; 0: --pool_count_max");
 ABSL_FLAG(int32_t, owner_watch_count_max, procgen::Limits().owner_watch_count_max,
           "pools that one owner watches at a time");
@@ -52,8 +51,8 @@ void ReadSecurityFlags(Config* config) {
   Limits& limits = config->server.limits;
   limits.owner_pool_count_max =
       or_else(absl::GetFlag(FLAGS_owner_pool_count_max), limits.pool_count_max);
-  limits.owner_environment_count_max =
-      or_else(absl::GetFlag(FLAGS_owner_environment_count_max), limits.environment_count_max);
+  limits.owner_env_count_max =
+      or_else(absl::GetFlag(FLAGS_owner_env_count_max), limits.env_count_max);
   limits.owner_stream_count_max =
       or_else(absl::GetFlag(FLAGS_owner_stream_count_max), limits.pool_count_max);
   limits.owner_watch_count_max = absl::GetFlag(FLAGS_owner_watch_count_max);

@@ -32,10 +32,8 @@ def canonical(
     if kind not in ("step", "reset", "observe"):
         return same
     asked = getattr(same, kind)
-    asked.slice.first_environment += 0
-    asked.slice.environment_count = (
-        asked.slice.environment_count or env_count - asked.slice.first_environment
-    )
+    asked.slice.first_env += 0
+    asked.slice.env_count = asked.slice.env_count or env_count - asked.slice.first_env
     asked.observation = asked.observation or step_pb2.OBSERVATION_FRAME
     if kind == "step":
         asked.repeat_count = asked.repeat_count or 1

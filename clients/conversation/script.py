@@ -55,7 +55,7 @@ def requests() -> list[step_pb2.StepPoolRequest]:
         {"step": step_pb2.Step(actions=[-1, 3], with_final_observations=True)},
         {
             "step": step_pb2.Step(
-                slice=step_pb2.Slice(first_environment=1, environment_count=1),
+                slice=step_pb2.Slice(first_env=1, env_count=1),
                 actions=[8],
                 repeat_count=3,
                 next_levels=[step_pb2.NextLevel(environment=1, level_seed=42)],
@@ -109,7 +109,7 @@ def _decode(decoder: object, part: Part) -> None:
     encoded = part.arrays["observations"]
     if decoder is not None and len(encoded):
         part.arrays["observations"] = decoder.decode(
-            part.first_environment, part.environment_count, encoded.tobytes()
+            part.first_env, part.env_count, encoded.tobytes()
         )
 
 
@@ -122,7 +122,7 @@ def _values(parts: list[Part], shape: tuple[int, ...]) -> dict[str, object]:
             "prev_level_complete", "episode_returns", "episode_lengths",
         )
     }  # fmt: skip
-    values["first_environment"] = batch.first_environment
+    values["first_env"] = batch.first_env
     # As text: not every language's JSON has whole numbers of 64 bits.
     values["fingerprints"] = [str(hash_) for hash_ in batch.fingerprints]
     for name in ("final_observations", "observations"):

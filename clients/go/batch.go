@@ -1,6 +1,6 @@
 package procgenclient
 
-// Batch is how n environments stand after a request. Row i is environment FirstEnvironment + i of the pool. F is the bytes
+// Batch is how n environments stand after a request. Row i is environment FirstEnv + i of the pool. F is the bytes
 // of one observation, m the number of rows whose episode ended in this step.
 //
 // Observations and FinalObservations are slices of the received message, which nobody writes again. Where an answer came in
@@ -10,7 +10,7 @@ package procgenclient
 // them again, or they are no memory at all.
 type Batch struct {
 	SequenceNumber   int64   // Number of the request that this answers.
-	FirstEnvironment int     // Index in the pool of row 0.
+	FirstEnv         int     // Index in the pool of row 0.
 	ObservationShape []int32 // Shape of one observation, e.g. [64, 64, 3].
 
 	Rewards           []float32 // Of this step, the old episode's where one ended   [n]
@@ -40,8 +40,8 @@ func (b *Batch) Release() {
 	b.held = nil
 }
 
-// EnvironmentCount is the number of rows, n.
-func (b *Batch) EnvironmentCount() int { return len(b.Rewards) }
+// EnvCount is the number of rows, n.
+func (b *Batch) EnvCount() int { return len(b.Rewards) }
 
 // Observation is that of a row.
 func (b *Batch) Observation(row int) []byte {

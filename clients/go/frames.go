@@ -22,7 +22,7 @@ func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) 
 		return nil, invalid("sidePx is %d; it is in [16, 2048]", sidePx)
 	}
 	if len(environments) == 0 {
-		environments = firstEnvironments(p.EnvCount())
+		environments = firstEnvs(p.EnvCount())
 	}
 	roomBytes := clamp(int(p.client.catalog.Limits.ResponseBytesMax), 0, responseBytesDefault) - framesOverheadBytes
 	atATime := clamp(roomBytes/frameBytes(sidePx), 1, len(environments))
@@ -65,7 +65,7 @@ type WatchOptions struct {
 func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.WatchPoolResponse) bool) error {
 	environments, sidePx := options.Environments, options.SidePx
 	if len(environments) == 0 {
-		environments = firstEnvironments(clamp(p.EnvCount(), 1, watchedDefault))
+		environments = firstEnvs(clamp(p.EnvCount(), 1, watchedDefault))
 	}
 	if sidePx == 0 {
 		sidePx = watchedSidePxDefault
@@ -94,7 +94,7 @@ func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.Wat
 	return err
 }
 
-func firstEnvironments(count int) []int32 {
+func firstEnvs(count int) []int32 {
 	environments := make([]int32, count)
 	for i := range environments {
 		environments[i] = int32(i)

@@ -44,7 +44,7 @@ type AttachOptions struct {
 // StepOptions is what may be said of a step; the zero value will do.
 type StepOptions struct {
 	// Index of the slice's first environment; it has as many as there are actions.
-	FirstEnvironment int
+	FirstEnv int
 	// No pictures are drawn or sent, which is many times faster.
 	Blind bool
 	// The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends. 0: 1.
@@ -59,9 +59,9 @@ type StepOptions struct {
 
 // Slice is a part of a pool; the zero value is all of it.
 type Slice struct {
-	FirstEnvironment int
+	FirstEnv int
 	// 0: all from the first to the pool's last.
-	EnvironmentCount int
+	EnvCount int
 	// No pictures.
 	Blind bool
 }
@@ -162,8 +162,8 @@ func (p *Pool) Reset(ctx context.Context, resets []*pb.Reset, slice Slice) (*Bat
 		return nil, err
 	}
 	if resets == nil {
-		for i := int32(0); i < of.EnvironmentCount; i++ {
-			resets = append(resets, &pb.Reset{Environment: of.FirstEnvironment + i})
+		for i := int32(0); i < of.EnvCount; i++ {
+			resets = append(resets, &pb.Reset{Environment: of.FirstEnv + i})
 		}
 	}
 	reset := &pb.ResetSlice{Slice: of, Resets: resets, Observation: observation(slice.Blind)}
@@ -189,7 +189,7 @@ func (p *Pool) SetLevelSampler(ctx context.Context, sampler *pb.LevelSampler) er
 // SendStep sends the request of Step; Receive gives the answer. FAILED_PRECONDITION: RequestsInFlightMax requests are
 // unanswered; nothing was sent.
 func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOptions) error {
-	if err := p.checkSlice(options.FirstEnvironment, len(actions), "actions"); err != nil {
+	if err := p.checkSlice(options.FirstEnv, len(actions), "actions"); err != nil {
 		return err
 	}
 	for i, action := range actions {
@@ -202,8 +202,8 @@ func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOption
 	}
 	step := &pb.Step{
 		Slice: &pb.Slice{
-			FirstEnvironment: int32(options.FirstEnvironment),
-			EnvironmentCount: int32(len(actions)),
+			FirstEnv: int32(options.FirstEnv),
+			EnvCount: int32(len(actions)),
 		},
 		Actions:               append([]int32(nil), actions...), // It may be sent again.
 		RepeatCount:           options.RepeatCount,
@@ -336,18 +336,18 @@ func (p *Pool) responseBytesMax() int64 {
 }
 
 func (p *Pool) slice(of Slice) (*pb.Slice, error) {
-	if of.EnvironmentCount == 0 {
-		of.EnvironmentCount = p.EnvCount() - of.FirstEnvironment
+	if of.EnvCount == 0 {
+		of.EnvCount = p.EnvCount() - of.FirstEnv
 	}
-	if err := p.checkSlice(of.FirstEnvironment, of.EnvironmentCount, "environments"); err != nil {
+	if err := p.checkSlice(of.FirstEnv, of.EnvCount, "environments"); err != nil {
 		return nil, err
 	}
-	return &pb.Slice{FirstEnvironment: int32(of.FirstEnvironment), EnvironmentCount: int32(of.EnvironmentCount)}, nil
+	return &pb.Slice{FirstEnv: int32(of.FirstEnv), EnvCount: int32(of.EnvCount)}, nil
 }
 
 func (p *Pool) checkSlice(first, count int, what string) error {
 	if first < 0 || first >= p.EnvCount() {
-		return invalid("FirstEnvironment is %d; %s has environments 0 ... %d", first, p.Name(), p.EnvCount()-1)
+		return invalid("FirstEnv is %d; %s has environments 0 ... %d", first, p.Name(), p.EnvCount()-1)
 	}
 	if count < 1 || first+count > p.EnvCount() {
 		return invalid("%d %s from environment %d; %s has %d environments", count, what, first, p.Name(), p.EnvCount())

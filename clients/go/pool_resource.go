@@ -25,7 +25,7 @@ func (p *Pool) SaveStates(ctx context.Context, environments ...int32) ([]*pb.Sta
 	var states []*pb.State
 	request := &pb.SaveStatesRequest{Pool: p.Name(), Environments: environments}
 	if len(environments) == 0 {
-		environments = firstEnvironments(p.EnvCount())
+		environments = firstEnvs(p.EnvCount())
 	}
 	for {
 		page, err := p.client.states.SaveStates(p.client.with(ctx), request)

@@ -139,7 +139,7 @@ func readArrays(told *pb.SharedMemory, pool *pb.Pool) (map[string]sharedArray, e
 
 // Gives a part its arrays: pictures are the memory itself, numbers are copies. The part was checked, but for its batch.
 func (m *sharedMemory) hold(p *part) error {
-	number, first, count := p.shared.number, int64(p.FirstEnvironment), int64(p.count)
+	number, first, count := p.shared.number, int64(p.FirstEnv), int64(p.count)
 	m.mutex.Lock()
 	isHeld := m.held[number]
 	m.mutex.Unlock()

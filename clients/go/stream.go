@@ -163,7 +163,7 @@ func (s *stream) decode(parts []*part) error {
 		if s.decoder == nil || len(part.Observations) == 0 {
 			continue
 		}
-		decoded, err := s.decoder.Decode(part.FirstEnvironment, part.count, part.Observations)
+		decoded, err := s.decoder.Decode(part.FirstEnv, part.count, part.Observations)
 		if err != nil {
 			return newError(codes.DataLoss, "the answer of %s to request %d: %v", s.attach.Pool, part.SequenceNumber, err)
 		}

@@ -10,7 +10,7 @@ import (
 // whatever it sends, numbers and sizes fit the request, or the call ends with INTERNAL, which says what was given and what was
 // expected.
 
-// The contract's bounds: PoolSpec.total_environments, ObservationFormat's largest stack of the largest pictures in colour, and
+// The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the largest pictures in colour, and
 // State.snapshot.
 const envCountMax = 16777216
 const observationBytesMax = 16 * 512 * 512 * 3
@@ -103,7 +103,7 @@ func (s *stream) expected(request *pb.StepPoolRequest) expected {
 	of.done = request.GetLevelSampler() != nil
 	of.pictures = pictures != pb.Observation_OBSERVATION_NONE
 	if slice != nil {
-		of.first, of.count = int(slice.FirstEnvironment), int(slice.EnvironmentCount)
+		of.first, of.count = int(slice.FirstEnv), int(slice.EnvCount)
 	}
 	return of
 }
@@ -118,8 +118,8 @@ func (of expected) check(got *part, before []*part) error {
 	if of.done {
 		return wrong("request %d with values, expected: that it was carried out", number)
 	}
-	if got.FirstEnvironment != next || got.count < 1 || got.count > left {
-		return wrong("request %d: %d environments from %d, expected: 1 to %d from %d", number, got.count, got.FirstEnvironment,
+	if got.FirstEnv != next || got.count < 1 || got.count > left {
+		return wrong("request %d: %d environments from %d, expected: 1 to %d from %d", number, got.count, got.FirstEnv,
 			left, next)
 	}
 	if got.last != (got.count == left) {

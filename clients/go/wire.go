@@ -16,8 +16,8 @@ const (
 	sequenceNumberField = 1
 	batchField          = 4
 
-	firstEnvironmentField  = 1
-	environmentCountField  = 2
+	firstEnvField          = 1
+	envCountField          = 2
 	lastField              = 3
 	sharedBatchField       = 4
 	rewardsField           = 5
@@ -95,12 +95,12 @@ func partOf(sequenceNumber int64, batch *pb.Batch) *part {
 		shared = &sharedPart{*batch.SharedBatch, batch.SharedObservations, batch.SharedFinalObservations}
 	}
 	return &part{
-		count:  int(batch.EnvironmentCount),
+		count:  int(batch.EnvCount),
 		last:   batch.Last,
 		shared: shared,
 		Batch: Batch{
 			SequenceNumber:    sequenceNumber,
-			FirstEnvironment:  int(batch.FirstEnvironment),
+			FirstEnv:          int(batch.FirstEnv),
 			Rewards:           batch.Rewards,
 			First:             batch.First,
 			Terminated:        batch.Terminated,
@@ -170,9 +170,9 @@ func readBatchResponse(message []byte) (*part, error) {
 
 func (p *part) set(field protowire.Number, bytes []byte, number uint64) (err error) {
 	switch field {
-	case firstEnvironmentField:
-		p.FirstEnvironment = int(number)
-	case environmentCountField:
+	case firstEnvField:
+		p.FirstEnv = int(number)
+	case envCountField:
 		p.count = int(number)
 	case lastField:
 		p.last = number != 0

@@ -43,9 +43,9 @@ absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeEnvironments(
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<LibenvHandle>> LibenvHandle::Create(int environment_count,
+absl::StatusOr<std::unique_ptr<LibenvHandle>> LibenvHandle::Create(int env_count,
                                                                    const LibenvOptions& options) {
-  auto made = procgen::ReadOptions(environment_count, options);
+  auto made = procgen::ReadOptions(env_count, options);
   if (!made.ok()) {
     return made.status();
   }

@@ -22,7 +22,7 @@ struct LibenvHandle final {
  public:
   // Makes environments in this process, or on the server whose address the environment variable
   // PROCGEN_SERVER holds. Errors: INVALID_ARGUMENT, NOT_FOUND options; those of the server.
-  static absl::StatusOr<std::unique_ptr<LibenvHandle>> Create(int environment_count,
+  static absl::StatusOr<std::unique_ptr<LibenvHandle>> Create(int env_count,
                                                               const LibenvOptions& options);
 
   std::vector<LibenvTensorType> TensorTypes(int space) const;

@@ -28,16 +28,16 @@ absl::Status CopyPointers(absl::string_view name, void* const* pointers, size_t 
 
 }  // namespace
 
-absl::StatusOr<HostBuffers> HostBuffers::Create(const LibenvBuffers& buffers,
-                                                int32_t environment_count, bool render_human) {
+absl::StatusOr<HostBuffers> HostBuffers::Create(const LibenvBuffers& buffers, int32_t env_count,
+                                                bool render_human) {
   HostBuffers made;
-  made.environment_count_ = static_cast<size_t>(environment_count);
+  made.env_count_ = static_cast<size_t>(env_count);
   const size_t info_count =
-      made.environment_count_ * static_cast<size_t>(kInfoHumanView + (render_human ? 1 : 0));
-  absl::Status status = CopyPointers("observations", buffers.observations, made.environment_count_,
-                                     &made.observations_);
+      made.env_count_ * static_cast<size_t>(kInfoHumanView + (render_human ? 1 : 0));
+  absl::Status status =
+      CopyPointers("observations", buffers.observations, made.env_count_, &made.observations_);
   status.Update(CopyPointers("infos", buffers.infos, info_count, &made.infos_));
-  status.Update(CopyPointers("actions", buffers.actions, made.environment_count_, &made.actions_));
+  status.Update(CopyPointers("actions", buffers.actions, made.env_count_, &made.actions_));
   if (buffers.rewards == nullptr || buffers.firsts == nullptr) {
     status.Update(absl::InvalidArgumentError("buffers.rewards or buffers.firsts is null"));
   }
@@ -50,13 +50,13 @@ absl::StatusOr<HostBuffers> HostBuffers::Create(const LibenvBuffers& buffers,
 }
 
 void HostBuffers::ReadActions(absl::Span<int32_t> actions) const {
-  for (size_t i = 0; i < environment_count_; ++i) {
+  for (size_t i = 0; i < env_count_; ++i) {
     std::memcpy(&actions[i], actions_[i], sizeof(actions[i]));
   }
 }
 
 void HostBuffers::Write(const Observed& observed) const {
-  for (size_t i = 0; i < environment_count_; ++i) {
+  for (size_t i = 0; i < env_count_; ++i) {
     WriteOne(i, observed);
   }
 }
@@ -71,7 +71,7 @@ void HostBuffers::WriteOne(size_t i, const Observed& observed) const {
 }
 
 void HostBuffers::SpoilRewards() const {
-  std::fill_n(rewards_, environment_count_, std::numeric_limits<float>::quiet_NaN());
+  std::fill_n(rewards_, env_count_, std::numeric_limits<float>::quiet_NaN());
 }
 
 absl::Span<uint8_t> HostBuffers::HumanView(int32_t environment) const {

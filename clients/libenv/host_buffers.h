@@ -18,7 +18,7 @@ namespace procgen {
 class HostBuffers {
  public:
   // Errors: INVALID_ARGUMENT a pointer is null (the message names the array).
-  static absl::StatusOr<HostBuffers> Create(const LibenvBuffers& buffers, int32_t environment_count,
+  static absl::StatusOr<HostBuffers> Create(const LibenvBuffers& buffers, int32_t env_count,
                                             bool render_human);
 
   // Copies the actions out. `actions`: [N].
@@ -35,10 +35,10 @@ class HostBuffers {
  private:
   HostBuffers() = default;
   void* Info(InfoMember member, size_t environment) const {
-    return infos_[static_cast<size_t>(member) * environment_count_ + environment];
+    return infos_[static_cast<size_t>(member) * env_count_ + environment];
   }
 
-  size_t environment_count_ = 0;
+  size_t env_count_ = 0;
   float* rewards_ = nullptr;         // [N]
   uint8_t* firsts_ = nullptr;        // [N]
   std::vector<void*> observations_;  // [N] to uint8 [64, 64, 3]

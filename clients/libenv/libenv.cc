@@ -44,10 +44,10 @@ void GuardWith(const char* function, const LibenvHandle* handle, const Body& bod
 
 int libenv_version() { return kInterfaceVersion; }
 
-LibenvHandle* libenv_make(int environment_count, LibenvOptions options) {
+LibenvHandle* libenv_make(int env_count, LibenvOptions options) {
   LibenvHandle* made = nullptr;
   Guard("libenv_make", [&] {
-    auto handle = LibenvHandle::Create(environment_count, options);
+    auto handle = LibenvHandle::Create(env_count, options);
     if (handle.ok()) {
       made = handle->release();
     }

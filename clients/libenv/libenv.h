@@ -92,9 +92,9 @@ struct LibenvBuffers {
 // The version of the interface: 1.
 LIBENV_API int libenv_version(void);
 
-// Makes `environment_count` environments. `options` is only looked at during the call. Null: an
+// Makes `env_count` environments. `options` is only looked at during the call. Null: an
 // option is unknown, malformed, out of range or missing, or the server cannot be had.
-LIBENV_API struct LibenvHandle* libenv_make(int environment_count, struct LibenvOptions options);
+LIBENV_API struct LibenvHandle* libenv_make(int env_count, struct LibenvOptions options);
 
 // Returns how many members a space (a LibenvSpace) has and, where `types` is not null, tells them.
 // 0: no such space, or `handle` is null.

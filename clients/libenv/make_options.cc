@@ -167,14 +167,13 @@ absl::Status CheckMode(DistributionMode mode) {
 
 }  // namespace
 
-absl::StatusOr<MakeOptions> ReadOptions(int environment_count, const LibenvOptions& options) {
-  if (environment_count < 1 || environment_count > kLibenvEnvironmentCountMax) {
-    return absl::InvalidArgumentError(absl::StrCat("there are ", environment_count,
-                                                   " environments wanted, allowed: 1 to ",
-                                                   kLibenvEnvironmentCountMax));
+absl::StatusOr<MakeOptions> ReadOptions(int env_count, const LibenvOptions& options) {
+  if (env_count < 1 || env_count > kLibenvEnvCountMax) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "there are ", env_count, " environments wanted, allowed: 1 to ", kLibenvEnvCountMax));
   }
   MakeOptions made;
-  made.pool.env_count = environment_count;
+  made.pool.env_count = env_count;
   OptionReader reader(options);
   std::string games;
   reader.Require("env_name", reader.ReadString("env_name", &games));

@@ -11,7 +11,7 @@
 namespace procgen {
 
 // The most environments of one handle, and the most threads that step them.
-inline constexpr int32_t kLibenvEnvironmentCountMax = 65536;
+inline constexpr int32_t kLibenvEnvCountMax = 65536;
 inline constexpr int32_t kLibenvThreadCountMax = 1024;
 
 // What libenv_make is asked for, with the defaults of the interface (not those of the Python
@@ -27,7 +27,7 @@ struct MakeOptions {
 // Reads the options of libenv_make. Errors: INVALID_ARGUMENT an option that is unknown, given
 // twice, of another type, out of range or missing (the message names it and says what is allowed).
 // Whether the games and their modes exist is left to whoever makes the environments.
-absl::StatusOr<MakeOptions> ReadOptions(int environment_count, const LibenvOptions& options);
+absl::StatusOr<MakeOptions> ReadOptions(int env_count, const LibenvOptions& options);
 
 }  // namespace procgen
 

@@ -28,7 +28,7 @@ const char* StateOf(const v1::Node& node) {
 std::string EnvironmentsOf(const v1::Node& node) {
   return node.environment_capacity() == 0
              ? "-"
-             : absl::StrCat(node.environment_count(), "/", node.environment_capacity());
+             : absl::StrCat(node.env_count(), "/", node.environment_capacity());
 }
 
 Row RowOf(const v1::Node& node, bool answers) {

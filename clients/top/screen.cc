@@ -186,7 +186,7 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
   lines.push_back(absl::StrCat(Shown(title), load.draining() ? "   DRAINING" : ""));
   lines.push_back(absl::StrFormat(
       "%-9s pools %d   environments %d   streams %d   workers %d   kept answers %s", "holds",
-      load.pool_count(), load.environment_count(), load.stream_count(), load.worker_count(),
+      load.pool_count(), load.env_count(), load.stream_count(), load.worker_count(),
       BytesText(static_cast<double>(load.kept_answer_bytes()))));
   lines.push_back(
       absl::StrFormat("%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",

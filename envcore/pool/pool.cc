@@ -185,14 +185,14 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
   std::unique_ptr<Pool> pool(new Pool(options, std::move(workers)));
   // Environment n's choice of levels depends on rand_seed and n only.
   RandomStream stream_seeds(options.environment.rand_seed);
-  for (int32_t i = 0; i < options.first_environment; ++i) {
+  for (int32_t i = 0; i < options.first_env; ++i) {
     stream_seeds.Raw();
   }
   const std::shared_ptr<const SharedArt> art =
       options.art == nullptr ? SharedArt::Embedded() : options.art;
   const size_t game_count = options.games.size();
   for (int32_t i = 0; i < options.env_count; ++i) {
-    const int32_t number = options.first_environment + i;
+    const int32_t number = options.first_env + i;
     const size_t game_index = static_cast<size_t>(number) % game_count;
     const uint32_t drawn_seed = stream_seeds.Raw();
     const LevelSampler* sampler = options.level_sampler.get();
@@ -229,7 +229,7 @@ Pool::Pool(const PoolOptions& options, std::shared_ptr<WorkerPool> workers)
 Pool::~Pool() = default;
 
 const std::shared_ptr<const GameArt>& Pool::ArtOf(size_t index) const {
-  return art_[(static_cast<size_t>(options_.first_environment) + index) % art_.size()];
+  return art_[(static_cast<size_t>(options_.first_env) + index) % art_.size()];
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
@@ -306,7 +306,7 @@ absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sam
     return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
   }
   level_sampler_ = std::move(level_sampler);
-  int32_t number = options_.first_environment;
+  int32_t number = options_.first_env;
   for (const std::unique_ptr<Environment>& environment : environments_) {
     environment->SetLevelSampler(level_sampler_);
     environment->SeedLevels(level_sampler_->StreamSeedOf(number));

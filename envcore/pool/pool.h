@@ -36,7 +36,7 @@ inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx
 inline constexpr int32_t kHumanViewSidePxMin = 16;
 inline constexpr int32_t kHumanViewSidePxMax = 2048;
 // Environments of a whole that a pool can be a part of: what a shard skips costs a draw each.
-inline constexpr int32_t kTotalEnvironmentsMax = 1 << 24;
+inline constexpr int32_t kTotalEnvCountMax = 1 << 24;
 // How often a step can repeat its actions.
 inline constexpr int32_t kRepeatMax = 1000;
 
@@ -45,11 +45,11 @@ struct PoolOptions {
   int32_t env_count = 0;           // environments in this pool
   EnvironmentOptions environment;  // the same for all
   EpisodeEnd episode_end = EpisodeEnd::kSameStep;
-  // This pool is environments [first_environment, first_environment + env_count) of a larger one of
-  // total_environments; environment i of it gives the same episodes as environment
-  // first_environment + i of the whole.
-  int32_t first_environment = 0;
-  int32_t total_environments = 0;  // 0: first_environment + env_count
+  // This pool is environments [first_env, first_env + env_count) of a larger one of
+  // total_env_count; environment i of it gives the same episodes as environment
+  // first_env + i of the whole.
+  int32_t first_env = 0;
+  int32_t total_env_count = 0;  // 0: first_env + env_count
   ObservationFormat observation_format;
   // Chooses the levels in place of EnvironmentOptions::num_levels and start_level; null: they do.
   // Environment i of the whole draws by a stream seeded with StreamSeedOf(i).

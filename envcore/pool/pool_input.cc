@@ -94,21 +94,20 @@ absl::Status CheckPoolOptions(const PoolOptions& options) {
     return absl::InvalidArgumentError(
         absl::StrCat("env_count is ", options.env_count, ", must be at least 1"));
   }
-  if (options.first_environment < 0) {
+  if (options.first_env < 0) {
     return absl::InvalidArgumentError(
-        absl::StrCat("first_environment is ", options.first_environment, ", must be at least 0"));
+        absl::StrCat("first_env is ", options.first_env, ", must be at least 0"));
   }
-  const int64_t end = int64_t{options.first_environment} + options.env_count;
-  const int64_t total = options.total_environments == 0 ? end : options.total_environments;
+  const int64_t end = int64_t{options.first_env} + options.env_count;
+  const int64_t total = options.total_env_count == 0 ? end : options.total_env_count;
   if (total < end) {
     return absl::InvalidArgumentError(
-        absl::StrCat("total_environments is ", options.total_environments,
-                     ", must be at least first_environment + env_count = ", end, ", or 0"));
+        absl::StrCat("total_env_count is ", options.total_env_count,
+                     ", must be at least first_env + env_count = ", end, ", or 0"));
   }
-  if (total > kTotalEnvironmentsMax) {
-    return absl::InvalidArgumentError(absl::StrCat("there are ", total,
-                                                   " environments in the whole, must be at most ",
-                                                   kTotalEnvironmentsMax));
+  if (total > kTotalEnvCountMax) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "there are ", total, " environments in the whole, must be at most ", kTotalEnvCountMax));
   }
   const auto game_count = static_cast<int64_t>(options.games.size());
   if (total % game_count != 0) {

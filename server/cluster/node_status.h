@@ -19,7 +19,7 @@ struct NodeStatus {
   std::string server_version;
   NodeRole role = NodeRole::kHost;
   int32_t environment_capacity = 0;  // environments that it takes at most; 0: it takes none
-  int32_t environment_count = 0;     // environments of all its pools
+  int32_t env_count = 0;             // environments of all its pools
   int32_t pool_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;

@@ -36,7 +36,7 @@ procgen_topics_NodeStatus SampleOf(const NodeStatus& status) {
           .role = status.role == NodeRole::kFleet ? procgen_topics_ROLE_FLEET
                                                   : procgen_topics_ROLE_HOST,
           .environment_capacity = status.environment_capacity,
-          .environment_count = status.environment_count,
+          .env_count = status.env_count,
           .pool_count = status.pool_count,
           .stream_count = status.stream_count,
           .worker_count = status.worker_count,
@@ -50,7 +50,7 @@ NodeStatus StatusOf(const procgen_topics_NodeStatus& sample) {
           .server_version = sample.server_version,
           .role = sample.role == procgen_topics_ROLE_FLEET ? NodeRole::kFleet : NodeRole::kHost,
           .environment_capacity = sample.environment_capacity,
-          .environment_count = sample.environment_count,
+          .env_count = sample.env_count,
           .pool_count = sample.pool_count,
           .stream_count = sample.stream_count,
           .worker_count = sample.worker_count,
@@ -70,8 +70,8 @@ bool IsText(const char* text, size_t bytes_max) {
 bool IsSound(const procgen_topics_NodeStatus& sample) {
   return IsText(sample.node_id, kTextBytesMax) && CheckNodeId(sample.node_id).ok() &&
          IsText(sample.address, kTextBytesMax) && IsText(sample.server_version, kTextBytesMax) &&
-         sample.environment_capacity >= 0 && sample.environment_count >= 0 &&
-         sample.pool_count >= 0 && sample.stream_count >= 0 && sample.worker_count >= 0 &&
+         sample.environment_capacity >= 0 && sample.env_count >= 0 && sample.pool_count >= 0 &&
+         sample.stream_count >= 0 && sample.worker_count >= 0 &&
          sample.worker_count <= kWorkersOfNodeMax;
 }
 

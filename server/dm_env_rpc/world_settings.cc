@@ -199,8 +199,8 @@ constexpr WorldSetting kWorldSettings[] = {
     {"grayscale_obs", ReadGrayscale},
     {"layout", ReadLayout},
     {"frame_stack", ReadFrameStack},
-    {"first_environment", ReadPlace<&PoolOptions::first_environment, 0>},
-    {"total_environments", ReadPlace<&PoolOptions::total_environments, 1>},
+    {"first_env", ReadPlace<&PoolOptions::first_env, 0>},
+    {"total_env_count", ReadPlace<&PoolOptions::total_env_count, 1>},
     {kLeaseDuration, ReadLeaseDuration},
     {"pool_id", ReadPoolId},
 };
@@ -216,13 +216,12 @@ absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Li
     return absl::InvalidArgumentError(
         absl::StrCat("settings have no ", kEnvName, ", which is the name of a game"));
   }
-  const int64_t least_total =
-      int64_t{plan.options.first_environment} + int64_t{plan.options.env_count};
-  const int32_t total = plan.options.total_environments;
+  const int64_t least_total = int64_t{plan.options.first_env} + int64_t{plan.options.env_count};
+  const int32_t total = plan.options.total_env_count;
   if (least_total > INT32_MAX || (total != 0 && total < least_total)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("total_environments is ", total,
-                     ", allowed: first_environment + num_envs = ", least_total, " to ", INT32_MAX));
+        absl::StrCat("total_env_count is ", total,
+                     ", allowed: first_env + num_envs = ", least_total, " to ", INT32_MAX));
   }
   if (settings.contains(std::string(kLeaseDuration))) {
     return CheckLeaseDuration(kLeaseDuration, plan.terms.lease_duration, limits);

@@ -166,7 +166,7 @@ class Metrics::Families final : public prometheus::Collectable {
     }
     const ServerGauges now = read_gauges();
     pools_.Set(now.pool_count);
-    environments_.Set(now.environment_count);
+    environments_.Set(now.env_count);
     attached_streams_.Set(now.stream_count);
     workers_.Set(now.worker_count);
     kept_answers_.Set(static_cast<double>(now.kept_answer_bytes));

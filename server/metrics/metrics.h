@@ -20,7 +20,7 @@ namespace procgen {
 // How a server stands when its metrics are read.
 struct ServerGauges {
   int32_t pool_count = 0;
-  int32_t environment_count = 0;
+  int32_t env_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
   int64_t kept_answer_bytes = 0;

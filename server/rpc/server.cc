@@ -90,7 +90,7 @@ void SetKeepalive(const ServerOptions& options, grpc::ServerBuilder* builder) {
 
 ServerGauges GaugesOf(const Load& load) {
   return {.pool_count = load.pool_count,
-          .environment_count = load.environment_count,
+          .env_count = load.env_count,
           .stream_count = load.stream_count,
           .worker_count = load.worker_count,
           .kept_answer_bytes = load.kept_answer_bytes,
@@ -219,8 +219,8 @@ class GrpcServer final : public Server {
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
     status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
-    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().environment_count_max;
-    status.environment_count = load.environment_count;
+    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().env_count_max;
+    status.env_count = load.env_count;
     status.pool_count = load.pool_count;
     status.stream_count = load.stream_count;
     status.worker_count = load.worker_count;

@@ -83,7 +83,7 @@ absl::StatusOr<PoolRegistry::Key> Sessions::Reserve(absl::string_view owner, abs
     return room.status();
   }
   absl::StatusOr<Owners::Share> share =
-      owners_.Take(owner, {.pool_count = 1, .environment_count = options.env_count});
+      owners_.Take(owner, {.pool_count = 1, .env_count = options.env_count});
   if (!share.ok()) {
     return share.status();
   }
@@ -139,7 +139,7 @@ std::vector<Sessions::Resumed> Sessions::Resume() {
     Resumed session = {MakeSession(order, std::move(resumed.pool)), std::move(resumed.requests)};
     session.pool->ResumeAt(resumed.next_sequence_number);
     absl::StatusOr<Owners::Share> share =
-        owners_.Take(order.owner, {.pool_count = 1, .environment_count = order.options.env_count});
+        owners_.Take(order.owner, {.pool_count = 1, .env_count = order.options.env_count});
     all.push_back(session);
     pools_.Add(session.pool, {capacity_.Count(order.options.env_count, FrameBytes(order.options)),
                               share.ok() ? *std::move(share) : Owners::Share()});
@@ -207,7 +207,7 @@ Load Sessions::load() const {
   load.step_count = step_count_;
   load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
   load.draining = draining_;
-  load.environment_count = capacity_.environment_count();
+  load.env_count = capacity_.env_count();
   for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     load.pool_count += 1;
     load.stream_count += pool->attached() ? 1 : 0;

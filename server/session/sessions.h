@@ -39,7 +39,7 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 // How busy a server is.
 struct Load {
   int32_t pool_count = 0;
-  int32_t environment_count = 0;
+  int32_t env_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
   int64_t step_count = 0;         // environment steps since the start

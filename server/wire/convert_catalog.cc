@@ -109,14 +109,14 @@ void FillActions(v1::Catalog* catalog) {
 
 void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_pool_count_max(limits.pool_count_max);
-  message->set_pool_environment_count_max(limits.pool_environment_count_max);
-  message->set_environment_count_max(limits.environment_count_max);
+  message->set_pool_env_count_max(limits.pool_env_count_max);
+  message->set_env_count_max(limits.env_count_max);
   message->set_request_bytes_max(limits.request_bytes_max);
   message->set_response_bytes_max(limits.response_bytes_max);
   message->set_requests_in_flight_max(limits.requests_in_flight_max);
   message->set_observation_bytes_max(limits.observation_bytes_max);
   message->set_owner_pool_count_max(limits.owner_pool_count_max);
-  message->set_owner_environment_count_max(limits.owner_environment_count_max);
+  message->set_owner_env_count_max(limits.owner_env_count_max);
   message->set_owner_stream_count_max(limits.owner_stream_count_max);
   message->set_owner_call_count_max(limits.owner_call_count_max);
   message->set_owner_watch_count_max(limits.owner_watch_count_max);
@@ -180,7 +180,7 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
 v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
   v1::Load message;
   message.set_pool_count(load.pool_count);
-  message.set_environment_count(load.environment_count);
+  message.set_env_count(load.env_count);
   message.set_stream_count(load.stream_count);
   message.set_worker_count(load.worker_count);
   message.set_step_count(load.step_count);

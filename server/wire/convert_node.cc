@@ -11,7 +11,7 @@ v1::Node NodeMessageOf(const NodeStatus& status) {
   node.set_server_version(status.server_version);
   node.set_role(status.role == NodeRole::kFleet ? v1::NODE_ROLE_FLEET : v1::NODE_ROLE_HOST);
   node.set_environment_capacity(status.environment_capacity);
-  node.set_environment_count(status.environment_count);
+  node.set_env_count(status.env_count);
   node.set_pool_count(status.pool_count);
   node.set_stream_count(status.stream_count);
   node.set_worker_count(status.worker_count);

@@ -109,18 +109,18 @@ absl::Status CheckSpec(const v1::PoolSpec& spec) {
                        " characters, allowed: the name of a game, at most ", kGameLengthMax));
     }
   }
-  if (spec.first_environment() < 0 || spec.total_environments() < 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "spec.first_environment is ", spec.first_environment(), " and spec.total_environments is ",
-        spec.total_environments(), ", allowed: at least 0"));
+  if (spec.first_env() < 0 || spec.total_env_count() < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.first_env is ", spec.first_env(), " and spec.total_env_count is ",
+                     spec.total_env_count(), ", allowed: at least 0"));
   }
   const int64_t least_total =
-      static_cast<int64_t>(spec.first_environment()) + static_cast<int64_t>(spec.env_count());
+      static_cast<int64_t>(spec.first_env()) + static_cast<int64_t>(spec.env_count());
   if (least_total > INT32_MAX ||
-      (spec.total_environments() != 0 && spec.total_environments() < least_total)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "spec.total_environments is ", spec.total_environments(),
-        ", allowed: 0, or first_environment + env_count = ", least_total, " to ", INT32_MAX));
+      (spec.total_env_count() != 0 && spec.total_env_count() < least_total)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.total_env_count is ", spec.total_env_count(),
+                     ", allowed: 0, or first_env + env_count = ", least_total, " to ", INT32_MAX));
   }
   return absl::OkStatus();
 }
@@ -195,8 +195,8 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   options.env_count = spec.env_count();
   options.environment = *environment;
   options.episode_end = *episode_end;
-  options.first_environment = spec.first_environment();
-  options.total_environments = spec.total_environments();
+  options.first_env = spec.first_env();
+  options.total_env_count = spec.total_env_count();
   options.observation_format = *observation_format;
   if (spec.has_level_sampler()) {
     auto sampler = LevelSamplerOf("spec.level_sampler", spec.level_sampler());
@@ -213,10 +213,9 @@ v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
   spec.mutable_games()->Assign(options.games.begin(), options.games.end());
   spec.set_env_count(options.env_count);
   *spec.mutable_options() = EnvironmentOptionsMessageOf(options.environment);
-  spec.set_first_environment(options.first_environment);
-  spec.set_total_environments(options.total_environments != 0
-                                  ? options.total_environments
-                                  : options.first_environment + options.env_count);
+  spec.set_first_env(options.first_env);
+  spec.set_total_env_count(options.total_env_count != 0 ? options.total_env_count
+                                                        : options.first_env + options.env_count);
   spec.set_episode_end(EpisodeEndMessageOf(options.episode_end));
   FillObservationFormat(options.observation_format, spec.mutable_observation_format());
   return spec;

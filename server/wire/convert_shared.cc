@@ -56,8 +56,8 @@ Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
                             v1::StepPoolResponse* response) {
   response->set_sequence_number(request.sequence_number);
   v1::Batch* message = response->mutable_batch();
-  message->set_first_environment(request.first);
-  message->set_environment_count(request.count);
+  message->set_first_env(request.first);
+  message->set_env_count(request.count);
   message->set_last(true);
   message->set_shared_batch(request.shared_batch);
   message->set_shared_observations(request.with_observations);

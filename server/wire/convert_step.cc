@@ -49,8 +49,8 @@ void ReadResets(const google::protobuf::RepeatedPtrField<v1::Reset>& messages,
 }
 
 void ReadSlice(const v1::Slice& slice, Request* request) {
-  request->first = slice.first_environment();
-  request->count = slice.environment_count();
+  request->first = slice.first_env();
+  request->count = slice.env_count();
 }
 
 absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {

@@ -241,8 +241,8 @@ absl::StatusOr<std::unique_ptr<Player>> MakeSingleWorldsPlayer(const Trace& trac
   std::vector<std::unique_ptr<Agent>> agents;
   for (int32_t i = 0; i < trace.env_count; ++i) {
     dm::CreateWorldRequest create = CreateRequest(trace);
-    (*create.mutable_settings())["first_environment"] = Integer(i);
-    (*create.mutable_settings())["total_environments"] = Integer(trace.env_count);
+    (*create.mutable_settings())["first_env"] = Integer(i);
+    (*create.mutable_settings())["total_env_count"] = Integer(trace.env_count);
     absl::StatusOr<std::unique_ptr<Agent>> agent = Agent::Join(address, create);
     if (!agent.ok()) {
       return agent.status();

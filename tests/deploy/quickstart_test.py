@@ -117,7 +117,7 @@ def test_a_cluster_is_played_and_goes_on_without_one_of_its_nodes(tmp_path: Path
             pool.step([4] * 6)
             os.kill(victim, signal.SIGKILL)
             for _ in range(20):
-                assert pool.step([4] * 6).environment_count == 6
+                assert pool.step([4] * 6).env_count == 6
     finally:
         for number in servers:
             with contextlib.suppress(ProcessLookupError):

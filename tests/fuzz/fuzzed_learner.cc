@@ -54,10 +54,10 @@ void ReadRows(absl::Span<const Element> values, size_t count) {
 }
 
 void ReadBatch(const StepStream& stream, const Batch& batch) {
-  Require(batch.environment_count() >= 0 && batch.first_environment() >= 0 &&
-              batch.environment_count() <= stream.env_count() - batch.first_environment(),
+  Require(batch.env_count() >= 0 && batch.first_env() >= 0 &&
+              batch.env_count() <= stream.env_count() - batch.first_env(),
           "a batch is of environments of the pool");
-  const auto count = static_cast<size_t>(batch.environment_count());
+  const auto count = static_cast<size_t>(batch.env_count());
   const auto bytes = static_cast<size_t>(stream.pool().observation_bytes());
   ReadRows(batch.rewards(), count);
   ReadRows(batch.first(), count);
@@ -94,8 +94,8 @@ void ReadAnswer(const StepStream& stream, const Batch& batch, const absl::Status
   if (IsDocumented(status)) {
     ReadBatch(stream, batch);
   } else {
-    Require(batch.environment_count() == 0 && batch.observations().empty() &&
-                batch.rewards().empty() && batch.final_observations().empty(),
+    Require(batch.env_count() == 0 && batch.observations().empty() && batch.rewards().empty() &&
+                batch.final_observations().empty(),
             "nothing of a wrong answer can be read", status);
   }
 }
@@ -118,8 +118,8 @@ void Step(StepStream* stream) {
   sampler.add_weights(1);
   IsDocumented(stream->SetLevelSampler(sampler));
   v1::StepPoolRequest observe;
-  observe.mutable_observe()->mutable_slice()->set_first_environment(1);
-  observe.mutable_observe()->mutable_slice()->set_environment_count(1);
+  observe.mutable_observe()->mutable_slice()->set_first_env(1);
+  observe.mutable_observe()->mutable_slice()->set_env_count(1);
   Batch part;
   ReadAnswer(*stream, part, stream->Call(observe, &part));
   const bool is_sent = stream->SendStep(actions).ok() && stream->SendStep(actions).ok();

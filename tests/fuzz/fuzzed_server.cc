@@ -12,8 +12,8 @@ constexpr int kWorkerCount = 1;
 Limits SmallLimits() {
   Limits limits;
   limits.pool_count_max = 4;
-  limits.pool_environment_count_max = 4;
-  limits.environment_count_max = 12;
+  limits.pool_env_count_max = 4;
+  limits.env_count_max = 12;
   limits.observation_bytes_max = 1 << 20;
   limits.response_bytes_max = 1 << 20;
   limits.requests_in_flight_max = 4;

@@ -70,8 +70,8 @@ void WritePoolCalls(const std::filesystem::path& folder) {
   sampled.mutable_spec()->mutable_level_sampler()->add_weights(1);
   Write(folder / "sampler", {Call(kCreatePool, sampled)});
   v1::CreatePoolRequest part = CreateRequest();
-  part.mutable_spec()->set_first_environment(2);
-  part.mutable_spec()->set_total_environments(8);
+  part.mutable_spec()->set_first_env(2);
+  part.mutable_spec()->set_total_env_count(8);
   part.mutable_spec()->set_transport(v1::TRANSPORT_SHARED_MEMORY);
   part.mutable_spec()->mutable_lease_duration()->set_seconds(2);
   Write(folder / "part", {Call(kCreatePool, part)});
@@ -146,8 +146,8 @@ void WriteStreams(const std::filesystem::path& folder) {
   v1::StepPoolRequest full = Step(3, {4});
   full.set_acknowledged_sequence_number(1);
   full.add_released_batches(0);
-  full.mutable_step()->mutable_slice()->set_first_environment(1);
-  full.mutable_step()->mutable_slice()->set_environment_count(1);
+  full.mutable_step()->mutable_slice()->set_first_env(1);
+  full.mutable_step()->mutable_slice()->set_env_count(1);
   full.mutable_step()->set_repeat_count(3);
   full.mutable_step()->set_observation(v1::OBSERVATION_NONE);
   full.mutable_step()->set_with_final_observations(true);

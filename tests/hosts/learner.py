@@ -55,7 +55,7 @@ class Player:
             levels = {first + int(self._rng.integers(count)): int(self._rng.integers(_LEVELS))}
         self._pool.send_step(
             actions,
-            first_environment=first,
+            first_env=first,
             observe=bool(self._rng.integers(20)),
             repeat_count=int(self._rng.integers(1, 4)) if self._rng.integers(10) == 0 else 1,
             final_observations=bool(self._rng.integers(2)),

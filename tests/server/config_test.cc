@@ -206,10 +206,10 @@ TEST(ConfigTest, LeasesKeptAnswersAndKeepaliveHaveRanges) {
 
 TEST(ConfigTest, PoolLargerThanServerIsRefused) {
   Config config;
-  config.server.limits.pool_environment_count_max = 11;
-  config.server.limits.environment_count_max = 10;
+  config.server.limits.pool_env_count_max = 11;
+  config.server.limits.env_count_max = 10;
   EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
-                                            HasSubstr("--pool_environment_count_max is 11")));
+                                            HasSubstr("--pool_env_count_max is 11")));
 }
 
 TEST(ConfigTest, NodesOfAClusterTellWhereTheyCanBeReached) {

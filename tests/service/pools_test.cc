@@ -25,7 +25,7 @@ TEST_F(PoolsTest, CreatedPoolTellsItsSpecWithAllDefaults) {
   EXPECT_EQ(pool->spec().options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
   EXPECT_TRUE(pool->spec().options().has_rand_seed());
   EXPECT_TRUE(pool->spec().options().center_agent());
-  EXPECT_EQ(pool->spec().total_environments(), 3);
+  EXPECT_EQ(pool->spec().total_env_count(), 3);
   EXPECT_EQ(pool->spec().episode_end(), v1::EPISODE_END_SAME_STEP);
   EXPECT_THAT(pool->observation_shape(), ElementsAre(64, 64, 3));
   EXPECT_EQ(pool->observation_bytes(), 12288);
@@ -163,7 +163,7 @@ TEST_F(PoolsTest, LoadCountsWhatThereIs) {
   const absl::StatusOr<v1::Load> load = client_->GetLoad();
   ASSERT_THAT(load, IsOk());
   EXPECT_EQ(load->pool_count(), 2);
-  EXPECT_EQ(load->environment_count(), 7);
+  EXPECT_EQ(load->env_count(), 7);
   EXPECT_EQ(load->stream_count(), 1);
   EXPECT_EQ(load->worker_count(), 2);
   EXPECT_FALSE(load->draining());

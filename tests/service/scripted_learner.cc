@@ -20,9 +20,9 @@ constexpr int32_t kLevelSeeds = 1000;
 // What of a batch has equal values if all of it has. Equal in one process, which is all that
 // counts.
 uint64_t HashOf(const Batch& batch) {
-  return absl::HashOf(batch.first_environment(), batch.environment_count(), batch.observations(),
-                      batch.rewards(), batch.first(), batch.terminated(), batch.truncated(),
-                      batch.level_seeds(), batch.prev_level_seeds(), batch.prev_level_complete(),
+  return absl::HashOf(batch.first_env(), batch.env_count(), batch.observations(), batch.rewards(),
+                      batch.first(), batch.terminated(), batch.truncated(), batch.level_seeds(),
+                      batch.prev_level_seeds(), batch.prev_level_complete(),
                       batch.episode_returns(), batch.episode_lengths(), batch.fingerprints(),
                       batch.final_observations());
 }
@@ -89,20 +89,20 @@ class Player {
     v1::Slice slice;
     if (Draw(3) == 0) {
       const int32_t first = DrawEnvironment();
-      slice.set_first_environment(first);
-      slice.set_environment_count(
-          1 + static_cast<int32_t>(Draw(static_cast<uint32_t>(env_count_ - first))));
+      slice.set_first_env(first);
+      slice.set_env_count(1 +
+                          static_cast<int32_t>(Draw(static_cast<uint32_t>(env_count_ - first))));
     } else {
-      slice.set_environment_count(env_count_);
+      slice.set_env_count(env_count_);
     }
     return slice;
   }
 
   absl::Status Call(v1::StepPoolRequest request) {
     absl::Status status = stream_->Call(std::move(request), &batch_);
-    for (int32_t row = 0; status.ok() && row < batch_.environment_count(); ++row) {
+    for (int32_t row = 0; status.ok() && row < batch_.env_count(); ++row) {
       const auto at = static_cast<size_t>(row);
-      over_[static_cast<size_t>(batch_.first_environment() + row)] =
+      over_[static_cast<size_t>(batch_.first_env() + row)] =
           batch_.terminated()[at] || batch_.truncated()[at];
     }
     return status;
@@ -122,8 +122,8 @@ class Player {
     v1::StepPoolRequest request;
     v1::Step* step = request.mutable_step();
     *step->mutable_slice() = DrawSlice();
-    const int32_t first = step->slice().first_environment();
-    const int32_t count = step->slice().environment_count();
+    const int32_t first = step->slice().first_env();
+    const int32_t count = step->slice().env_count();
     const uint32_t odd = Draw(40);
     for (int32_t i = 0; i < count; ++i) {
       const bool ends = odd == 0 && Draw(8) == 0;
@@ -151,8 +151,8 @@ class Player {
     v1::StepPoolRequest request;
     *request.mutable_reset()->mutable_slice() = DrawSlice();
     const v1::Slice& slice = request.reset().slice();
-    const auto count = static_cast<uint32_t>(slice.environment_count());
-    FillReset(slice.first_environment() + static_cast<int32_t>(Draw(count)),
+    const auto count = static_cast<uint32_t>(slice.env_count());
+    FillReset(slice.first_env() + static_cast<int32_t>(Draw(count)),
               request.mutable_reset()->add_resets());
     return Call(std::move(request));
   }

@@ -25,8 +25,8 @@ v1::StepPoolRequest StepRequest(const std::vector<int32_t>& actions) {
 v1::StepPoolRequest SliceStepRequest(int32_t first, int32_t count, int32_t action) {
   v1::StepPoolRequest request =
       StepRequest(std::vector<int32_t>(static_cast<size_t>(count), action));
-  request.mutable_step()->mutable_slice()->set_first_environment(first);
-  request.mutable_step()->mutable_slice()->set_environment_count(count);
+  request.mutable_step()->mutable_slice()->set_first_env(first);
+  request.mutable_step()->mutable_slice()->set_env_count(count);
   return request;
 }
 
@@ -40,8 +40,8 @@ v1::ClonePair Pair(int32_t source_environment, int32_t target_environment) {
 Limits ServiceTest::TestLimits() {
   Limits limits;
   limits.pool_count_max = 4;
-  limits.pool_environment_count_max = 500;
-  limits.environment_count_max = 600;
+  limits.pool_env_count_max = 500;
+  limits.env_count_max = 600;
   limits.request_bytes_max = 65536;
   limits.response_bytes_max = 16 << 20;
   limits.requests_in_flight_max = 8;

@@ -6,15 +6,14 @@
 namespace procgen_client {
 
 void Batch::Begin() {
-  first_environment_ = value().first_environment();
-  parts_.assign(1, {first_environment_, environment_count(), value().observations().size()});
+  first_env_ = value().first_env();
+  parts_.assign(1, {first_env_, env_count(), value().observations().size()});
 }
 
 void Batch::Append(const procgen::v1::Batch& part) {
   procgen::v1::Batch* whole = response_.mutable_batch();
-  parts_.push_back(
-      {part.first_environment(), part.environment_count(), part.observations().size()});
-  whole->set_environment_count(whole->environment_count() + part.environment_count());
+  parts_.push_back({part.first_env(), part.env_count(), part.observations().size()});
+  whole->set_env_count(whole->env_count() + part.env_count());
   whole->mutable_rewards()->MergeFrom(part.rewards());
   whole->mutable_first()->MergeFrom(part.first());
   whole->mutable_terminated()->MergeFrom(part.terminated());
@@ -37,16 +36,16 @@ absl::Status Batch::Decode(ObservationDecoder* decoder) {
   }
   int32_t rows = 0;
   for (const Part& part : parts_) {
-    rows += part.environment_count;
+    rows += part.env_count;
   }
   // Not cleared before, as that would write all of it once more.
   decoded_.resize(static_cast<size_t>(rows) * decoder->observation_bytes());
   absl::Span<uint8_t> left = absl::MakeSpan(decoded_);
   for (const Part& part : parts_) {
-    const size_t bytes = static_cast<size_t>(part.environment_count) * decoder->observation_bytes();
+    const size_t bytes = static_cast<size_t>(part.env_count) * decoder->observation_bytes();
     const absl::Status status =
-        decoder->Decode(part.first_environment, part.environment_count,
-                        encoded.substr(0, part.observation_bytes), left.first(bytes));
+        decoder->Decode(part.first_env, part.env_count, encoded.substr(0, part.observation_bytes),
+                        left.first(bytes));
     if (!status.ok()) {
       return absl::DataLossError(absl::StrCat("the server's answer to request ", sequence_number(),
                                               ": ", status.message()));

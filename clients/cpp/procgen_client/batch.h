@@ -14,7 +14,7 @@
 
 namespace procgen_client {
 
-// The answer to one request: how n environments stand. Row i is environment first_environment() +
+// The answer to one request: how n environments stand. Row i is environment first_env() +
 // i. The comments of procgen.v1.Batch tell what each value means.
 // F is the shape of one observation, StepStream::pool().observation_shape(), by default 64, 64, 3.
 // The spans are good until the Batch is filled again or ends. An answer that came in one response
@@ -26,8 +26,8 @@ namespace procgen_client {
 class Batch {
  public:
   int64_t sequence_number() const { return response_.sequence_number(); }
-  int32_t first_environment() const { return first_environment_; }
-  int32_t environment_count() const { return value().environment_count(); }
+  int32_t first_env() const { return first_env_; }
+  int32_t env_count() const { return value().env_count(); }
 
   absl::Span<const uint8_t> observations() const {
     return Shared(&SharedRows::observations,
@@ -84,8 +84,8 @@ class Batch {
 
   // The rows of one response, and what it bears of observations.
   struct Part {
-    int32_t first_environment = 0;
-    int32_t environment_count = 0;
+    int32_t first_env = 0;
+    int32_t env_count = 0;
     size_t observation_bytes = 0;
   };
 
@@ -113,7 +113,7 @@ class Batch {
   absl::Status Decode(ObservationDecoder* decoder);
 
   procgen::v1::StepPoolResponse response_;  // the first of the answer; others' rows are appended
-  int32_t first_environment_ = 0;
+  int32_t first_env_ = 0;
   std::shared_ptr<const SharedRows> shared_;  // null: the values came in the responses
   std::vector<Part> parts_;
   std::vector<uint8_t> decoded_;  // [n, F]; empty: they came as they are, or none did

@@ -21,9 +21,7 @@ absl::Status WrongAttached(absl::string_view what) {
 
 // The slice of a request that does not say how many environments it is of.
 int64_t SliceEnd(const v1::Slice& slice, int64_t env_count) {
-  return slice.environment_count() == 0
-             ? env_count
-             : int64_t{slice.first_environment()} + slice.environment_count();
+  return slice.env_count() == 0 ? env_count : int64_t{slice.first_env()} + slice.env_count();
 }
 
 bool WantsObservations(v1::Observation observation) { return observation != v1::OBSERVATION_NONE; }
@@ -76,16 +74,16 @@ void ResponseValidator::Expect(const v1::StepPoolRequest& request) {
   wants_final_observations_ = false;
   if (request.has_step()) {
     const v1::Step& step = request.step();
-    next_environment_ = step.slice().first_environment();
+    next_environment_ = step.slice().first_env();
     end_environment_ = next_environment_ + step.actions_size();
     wants_observations_ = WantsObservations(step.observation());
     wants_final_observations_ = step.with_final_observations();
   } else if (request.has_reset()) {
-    next_environment_ = request.reset().slice().first_environment();
+    next_environment_ = request.reset().slice().first_env();
     end_environment_ = SliceEnd(request.reset().slice(), env_count_);
     wants_observations_ = WantsObservations(request.reset().observation());
   } else {
-    next_environment_ = request.observe().slice().first_environment();
+    next_environment_ = request.observe().slice().first_env();
     end_environment_ = SliceEnd(request.observe().slice(), env_count_);
     wants_observations_ = WantsObservations(request.observe().observation());
   }
@@ -126,7 +124,7 @@ absl::Status ResponseValidator::ValidateBatch(const v1::Batch& batch) {
     status = shared_batch_count_ > 0 ? ValidateShared(batch) : ValidateArrays(batch);
   }
   if (status.ok()) {
-    next_environment_ += batch.environment_count();
+    next_environment_ += batch.env_count();
     is_complete_ = batch.last();
   }
   return status;
@@ -134,15 +132,15 @@ absl::Status ResponseValidator::ValidateBatch(const v1::Batch& batch) {
 
 absl::Status ResponseValidator::ValidateRange(const v1::Batch& batch) const {
   const int64_t count_max = end_environment_ - next_environment_;
-  const int64_t count = batch.environment_count();
-  if (batch.first_environment() != next_environment_ || next_environment_ < 0 || count < 1 ||
+  const int64_t count = batch.env_count();
+  if (batch.first_env() != next_environment_ || next_environment_ < 0 || count < 1 ||
       count > count_max) {
-    return Wrong(absl::StrCat(count, " environments from ", batch.first_environment(),
-                              ", expected: 1 to ", count_max, " from ", next_environment_));
+    return Wrong(absl::StrCat(count, " environments from ", batch.first_env(), ", expected: 1 to ",
+                              count_max, " from ", next_environment_));
   }
   if (batch.last() != (count == count_max)) {
-    return Wrong(absl::StrCat("environments ", batch.first_environment(), " to ",
-                              batch.first_environment() + count - 1,
+    return Wrong(absl::StrCat("environments ", batch.first_env(), " to ",
+                              batch.first_env() + count - 1,
                               batch.last() ? " as the last, expected: up to "
                                            : " as not the last, expected: the last with ",
                               end_environment_ - 1));
@@ -155,7 +153,7 @@ absl::Status ResponseValidator::ValidateArrays(const v1::Batch& batch) const {
     return Wrong(absl::StrCat("batch ", batch.shared_batch(),
                               " of shared memory, expected: none, as the pool shares no memory"));
   }
-  const int count = batch.environment_count();
+  const int count = batch.env_count();
   const std::pair<absl::string_view, int> sizes[] = {
       {"rewards", batch.rewards_size()},
       {"first", batch.first_size()},
@@ -194,7 +192,7 @@ absl::Status ResponseValidator::ValidatePictures(const v1::Batch& batch, int64_t
     return WrongSize("final_observations", final_bytes, expected_final);
   }
   const auto bytes = static_cast<int64_t>(batch.observations().size());
-  const int64_t decoded = batch.environment_count() * observation_bytes_;
+  const int64_t decoded = batch.env_count() * observation_bytes_;
   if (!is_encoded_ || !wants_observations_) {
     const int64_t expected = wants_observations_ ? decoded : 0;
     return bytes == expected ? absl::OkStatus() : WrongSize("observations", bytes, expected);

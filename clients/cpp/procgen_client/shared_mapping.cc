@@ -211,8 +211,8 @@ absl::StatusOr<std::shared_ptr<const SharedRows>> SharedRows::Hold(
 SharedRows::SharedRows(std::shared_ptr<const SharedMapping> mapping,
                        std::shared_ptr<HeldBatches> held, const v1::Batch& batch)
     : mapping_(std::move(mapping)), held_(std::move(held)), batch_(batch.shared_batch()) {
-  const int32_t from = batch.first_environment();
-  const int32_t count = batch.environment_count();
+  const int32_t from = batch.first_env();
+  const int32_t count = batch.env_count();
   rewards = mapping_->Rows<float>(batch_, SharedField::kRewards, from, count);
   first = mapping_->Rows<bool>(batch_, SharedField::kFirst, from, count);
   terminated = mapping_->Rows<bool>(batch_, SharedField::kTerminated, from, count);

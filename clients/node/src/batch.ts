@@ -31,29 +31,29 @@ export interface BatchArrays {
 // One response with values: the answer to a request, or a part of it.
 export interface Part {
   sequenceNumber: number;
-  firstEnvironment: number;
-  environmentCount: number;
+  firstEnv: number;
+  envCount: number;
   last: boolean;
   arrays: BatchArrays;
 }
 
-// How n environments stand after a request. Row i is environment firstEnvironment + i of the pool. `observations` and
+// How n environments stand after a request. Row i is environment firstEnv + i of the pool. `observations` and
 // `finalObservations` are views of the received message, which nobody writes again; an answer of several responses is
 // joined, and what came encoded is decoded, into arrays of their own.
 export interface Batch extends BatchArrays {
   // Number of the request that this answers.
   sequenceNumber: number;
   // Index in the pool of row 0.
-  firstEnvironment: number;
+  firstEnv: number;
   // Number of rows, n.
-  environmentCount: number;
+  envCount: number;
   // Shape of one observation, e.g. [64, 64, 3].
   observationShape: readonly number[];
 }
 
 // The observation of a row: a view.
 export function observationOf(batch: Batch, row: number): Uint8Array {
-  const bytes = batch.observations.length / batch.environmentCount;
+  const bytes = batch.observations.length / batch.envCount;
   return batch.observations.subarray(row * bytes, (row + 1) * bytes);
 }
 
@@ -62,8 +62,8 @@ export function assemble(parts: readonly Part[], observationShape: readonly numb
   const head = parts[0]!;
   return {
     sequenceNumber: head.sequenceNumber,
-    firstEnvironment: head.firstEnvironment,
-    environmentCount: parts.reduce((sum, part) => sum + part.environmentCount, 0),
+    firstEnv: head.firstEnv,
+    envCount: parts.reduce((sum, part) => sum + part.envCount, 0),
     observationShape,
     ...(parts.length === 1 ? head.arrays : joined(parts)),
   };

@@ -37,9 +37,9 @@ export interface AttachOptions {
 
 export interface SliceOptions {
   // Index of the slice's first environment. Default: 0.
-  firstEnvironment?: number;
+  firstEnv?: number;
   // Number of its environments. Default: all from the first to the pool's last.
-  environmentCount?: number;
+  envCount?: number;
   // false: no pictures are drawn or sent, which is many times faster.
   observe?: boolean;
   // Ends the stream while the answer is waited for; the request may have been carried out all the same. The next one
@@ -49,7 +49,7 @@ export interface SliceOptions {
 
 export type Reset = MessageInitShape<typeof ResetSchema>;
 
-export interface StepOptions extends Omit<SliceOptions, "environmentCount"> {
+export interface StepOptions extends Omit<SliceOptions, "envCount"> {
   // The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends.
   repeatCount?: number;
   // Where an episode ends, its last picture is answered, too. Only of use with EpisodeEnd.SAME_STEP.
@@ -104,10 +104,10 @@ export class Pool extends PoolResource {
 
   // Steps each environment of a slice: as many as there are actions, each in [-1, 15); -1 does nothing and ends the episode.
   async step(actions: ArrayLike<number>, options: StepOptions = {}): Promise<Batch> {
-    const { firstEnvironment = 0, observe = true, repeatCount = 1, nextLevels, resets = [] } = options;
-    this.#checkSlice(firstEnvironment, actions.length, "actions");
+    const { firstEnv = 0, observe = true, repeatCount = 1, nextLevels, resets = [] } = options;
+    this.#checkSlice(firstEnv, actions.length, "actions");
     const value = {
-      slice: { firstEnvironment, environmentCount: actions.length },
+      slice: { firstEnv, envCount: actions.length },
       actions: checkedActions(actions),
       repeatCount: inRange("repeatCount", repeatCount, 1, 1000),
       observation: observation(observe),
@@ -130,7 +130,7 @@ export class Pool extends PoolResource {
   async reset(resets?: readonly Reset[], options: SliceOptions = {}): Promise<Batch> {
     const slice = this.#slice(options);
     const all = () =>
-      Array.from({ length: slice.environmentCount }, (_, i) => ({ environment: slice.firstEnvironment + i }));
+      Array.from({ length: slice.envCount }, (_, i) => ({ environment: slice.firstEnv + i }));
     const value = { slice, resets: [...(resets ?? all())], observation: observation(options.observe ?? true) };
     return this.#batch({ case: "reset", value }, options.signal);
   }
@@ -149,8 +149,8 @@ export class Pool extends PoolResource {
     policy: (batch: Batch) => ArrayLike<number> | Promise<ArrayLike<number>>,
     { stepCount = Infinity, ...options }: PlayOptions = {},
   ): AsyncGenerator<Batch, void, void> {
-    const { firstEnvironment, observe, signal } = options;
-    let batch = await this.observe({ firstEnvironment, observe, signal });
+    const { firstEnv, observe, signal } = options;
+    let batch = await this.observe({ firstEnv, observe, signal });
     yield batch;
     for (let step = 0; step < stepCount; step += 1) {
       batch = await this.step(await policy(batch), options);
@@ -270,16 +270,16 @@ export class Pool extends PoolResource {
     return row <= responseBytesDefault ? 0 : row;
   }
 
-  #slice({ firstEnvironment = 0, environmentCount = this.envCount - firstEnvironment }: SliceOptions) {
-    this.#checkSlice(firstEnvironment, environmentCount, "environments");
-    return { firstEnvironment, environmentCount };
+  #slice({ firstEnv = 0, envCount = this.envCount - firstEnv }: SliceOptions) {
+    this.#checkSlice(firstEnv, envCount, "environments");
+    return { firstEnv, envCount };
   }
 
-  #checkSlice(firstEnvironment: number, count: number, what: string): void {
-    inRange("firstEnvironment", firstEnvironment, 0, this.envCount - 1);
-    if (count < 1 || firstEnvironment + count > this.envCount) {
+  #checkSlice(firstEnv: number, count: number, what: string): void {
+    inRange("firstEnv", firstEnv, 0, this.envCount - 1);
+    if (count < 1 || firstEnv + count > this.envCount) {
       throw new InvalidArgumentError(
-        `${count} ${what} from environment ${firstEnvironment}; ${this.name} has ${this.envCount} environments`,
+        `${count} ${what} from environment ${firstEnv}; ${this.name} has ${this.envCount} environments`,
       );
     }
   }

@@ -74,7 +74,7 @@ export abstract class PoolResource {
     if (environments?.length === 0) {
       return snapshots;
     }
-    const wanted = environments ?? firstEnvironments(this.envCount);
+    const wanted = environments ?? firstEnvs(this.envCount);
     const request = { pool: this.name, environments: [...(environments ?? [])], pageToken: "" };
     do {
       const page = await this.connection.unary(StateService.method.saveStates, request, options);
@@ -156,7 +156,7 @@ export abstract class PoolResource {
   // Draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
   async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
     checkSide(sidePx);
-    const wanted = environments ?? firstEnvironments(this.envCount);
+    const wanted = environments ?? firstEnvs(this.envCount);
     const roomBytes = Math.min(responseBytesDefault, Number(this.limits.responseBytesMax)) - framesOverheadBytes;
     const atATime = Math.max(1, Math.floor(roomBytes / frameBytes(sidePx)));
     const frames: Frame[] = [];
@@ -178,7 +178,7 @@ export abstract class PoolResource {
     { sidePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
   ): AsyncGenerator<WatchPoolResponse, void, void> {
     checkSide(sidePx);
-    const wanted = environments ?? firstEnvironments(Math.min(this.envCount, watchedDefault));
+    const wanted = environments ?? firstEnvs(Math.min(this.envCount, watchedDefault));
     const request = { ...this.#framesRequest(wanted, sidePx), framesPerSecondMax };
     for await (const moment of this.connection.serverStream(RenderService.method.watchPool, request, signal)) {
       checkFrames(moment.frames, wanted, sidePx);
@@ -201,7 +201,7 @@ export abstract class PoolResource {
   }
 }
 
-function firstEnvironments(count: number): number[] {
+function firstEnvs(count: number): number[] {
   return Array.from({ length: count }, (_, environment) => environment);
 }
 

@@ -248,8 +248,8 @@ export class Stream {
         continue;
       }
       try {
-        const { firstEnvironment, environmentCount, arrays } = part;
-        arrays.observations = this.#decoder.decode(firstEnvironment, environmentCount, arrays.observations);
+        const { firstEnv, envCount, arrays } = part;
+        arrays.observations = this.#decoder.decode(firstEnv, envCount, arrays.observations);
       } catch (error) {
         const answer = `the answer of ${this.#attach.pool} to request ${part.sequenceNumber}`;
         throw new DataLossError(`${answer}: ${(error as Error).message}`, { cause: error });

@@ -9,7 +9,7 @@ import type { Frame } from "./generated/procgen/v1/render_pb.js";
 import type { SaveStatesResponse } from "./generated/procgen/v1/states_pb.js";
 import { Observation, type Attach, type Attached, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
 
-// The contract's bounds: PoolSpec.total_environments, ObservationFormat's largest stack of the largest pictures in colour,
+// The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the largest pictures in colour,
 // and State.snapshot.
 const envCountMax = 16777216;
 const observationBytesMax = 16 * 512 * 512 * 3;
@@ -74,12 +74,12 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
     throw wrong(`values to request ${part.sequenceNumber}`, "that it was carried out");
   }
   const { slice, observation } = asked.value;
-  const begin = slice?.firstEnvironment ?? 0;
-  const next = before.reduce((sum, each) => sum + each.environmentCount, begin);
-  const left = begin + (slice?.environmentCount || attached.pool!.spec!.envCount - begin) - next;
-  const { sequenceNumber: number, environmentCount: count, arrays } = part;
-  if (part.firstEnvironment !== next || count < 1 || count > left) {
-    throw wrong(`request ${number}: ${count} environments from ${part.firstEnvironment}`, `1 to ${left} from ${next}`);
+  const begin = slice?.firstEnv ?? 0;
+  const next = before.reduce((sum, each) => sum + each.envCount, begin);
+  const left = begin + (slice?.envCount || attached.pool!.spec!.envCount - begin) - next;
+  const { sequenceNumber: number, envCount: count, arrays } = part;
+  if (part.firstEnv !== next || count < 1 || count > left) {
+    throw wrong(`request ${number}: ${count} environments from ${part.firstEnv}`, `1 to ${left} from ${next}`);
   }
   if (part.last !== (count === left)) {
     throw wrong(

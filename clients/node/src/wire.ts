@@ -43,7 +43,7 @@ const arrayNames = new Map<number, keyof BatchArrays>(
     .map((field) => [field.number, field.localName as keyof BatchArrays]),
 );
 const { sequenceNumber: sequenceField, batch: batchField } = StepPoolResponseSchema.field;
-const { firstEnvironment: firstField, environmentCount: countField, last: lastField } = BatchSchema.field;
+const { firstEnv: firstField, envCount: countField, last: lastField } = BatchSchema.field;
 
 const empty = new Uint8Array(0);
 
@@ -64,7 +64,7 @@ export function readResponse(received: Uint8Array): Response {
 
 // The slow and obvious way, by the generated message.
 export function partOf(sequenceNumber: bigint, batch: BatchMessage): Part {
-  const { firstEnvironment, environmentCount, last } = batch;
+  const { firstEnv, envCount, last } = batch;
   const arrays: BatchArrays = {
     rewards: Float32Array.from(batch.rewards),
     first: Uint8Array.from(batch.first, Number),
@@ -79,7 +79,7 @@ export function partOf(sequenceNumber: bigint, batch: BatchMessage): Part {
     finalObservations: batch.finalObservations,
     observations: batch.observations,
   };
-  return { sequenceNumber: Number(sequenceNumber), firstEnvironment, environmentCount, last, arrays };
+  return { sequenceNumber: Number(sequenceNumber), firstEnv, envCount, last, arrays };
 }
 
 function readBatchResponse(message: Uint8Array): Part {
@@ -105,7 +105,7 @@ function readBatchResponse(message: Uint8Array): Part {
 function readBatch(batch: Uint8Array, sequenceNumber: number): Part {
   const reader = new BinaryReader(batch);
   const pieces = new Map<keyof BatchArrays, Uint8Array>();
-  const part = { sequenceNumber, firstEnvironment: 0, environmentCount: 0, last: false };
+  const part = { sequenceNumber, firstEnv: 0, envCount: 0, last: false };
   while (reader.pos < reader.len) {
     const [number, type] = reader.tag();
     const name = arrayNames.get(number);
@@ -115,9 +115,9 @@ function readBatch(batch: Uint8Array, sequenceNumber: number): Part {
       }
       pieces.set(name, reader.bytes());
     } else if (number === firstField.number) {
-      part.firstEnvironment = reader.int32();
+      part.firstEnv = reader.int32();
     } else if (number === countField.number) {
-      part.environmentCount = reader.int32();
+      part.envCount = reader.int32();
     } else if (number === lastField.number) {
       part.last = reader.bool();
     } else {

@@ -80,8 +80,8 @@ def action_bytes(actions: npt.ArrayLike) -> bytes:
 
 @functools.lru_cache(maxsize=64)
 def _step_fields(
-    first_environment: int,
-    environment_count: int,
+    first_env: int,
+    env_count: int,
     repeat_count: int,
     observe: bool,
     final_observations: bool,
@@ -89,22 +89,20 @@ def _step_fields(
 ) -> bytes:
     """Gives what is the same from step to step: a request but for its end, the actions."""
     fields = step_pb2.Step(
-        slice=step_pb2.Slice(
-            first_environment=first_environment, environment_count=environment_count
-        ),
+        slice=step_pb2.Slice(first_env=first_env, env_count=env_count),
         repeat_count=repeat_count,
         observation=observation(observe),
         with_final_observations=final_observations,
         response_count_min=response_count_min,
     ).SerializeToString()
-    step = fields + bytes_field(_ACTIONS_NUMBER, bytes(environment_count))
+    step = fields + bytes_field(_ACTIONS_NUMBER, bytes(env_count))
     whole = bytes_field(_STEP_NUMBER, step)
-    return whole[: len(whole) - environment_count]
+    return whole[: len(whole) - env_count]
 
 
 def step_request(
     actions: bytes,
-    first_environment: int,
+    first_env: int,
     *,
     repeat_count: int,
     observe: bool,
@@ -117,14 +115,14 @@ def step_request(
 
     Args:
         actions: From action_bytes.
-        first_environment, ...: As Pool.step takes them.
+        first_env, ...: As Pool.step takes them.
 
     Raises:
         InvalidArgumentError: A number does not fit its field.
     """
     step = (
         _step_fields(
-            first_environment,
+            first_env,
             len(actions),
             in_range("repeat_count", repeat_count, 1, 1000),
             bool(observe),

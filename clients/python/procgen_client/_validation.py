@@ -16,7 +16,7 @@ from procgen_client._proto import pools_pb2, render_pb2, states_pb2, step_pb2
 from procgen_client._transport.wire import Part
 from procgen_client.errors import InternalError
 
-# The contract's bounds: PoolSpec.total_environments, ObservationFormat's largest stack of the
+# The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the
 # largest pictures in colour, and State.snapshot.
 _ENV_COUNT_MAX = 16777216
 _OBSERVATION_BYTES_MAX = 16 * 512 * 512 * 3
@@ -41,8 +41,8 @@ _ROW_ARRAYS = (
 class Expected(NamedTuple):
     """What a request is answered with. None in its place: it is carried out, and has no values."""
 
-    first_environment: int
-    environment_count: int
+    first_env: int
+    env_count: int
     observe: bool
     final_observations: bool = False
 
@@ -99,13 +99,13 @@ def check_part(
     part: Part, expected: Expected, before: Iterable[Part], attached: step_pb2.Attached
 ) -> None:
     """Checks the next response to a request, after those ``before``."""
-    number, count = part.sequence_number, part.environment_count
-    next_environment = expected.first_environment + sum(each.environment_count for each in before)
-    count_max = expected.first_environment + expected.environment_count - next_environment
-    if part.first_environment != next_environment or not 1 <= count <= count_max:
+    number, count = part.sequence_number, part.env_count
+    next_environment = expected.first_env + sum(each.env_count for each in before)
+    count_max = expected.first_env + expected.env_count - next_environment
+    if part.first_env != next_environment or not 1 <= count <= count_max:
         raise InternalError(
             f"the answer to request {number} has {count} environments from "
-            f"{part.first_environment}, expected: 1 to {count_max} from {next_environment}"
+            f"{part.first_env}, expected: 1 to {count_max} from {next_environment}"
         )
     if part.last != (count == count_max):
         raise InternalError(

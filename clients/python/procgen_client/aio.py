@@ -294,7 +294,7 @@ class AsyncPool:
         self,
         actions: npt.ArrayLike,
         *,
-        first_environment: int = 0,
+        first_env: int = 0,
         observe: bool = True,
         repeat_count: int = 1,
         final_observations: bool = False,
@@ -303,14 +303,14 @@ class AsyncPool:
     ) -> None:
         """Sends the request of :meth:`step`; receive gives the answer. Errors as Pool.send_step."""
         on_wire = action_bytes(actions)
-        if not 0 <= first_environment <= self.env_count - max(len(on_wire), 1) or not on_wire:
+        if not 0 <= first_env <= self.env_count - max(len(on_wire), 1) or not on_wire:
             raise InvalidArgumentError(
-                f"{len(on_wire)} actions from environment {first_environment}; {self.name} has "
+                f"{len(on_wire)} actions from environment {first_env}; {self.name} has "
                 f"{self.env_count} environments"
             )
         request = step_request(
             on_wire,
-            first_environment,
+            first_env,
             repeat_count=repeat_count,
             observe=observe,
             final_observations=final_observations,
@@ -318,7 +318,7 @@ class AsyncPool:
             next_levels=next_levels,
             resets=resets,
         )
-        expected = Expected(first_environment, len(on_wire), observe, final_observations)
+        expected = Expected(first_env, len(on_wire), observe, final_observations)
         await self._send(request, expected)
 
     async def receive(self) -> Batch:

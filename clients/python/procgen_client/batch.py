@@ -13,7 +13,7 @@ from procgen_client._transport.wire import Part
 class Batch:
     """How n environments stand after a request.
 
-    Row i is environment ``first_environment + i`` of the pool.
+    Row i is environment ``first_env + i`` of the pool.
 
     ``observations`` and ``final_observations`` are views of the received message: nothing is
     copied, they stay valid as long as they are referred to, they are never written again, and they
@@ -32,7 +32,7 @@ class Batch:
     """
 
     sequence_number: int  # Number of the request that this answers.
-    first_environment: int  # Index in the pool of row 0.
+    first_env: int  # Index in the pool of row 0.
     rewards: np.ndarray  # Of this step, the old episode's where one ended    float32 [n]
     first: np.ndarray  # A new episode has begun                              bool    [n]
     terminated: np.ndarray  # The game (or action -1) ended the episode       bool    [n]
@@ -47,7 +47,7 @@ class Batch:
     observations: np.ndarray | None  # What the agents see                    uint8   [n, *F]
 
     @property
-    def environment_count(self) -> int:
+    def env_count(self) -> int:
         """Number of rows, n."""
         return len(self.rewards)
 
@@ -70,7 +70,7 @@ def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
     final_observations = arrays.pop("final_observations").reshape(-1, *observation_shape)
     return Batch(
         sequence_number=first_part.sequence_number,
-        first_environment=first_part.first_environment,
+        first_env=first_part.first_env,
         observations=observations if len(observations) else None,
         final_observations=final_observations,
         **arrays,

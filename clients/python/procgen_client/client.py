@@ -211,8 +211,8 @@ class Client:
         env_count: int = 64,
         *,
         episode_end: str = "same_step",
-        first_environment: int = 0,
-        total_environments: int = 0,
+        first_env: int = 0,
+        total_env_count: int = 0,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
         pipeline: int | None = None,
@@ -234,7 +234,7 @@ class Client:
             episode_end: What follows the step that ends an episode. "same_step": the observation is
                 the next episode's first. "next_step": it is the last one, and the next step begins
                 the next episode. "disabled": it is the last one; the environment must be reset.
-            first_environment, total_environments: Of a part of a larger pool: where it begins, and
+            first_env, total_env_count: Of a part of a larger pool: where it begins, and
                 the whole's number of environments; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
@@ -258,8 +258,8 @@ class Client:
             env_count,
             options=_options.environment_options(**options),
             episode_end=episode_end,
-            first_environment=first_environment,
-            total_environments=total_environments,
+            first_env=first_env,
+            total_env_count=total_env_count,
             observation_format=_options.observation_format(
                 screen_size, grayscale_obs, layout, frame_stack
             ),

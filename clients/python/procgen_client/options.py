@@ -182,8 +182,8 @@ def pool_spec(
     *,
     options: pools_pb2.EnvironmentOptions,
     episode_end: str = "same_step",
-    first_environment: int = 0,
-    total_environments: int = 0,
+    first_env: int = 0,
+    total_env_count: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
     encoding: str = "raw",
     lease_duration: float | None = None,
@@ -197,9 +197,9 @@ def pool_spec(
         env_count: Number of environments.
         options: From environment_options.
         episode_end: What follows the step that ends an episode, one of EPISODE_ENDS.
-        first_environment: For a part of a larger pool: the index of its first environment in the
+        first_env: For a part of a larger pool: the index of its first environment in the
             whole.
-        total_environments: For the same: number of environments of the whole.
+        total_env_count: For the same: number of environments of the whole.
         observation_format: From observation_format. None: upstream's.
         encoding: How observations travel, one of ENCODINGS.
         lease_duration: How long it lives while nobody steps it, in seconds. None: until it is
@@ -220,8 +220,8 @@ def pool_spec(
             env_count=env_count,
             options=options,
             episode_end=end,
-            first_environment=first_environment,
-            total_environments=total_environments,
+            first_env=first_env,
+            total_env_count=total_env_count,
             observation_format=observation_format,
             encoding=code,
             lease_duration=None if lease_duration is None else duration(lease_duration),

@@ -125,7 +125,7 @@ class Pool(PoolResource):
         self,
         actions: npt.ArrayLike,
         *,
-        first_environment: int = 0,
+        first_env: int = 0,
         observe: bool = True,
         repeat_count: int = 1,
         final_observations: bool = False,
@@ -135,10 +135,10 @@ class Pool(PoolResource):
         """Steps each environment of a slice, and waits for the answer.
 
         Args:
-            actions: int [n], each in [-1, 15): what the environments first_environment ...
-                first_environment + n - 1 do; -1 does nothing and ends the episode. n is env_count,
+            actions: int [n], each in [-1, 15): what the environments first_env ...
+                first_env + n - 1 do; -1 does nothing and ends the episode. n is env_count,
                 unless a part of the pool is stepped.
-            first_environment: Index of the slice's first environment.
+            first_env: Index of the slice's first environment.
             observe: False: no pictures are drawn or sent, which is many times faster.
             repeat_count: The same action is taken so many times, in [1, 1000]; rewards are summed,
                 and an environment stops when its episode ends.
@@ -159,7 +159,7 @@ class Pool(PoolResource):
         self._require_nothing_in_flight()
         self.send_step(
             actions,
-            first_environment=first_environment,
+            first_env=first_env,
             observe=observe,
             repeat_count=repeat_count,
             final_observations=final_observations,
@@ -171,8 +171,8 @@ class Pool(PoolResource):
     def observe(
         self,
         *,
-        first_environment: int = 0,
-        environment_count: int | None = None,
+        first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
     ) -> Batch:
         """Tells how a slice stands (the whole pool by default) and changes nothing.
@@ -182,8 +182,8 @@ class Pool(PoolResource):
         """
         self._require_nothing_in_flight()
         self.send_observe(
-            first_environment=first_environment,
-            environment_count=environment_count,
+            first_env=first_env,
+            env_count=env_count,
             observe=observe,
         )
         return self.receive()
@@ -192,8 +192,8 @@ class Pool(PoolResource):
         self,
         resets: Iterable[int | Reset] | None = None,
         *,
-        first_environment: int = 0,
-        environment_count: int | None = None,
+        first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
     ) -> Batch:
         """Begins new episodes in some environments of a slice, and tells how the slice stands.
@@ -201,8 +201,8 @@ class Pool(PoolResource):
         Args:
             resets: Environments (indices in the pool, or Resets), at least one, each at most once.
                 None: all of the slice. The others are left as they are.
-            first_environment: Index of the slice's first environment.
-            environment_count: Number of environments of the slice. None: all from the first to the
+            first_env: Index of the slice's first environment.
+            env_count: Number of environments of the slice. None: all from the first to the
                 pool's last.
             observe: False: no pictures.
 
@@ -211,8 +211,8 @@ class Pool(PoolResource):
         self._require_nothing_in_flight()
         self.send_reset(
             resets,
-            first_environment=first_environment,
-            environment_count=environment_count,
+            first_env=first_env,
+            env_count=env_count,
             observe=observe,
         )
         return self.receive()
@@ -233,7 +233,7 @@ class Pool(PoolResource):
         self,
         actions: npt.ArrayLike,
         *,
-        first_environment: int = 0,
+        first_env: int = 0,
         observe: bool = True,
         repeat_count: int = 1,
         final_observations: bool = False,
@@ -251,10 +251,10 @@ class Pool(PoolResource):
                 answer: let go of some, or copy them. Nothing was sent.
         """
         on_wire = action_bytes(actions)
-        self._check_slice(first_environment, len(on_wire), "actions")
+        self._check_slice(first_env, len(on_wire), "actions")
         request = step_request(
             on_wire,
-            first_environment,
+            first_env,
             repeat_count=repeat_count,
             observe=observe,
             final_observations=final_observations,
@@ -262,42 +262,42 @@ class Pool(PoolResource):
             next_levels=next_levels,
             resets=resets,
         )
-        expected = Expected(first_environment, len(on_wire), observe, final_observations)
+        expected = Expected(first_env, len(on_wire), observe, final_observations)
         return self._send(request, expected)
 
     def send_observe(
         self,
         *,
-        first_environment: int = 0,
-        environment_count: int | None = None,
+        first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
     ) -> int:
         """Sends the request of :meth:`observe`; errors as :meth:`send_step`."""
-        which = self._slice(first_environment, environment_count)
+        which = self._slice(first_env, env_count)
         request = step_pb2.Observe(slice=which, observation=observation(observe))
         return self._send(
             step_pb2.StepPoolRequest(observe=request).SerializeToString(),
-            Expected(first_environment, which.environment_count, observe),
+            Expected(first_env, which.env_count, observe),
         )
 
     def send_reset(
         self,
         resets: Iterable[int | Reset] | None = None,
         *,
-        first_environment: int = 0,
-        environment_count: int | None = None,
+        first_env: int = 0,
+        env_count: int | None = None,
         observe: bool = True,
     ) -> int:
         """Sends the request of :meth:`reset`; errors as :meth:`send_step`."""
-        which = self._slice(first_environment, environment_count)
+        which = self._slice(first_env, env_count)
         if resets is None:
-            resets = range(first_environment, first_environment + which.environment_count)
+            resets = range(first_env, first_env + which.env_count)
         request = step_pb2.ResetSlice(
             slice=which, resets=reset_messages(resets), observation=observation(observe)
         )
         return self._send(
             step_pb2.StepPoolRequest(reset=request).SerializeToString(),
-            Expected(first_environment, which.environment_count, observe),
+            Expected(first_env, which.env_count, observe),
         )
 
     def receive(self) -> Batch:
@@ -433,22 +433,20 @@ class Pool(PoolResource):
                 f"{self.in_flight} requests to {self.name} are unanswered: receive them first"
             )
 
-    def _slice(self, first_environment: int, environment_count: int | None) -> step_pb2.Slice:
-        if environment_count is None:
-            environment_count = self.env_count - first_environment
-        self._check_slice(first_environment, environment_count, "environments")
-        return step_pb2.Slice(
-            first_environment=first_environment, environment_count=environment_count
-        )
+    def _slice(self, first_env: int, env_count: int | None) -> step_pb2.Slice:
+        if env_count is None:
+            env_count = self.env_count - first_env
+        self._check_slice(first_env, env_count, "environments")
+        return step_pb2.Slice(first_env=first_env, env_count=env_count)
 
-    def _check_slice(self, first_environment: int, count: int, what: str) -> None:
-        if first_environment < 0 or first_environment >= self.env_count:
+    def _check_slice(self, first_env: int, count: int, what: str) -> None:
+        if first_env < 0 or first_env >= self.env_count:
             raise InvalidArgumentError(
-                f"first_environment is {first_environment}; {self.name} has environments 0 ... "
+                f"first_env is {first_env}; {self.name} has environments 0 ... "
                 f"{self.env_count - 1}"
             )
-        if count < 1 or first_environment + count > self.env_count:
+        if count < 1 or first_env + count > self.env_count:
             raise InvalidArgumentError(
-                f"{count} {what} from environment {first_environment}; {self.name} has "
+                f"{count} {what} from environment {first_env}; {self.name} has "
                 f"{self.env_count} environments"
             )

@@ -11,8 +11,8 @@ v1::Observation ObservationOf(const Batch& pictures) {
 
 template <typename Message>
 void SetSlice(Part part, Message* message) {
-  message->mutable_slice()->set_first_environment(part.first);
-  message->mutable_slice()->set_environment_count(part.count);
+  message->mutable_slice()->set_first_env(part.first);
+  message->mutable_slice()->set_env_count(part.count);
 }
 
 template <typename Message>
@@ -43,9 +43,7 @@ void FillStep(const Request& request, const Batch& pictures, v1::Step* step) {
   AddResets(request.resets, step);
 }
 
-Part SliceOf(const v1::Slice& slice) {
-  return {slice.first_environment(), slice.environment_count()};
-}
+Part SliceOf(const v1::Slice& slice) { return {slice.first_env(), slice.env_count()}; }
 
 // The elements that belong to `part`, in numbers that begin with `offset`.
 template <typename Element>
@@ -62,7 +60,7 @@ void CutList(const google::protobuf::RepeatedPtrField<Element>& list, Part part,
 
 void CutStep(const v1::Step& step, Part part, int32_t offset, v1::Step* cut) {
   SetSlice({part.first - offset, part.count}, cut);
-  const int* actions = step.actions().data() + (part.first - step.slice().first_environment());
+  const int* actions = step.actions().data() + (part.first - step.slice().first_env());
   cut->mutable_actions()->Add(actions, actions + part.count);
   cut->set_repeat_count(step.repeat_count());
   cut->set_observation(step.observation());

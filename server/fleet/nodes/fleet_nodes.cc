@@ -116,7 +116,7 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
       }
       // What a node tells may be a second old, and does not have what was put there since.
       const auto seats = seats_.find(node.node_id);
-      int64_t used = std::max(node.environment_count, seats == seats_.end() ? 0 : seats->second);
+      int64_t used = std::max(node.env_count, seats == seats_.end() ? 0 : seats->second);
       for (const Share& share : own) {
         used -= share.node_id == node.node_id ? share.env_count : 0;
       }

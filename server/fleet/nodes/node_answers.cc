@@ -53,10 +53,9 @@ absl::Status CheckNodePool(const v1::Pool& pool, const v1::PoolSpec& spec,
   }
   absl::Status status =
       CheckEqual("pool.spec.env_count", pool.spec().env_count(), spec.env_count());
-  status.Update(CheckEqual("pool.spec.first_environment", pool.spec().first_environment(),
-                           spec.first_environment()));
-  status.Update(CheckEqual("pool.spec.total_environments", pool.spec().total_environments(),
-                           spec.total_environments()));
+  status.Update(CheckEqual("pool.spec.first_env", pool.spec().first_env(), spec.first_env()));
+  status.Update(CheckEqual("pool.spec.total_env_count", pool.spec().total_env_count(),
+                           spec.total_env_count()));
   return status;
 }
 
@@ -87,14 +86,12 @@ AskedRows AskedRowsOf(const v1::StepPoolRequest& request) {
 
 absl::Status CheckNodeBatch(const procgen_client::Batch& batch, const AskedRows& asked,
                             size_t observation_bytes) {
-  absl::Status status =
-      CheckEqual("batch.first_environment", batch.first_environment(), asked.slice.first);
-  status.Update(
-      CheckEqual("batch.environment_count", batch.environment_count(), asked.slice.count));
+  absl::Status status = CheckEqual("batch.first_env", batch.first_env(), asked.slice.first);
+  status.Update(CheckEqual("batch.env_count", batch.env_count(), asked.slice.count));
   if (!status.ok()) {
     return status;
   }
-  const auto rows = static_cast<size_t>(batch.environment_count());
+  const auto rows = static_cast<size_t>(batch.env_count());
   status.Update(CheckSize("rewards", batch.rewards(), rows));
   status.Update(CheckSize("first", batch.first(), rows));
   status.Update(CheckSize("terminated", batch.terminated(), rows));

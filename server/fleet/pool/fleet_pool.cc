@@ -29,8 +29,8 @@ absl::StatusOr<std::unique_ptr<Pool>> FleetPool::Check(const PoolOptions& option
   }
   PoolOptions model = options;
   model.env_count = static_cast<int32_t>(options.games.size());
-  model.first_environment = 0;
-  model.total_environments = 0;
+  model.first_env = 0;
+  model.total_env_count = 0;
   model.observation_format = {};
   return Pool::Create(model, std::make_shared<WorkerPool>(0));
 }
@@ -319,8 +319,7 @@ void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {
   const procgen_client::Batch& answer = shard.answer();
   const auto count = static_cast<size_t>(rows.count);
   const auto to = static_cast<size_t>(rows.first - part.first);
-  const auto from =
-      static_cast<size_t>(rows.first - shard.range().first - answer.first_environment());
+  const auto from = static_cast<size_t>(rows.first - shard.range().first - answer.first_env());
   const size_t picture_bytes = options_.observation_format.bytes();
   CopySpan(answer.observations(), from, batch.observations, to, count, picture_bytes);
   CopySpan(answer.rewards(), from, batch.rewards, to, count);

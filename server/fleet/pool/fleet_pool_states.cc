@@ -107,7 +107,7 @@ absl::Status FleetPool::CheckStates(const std::vector<v1::State>& states) {
       return absl::InvalidArgumentError(
           absl::StrCat("environment ", environment, " is to be restored twice"));
     }
-    const int32_t game = (options_.first_environment + environment) % model_->env_count();
+    const int32_t game = (options_.first_env + environment) % model_->env_count();
     const absl::Status status = model_->RestoreStates({{game, state.snapshot()}});
     if (!status.ok()) {
       const absl::string_view message =

@@ -62,7 +62,7 @@ absl::Status Shard::Fill(Placement* placement) {
   const v1::Limits& limits = placement->node->limits;
   v1::PoolSpec spec = terms_->spec;
   spec.set_env_count(range_.count);
-  spec.set_first_environment(spec.first_environment() + range_.first);
+  spec.set_first_env(spec.first_env() + range_.first);
   spec.mutable_lease_duration()->set_seconds(
       std::min(kShardLeaseSeconds, limits.lease_duration_max().seconds()));
   if (base_->sampler != nullptr) {

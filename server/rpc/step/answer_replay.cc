@@ -62,7 +62,7 @@ class AnswerReplay final : public PoolTap,
     // The last one tells how all environments stand, and that they are where they were.
     v1::StepPoolRequest look;
     look.mutable_observe()->set_observation(v1::OBSERVATION_NONE);
-    look.mutable_observe()->mutable_slice()->set_environment_count(pool_->env_count());
+    look.mutable_observe()->mutable_slice()->set_env_count(pool_->env_count());
     requests_.push_back(look.SerializeAsString());
   }
 

@@ -88,8 +88,8 @@ Batch PrepareResponse(const Request& request, Part part, int64_t observation_byt
   const int64_t picture_bytes = part.count * observation_bytes;
   const int32_t slice_end = request.first + request.count;
   v1::Batch* message = response->message.mutable_batch();
-  message->set_first_environment(part.first);
-  message->set_environment_count(part.count);
+  message->set_first_env(part.first);
+  message->set_env_count(part.count);
   message->set_last(part.first + part.count == slice_end);
   Batch batch;
   batch.rewards = Sized(message->mutable_rewards(), part.count);

@@ -38,8 +38,8 @@ void ResponseBuilder::Encode(const PoolSession& pool, Response* response) {
   const v1::Batch& batch = response->message.batch();
   const grpc::Slice& drawn = response->observations;
   const absl::Span<const uint8_t> observations(drawn.begin(), drawn.size());
-  response->observations = grpc::Slice(
-      encoder_->Encode(batch.first_environment(), batch.environment_count(), observations));
+  response->observations =
+      grpc::Slice(encoder_->Encode(batch.first_env(), batch.env_count(), observations));
 }
 
 }  // namespace procgen

@@ -10,17 +10,16 @@ namespace {
 
 absl::Status CheckSlice(absl::string_view pool, int32_t env_count, Request* request) {
   if (request->first < 0 || request->first >= env_count) {
-    return absl::InvalidArgumentError(absl::StrCat("slice.first_environment is ", request->first,
-                                                   ", pool ", pool, " has environments 0 to ",
-                                                   env_count - 1));
+    return absl::InvalidArgumentError(absl::StrCat("slice.first_env is ", request->first, ", pool ",
+                                                   pool, " has environments 0 to ", env_count - 1));
   }
   if (request->count == 0) {
     request->count = env_count - request->first;
   }
   if (request->count < 0 || request->count > env_count - request->first) {
     return absl::InvalidArgumentError(
-        absl::StrCat("slice.environment_count is ", request->count, ", from environment ",
-                     request->first, " on pool ", pool, " has ", env_count - request->first));
+        absl::StrCat("slice.env_count is ", request->count, ", from environment ", request->first,
+                     " on pool ", pool, " has ", env_count - request->first));
   }
   return absl::OkStatus();
 }

@@ -7,7 +7,7 @@
 namespace procgen {
 
 PoolCounts::PoolCounts(const PoolOptions& options, Metrics* metrics)
-    : first_environment_(options.first_environment) {
+    : first_env_(options.first_env) {
   for (const std::string& game : options.games) {
     games_.push_back(
         &metrics->OfGame(game, DistributionModeName(options.environment.distribution_mode)));
@@ -46,8 +46,7 @@ void PoolCounts::AddSteps(Part part, absl::Span<const Reset> resets) {
 }
 
 size_t PoolCounts::GameIndexOf(int32_t environment) const {
-  return (static_cast<size_t>(first_environment_) + static_cast<size_t>(environment)) %
-         games_.size();
+  return (static_cast<size_t>(first_env_) + static_cast<size_t>(environment)) % games_.size();
 }
 
 }  // namespace procgen

@@ -35,7 +35,7 @@ class PoolCounts {
   size_t GameIndexOf(int32_t environment) const;
   void AddSteps(Part part, absl::Span<const Reset> resets);
 
-  const int32_t first_environment_;
+  const int32_t first_env_;
   std::vector<GameMetrics*> games_;  // in the order of PoolOptions::games
   std::vector<int64_t> game_steps_;  // of the part that is counted, by game
   std::atomic<int64_t> step_count_ = 0;

@@ -23,7 +23,7 @@ Capacity::Share::~Share() {
   if (capacity_ != nullptr) {
     absl::MutexLock lock(&capacity_->mutex_);
     --capacity_->pool_count_;
-    capacity_->environment_count_ -= env_count_;
+    capacity_->env_count_ -= env_count_;
     capacity_->observation_bytes_ -= observation_bytes_;
   }
 }
@@ -44,25 +44,25 @@ Capacity::Share Capacity::Count(int32_t env_count, int64_t frame_bytes) {
 
 Capacity::Share Capacity::CountLocked(int32_t env_count, int64_t observation_bytes) {
   ++pool_count_;
-  environment_count_ += env_count;
+  env_count_ += env_count;
   observation_bytes_ += observation_bytes;
   return {this, env_count, observation_bytes};
 }
 
 absl::Status Capacity::Check(int32_t env_count, int64_t observation_bytes) const {
   if (env_count < 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "spec.env_count is ", env_count, ", allowed: 1 to ", limits_.pool_environment_count_max));
+    return absl::InvalidArgumentError(absl::StrCat("spec.env_count is ", env_count,
+                                                   ", allowed: 1 to ", limits_.pool_env_count_max));
   }
-  if (env_count > limits_.pool_environment_count_max) {
+  if (env_count > limits_.pool_env_count_max) {
     return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
-                                                     ", limit pool_environment_count_max is ",
-                                                     limits_.pool_environment_count_max));
+                                                     ", limit pool_env_count_max is ",
+                                                     limits_.pool_env_count_max));
   }
-  if (env_count > limits_.environment_count_max - environment_count_) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "spec.env_count is ", env_count, " and there are ", environment_count_,
-        " environments, limit environment_count_max is ", limits_.environment_count_max));
+  if (env_count > limits_.env_count_max - env_count_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("spec.env_count is ", env_count, " and there are ", env_count_,
+                     " environments, limit env_count_max is ", limits_.env_count_max));
   }
   if (observation_bytes > limits_.observation_bytes_max - observation_bytes_) {
     return absl::ResourceExhaustedError(
@@ -77,9 +77,9 @@ absl::Status Capacity::Check(int32_t env_count, int64_t observation_bytes) const
   return absl::OkStatus();
 }
 
-int32_t Capacity::environment_count() const {
+int32_t Capacity::env_count() const {
   absl::MutexLock lock(&mutex_);
-  return environment_count_;
+  return env_count_;
 }
 
 }  // namespace procgen

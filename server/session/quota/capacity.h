@@ -43,7 +43,7 @@ class Capacity {
   // For a pool that exists, also beyond limits that have become less since it was made.
   Share Count(int32_t env_count, int64_t frame_bytes);
 
-  int32_t environment_count() const;
+  int32_t env_count() const;
 
  private:
   absl::Status Check(int32_t env_count, int64_t observation_bytes) const
@@ -54,7 +54,7 @@ class Capacity {
   const Limits limits_;
   mutable absl::Mutex mutex_;
   int32_t pool_count_ ABSL_GUARDED_BY(mutex_) = 0;
-  int32_t environment_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  int32_t env_count_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t observation_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of one observation of each
 };
 

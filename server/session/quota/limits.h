@@ -10,9 +10,9 @@ namespace procgen {
 // What a server takes at most. Each has a flag of the same name, and is told in the catalog.
 // Beyond one of them: RESOURCE_EXHAUSTED, and the message names it.
 struct Limits {
-  int32_t pool_count_max = 256;               // pools at a time
-  int32_t pool_environment_count_max = 4096;  // environments of one pool
-  int32_t environment_count_max = 16384;      // environments of all pools together
+  int32_t pool_count_max = 256;       // pools at a time
+  int32_t pool_env_count_max = 4096;  // environments of one pool
+  int32_t env_count_max = 16384;      // environments of all pools together
   // One observation of each environment of all pools together, in bytes. Stacks of frames are kept,
   // what seldom moves in a picture, and what an encoder has told, so memory follows it.
   int64_t observation_bytes_max = int64_t{4} << 30;
@@ -21,7 +21,7 @@ struct Limits {
   int32_t requests_in_flight_max = 16;    // unanswered requests of one stream
   // What one owner may have of these at a time. As much as the server unless it is said.
   int32_t owner_pool_count_max = 256;
-  int32_t owner_environment_count_max = 16384;
+  int32_t owner_env_count_max = 16384;
   int32_t owner_stream_count_max = 256;  // attached; no pool has more than one
   int32_t owner_call_count_max = 1024;   // calls under way, and streams that have not attached
   int32_t owner_watch_count_max = 64;    // streams of WatchPool

@@ -21,7 +21,7 @@ namespace procgen {
 // What one owner has at a time, or asks for.
 struct Holding {
   int64_t pool_count = 0;
-  int64_t environment_count = 0;
+  int64_t env_count = 0;
   int64_t stream_count = 0;
   int64_t call_count = 0;    // calls under way, besides streams
   int64_t watch_count = 0;   // pools watched

@@ -76,7 +76,7 @@ function drawServer({ server: { load } }) {
   list.hidden = false;
   setTiles(list, [
     ["Steps / s", rate(load.steps_per_second)], ["Pools", count(load.pool_count)],
-    ["Environments", count(load.environment_count)], ["Learners", count(load.stream_count), "Programs that step a pool"],
+    ["Environments", count(load.env_count)], ["Learners", count(load.stream_count), "Programs that step a pool"],
     ["Workers", count(load.worker_count), "Threads that step environments"], ["Steps so far", rate(load.step_count)],
   ]);
 }

@@ -64,7 +64,7 @@ function nameOf({ name, role }) {
 }
 
 // A fleet server has room for none itself.
-function environmentsOf({ environment_count: held, environment_capacity: most }) {
+function environmentsOf({ env_count: held, environment_capacity: most }) {
   return most === 0 ? count(held) : `${count(held)} of ${count(most)}`;
 }
 

@@ -59,8 +59,8 @@ v1::PoolSpec SpecOf(const ReplaySource& source) {
   options.games = source.trace.games;
   options.env_count = 1;
   options.environment = source.trace.options;
-  options.first_environment = source.environment;
-  options.total_environments = source.trace.env_count;
+  options.first_env = source.environment;
+  options.total_env_count = source.trace.env_count;
   return PoolSpecMessageOf(options);
 }
 

@@ -162,7 +162,7 @@ Json NodesJson(const v1::ListNodesResponse& nodes) {
                     {"role", node.role() == v1::NODE_ROLE_FLEET ? "fleet" : "host"},
                     {"version", node.server_version()},
                     {"environment_capacity", node.environment_capacity()},
-                    {"environment_count", node.environment_count()},
+                    {"env_count", node.env_count()},
                     {"pool_count", node.pool_count()},
                     {"stream_count", node.stream_count()},
                     {"worker_count", node.worker_count()},
@@ -174,7 +174,7 @@ Json NodesJson(const v1::ListNodesResponse& nodes) {
 }
 
 Json LoadJson(const v1::Load& load, double steps_per_second) {
-  return {{"pool_count", load.pool_count()},     {"environment_count", load.environment_count()},
+  return {{"pool_count", load.pool_count()},     {"env_count", load.env_count()},
           {"stream_count", load.stream_count()}, {"worker_count", load.worker_count()},
           {"step_count", load.step_count()},     {"steps_per_second", steps_per_second},
           {"draining", load.draining()}};

@@ -67,7 +67,7 @@ def test_this_client_asks_as_recorded(encoding: str) -> None:
             pool.observe(),
             pool.step([4, 7]),
             pool.step([-1, 3], final_observations=True),
-            pool.step([8], first_environment=1, repeat_count=3, next_levels={1: 42}),
+            pool.step([8], first_env=1, repeat_count=3, next_levels={1: 42}),
             pool.step([4, 4], observe=False, resets=[1]),
             pool.reset([Reset(0, level_seed=7, rand_seed=9)]),
             pool.set_level_sampler(LevelSampler([3, 5], [1, 2], 1)),

@@ -66,8 +66,8 @@ TEST_F(ClientTest, AnswerInSeveralResponsesIsJoined) {
   const auto stream = CreateAndAttach(MazeSpec(400));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step(std::vector<int32_t>(400, 4), &batch), IsOk());
-  EXPECT_EQ(batch.first_environment(), 0);
-  EXPECT_EQ(batch.environment_count(), 400);
+  EXPECT_EQ(batch.first_env(), 0);
+  EXPECT_EQ(batch.env_count(), 400);
   EXPECT_THAT(batch.episode_lengths(), SizeIs(400));
   EXPECT_THAT(batch.episode_lengths(), Each(1));
   EXPECT_THAT(batch.observations(), SizeIs(400UL * 64 * 64 * 3));

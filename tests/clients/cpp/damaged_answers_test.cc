@@ -34,9 +34,9 @@ TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
        "request 2: rewards of size 1, expected: 4"},
       {[](auto* r) { r->mutable_batch()->mutable_fingerprints()->Truncate(1); },
        "request 2: fingerprints of size 1, expected: 4"},
-      {[](auto* r) { r->mutable_batch()->set_first_environment(1 << 30); },
+      {[](auto* r) { r->mutable_batch()->set_first_env(1 << 30); },
        "4 environments from 1073741824, expected: 1 to 4 from 0"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(-1); }, "-1 environments from 0"},
+      {[](auto* r) { r->mutable_batch()->set_env_count(-1); }, "-1 environments from 0"},
       {[](auto* r) { r->mutable_done(); }, "a response of kind 3, expected: 4"},
       {[](auto* r) { r->clear_batch(); }, "a response of kind 0, expected: 4"},
       {[](auto* r) { r->set_sequence_number(1); }, "number 1, expected: 2"},
@@ -52,7 +52,7 @@ TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
     ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
     EXPECT_THAT((*stream)->Step({-1, -1, -1, -1}, &batch),
                 StatusIs(absl::StatusCode::kDataLoss, HasSubstr(message)));
-    EXPECT_EQ(batch.environment_count(), 0);
+    EXPECT_EQ(batch.env_count(), 0);
     EXPECT_THAT(batch.rewards(), IsEmpty());
     EXPECT_THAT(batch.observations(), IsEmpty());
     EXPECT_THAT((*stream)->Observe(&batch),
@@ -139,7 +139,7 @@ TEST_F(DamagedAnswersTest, KindsOfLaterServersThatAnswerNothingAreIgnored) {
   for (int64_t number = 1; number <= 3; ++number) {
     ASSERT_THAT((*stream)->Step({4, 4}, &batch), IsOk());
     EXPECT_EQ(batch.sequence_number(), number);
-    EXPECT_EQ(batch.environment_count(), 2);
+    EXPECT_EQ(batch.env_count(), 2);
   }
 }
 
@@ -246,7 +246,7 @@ TEST_F(DamagedSharedAnswersTest, BatchesThatThereAreNotAreNotRead) {
       {[](auto* r) { r->mutable_batch()->set_shared_batch(0); },
        "batch 0 of shared memory, expected: one that is not held"},
       {[](auto* r) { r->mutable_batch()->clear_shared_batch(); }, "no batch of shared memory"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(1 << 30); },
+      {[](auto* r) { r->mutable_batch()->set_env_count(1 << 30); },
        "1073741824 environments from 0"},
   };
   for (const auto& [damage, message] : cases) {

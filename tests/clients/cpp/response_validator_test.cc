@@ -42,8 +42,8 @@ v1::StepPoolRequest Request(int32_t first, int32_t count) {
   v1::StepPoolRequest request;
   request.set_sequence_number(7);
   v1::Step* step = request.mutable_step();
-  step->mutable_slice()->set_first_environment(first);
-  step->mutable_slice()->set_environment_count(count);
+  step->mutable_slice()->set_first_env(first);
+  step->mutable_slice()->set_env_count(count);
   step->mutable_actions()->Resize(count, 4);
   step->set_with_final_observations(true);
   return request;
@@ -54,8 +54,8 @@ v1::StepPoolResponse Response(int32_t first, int32_t count, bool last) {
   v1::StepPoolResponse response;
   response.set_sequence_number(7);
   v1::Batch* batch = response.mutable_batch();
-  batch->set_first_environment(first);
-  batch->set_environment_count(count);
+  batch->set_first_env(first);
+  batch->set_env_count(count);
   batch->set_last(last);
   batch->mutable_rewards()->Resize(count, 0);
   batch->mutable_first()->Resize(count, false);
@@ -102,12 +102,12 @@ TEST(ResponseValidatorTest, AnswerThatDoesNotFitIsDataLoss) {
       {[](auto* r) { r->clear_batch(); }, "a response of kind 0, expected: 4"},
       {[](auto* r) { r->mutable_done(); }, "a response of kind 3, expected: 4"},
       {[](auto* r) { r->mutable_attached(); }, "a response of kind 2, expected: 4"},
-      {[](auto* r) { r->mutable_batch()->set_first_environment(1 << 30); },
+      {[](auto* r) { r->mutable_batch()->set_first_env(1 << 30); },
        "6 environments from 1073741824, expected: 1 to 6 from 0"},
-      {[](auto* r) { r->mutable_batch()->set_first_environment(-1); }, "from -1, expected"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(0); }, "0 environments from 0"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(-6); }, "-6 environments from 0"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(INT32_MAX); },
+      {[](auto* r) { r->mutable_batch()->set_first_env(-1); }, "from -1, expected"},
+      {[](auto* r) { r->mutable_batch()->set_env_count(0); }, "0 environments from 0"},
+      {[](auto* r) { r->mutable_batch()->set_env_count(-6); }, "-6 environments from 0"},
+      {[](auto* r) { r->mutable_batch()->set_env_count(INT32_MAX); },
        "2147483647 environments from 0, expected: 1 to 6"},
       {[](auto* r) { r->mutable_batch()->set_last(false); }, "0 to 5 as not the last, expected"},
       {[](auto* r) { *r = Response(0, 5, true); }, "0 to 4 as the last, expected: up to 5"},
@@ -185,7 +185,7 @@ TEST(ResponseValidatorTest, EncodedObservationsDoNotBecomeMoreThanAResponseHolds
 TEST(ResponseValidatorTest, BatchesOfSharedMemoryAreThoseThatThereAre) {
   v1::StepPoolResponse right;
   right.set_sequence_number(7);
-  right.mutable_batch()->set_environment_count(6);
+  right.mutable_batch()->set_env_count(6);
   right.mutable_batch()->set_last(true);
   right.mutable_batch()->set_shared_batch(2);
   right.mutable_batch()->set_shared_observations(true);
@@ -195,7 +195,7 @@ TEST(ResponseValidatorTest, BatchesOfSharedMemoryAreThoseThatThereAre) {
       {[](auto* r) { r->mutable_batch()->set_shared_batch(3); }, "batch 3 of shared memory"},
       {[](auto* r) { r->mutable_batch()->set_shared_batch(-1); }, "batch -1 of shared memory"},
       {[](auto* r) { r->mutable_batch()->clear_shared_batch(); }, "no batch of shared memory"},
-      {[](auto* r) { r->mutable_batch()->set_environment_count(7); }, "expected: 1 to 6 from 0"},
+      {[](auto* r) { r->mutable_batch()->set_env_count(7); }, "expected: 1 to 6 from 0"},
       {[](auto* r) { r->mutable_batch()->set_shared_observations(false); }, "not written"},
   };
   for (const auto& [change, message] : cases) {

@@ -33,7 +33,7 @@ type expectedValues struct {
 	PrevLevelComplete []bool           `json:"prev_level_complete"`
 	EpisodeReturns    []float32        `json:"episode_returns"`
 	EpisodeLengths    []int32          `json:"episode_lengths"`
-	FirstEnvironment  int              `json:"first_environment"`
+	FirstEnv          int              `json:"first_env"`
 	Fingerprints      []string         `json:"fingerprints"`
 	FinalObservations expectedPictures `json:"final_observations"`
 	Observations      expectedPictures `json:"observations"`
@@ -51,7 +51,7 @@ func valuesOf(batch *Batch) *expectedValues {
 	}
 	return &expectedValues{
 		batch.Rewards, batch.First, batch.Terminated, batch.Truncated, batch.LevelSeeds, batch.PrevLevelSeeds,
-		batch.PrevLevelComplete, batch.EpisodeReturns, batch.EpisodeLengths, batch.FirstEnvironment, fingerprints,
+		batch.PrevLevelComplete, batch.EpisodeReturns, batch.EpisodeLengths, batch.FirstEnv, fingerprints,
 		picturesOf(batch.FinalObservations), picturesOf(batch.Observations),
 	}
 }
@@ -76,7 +76,7 @@ func converse(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	keep(pool.Step(ctx, []int32{4, 7}, StepOptions{}))
 	keep(pool.Step(ctx, []int32{-1, 3}, StepOptions{FinalObservations: true}))
 	keep(pool.Step(ctx, []int32{8},
-		StepOptions{FirstEnvironment: 1, RepeatCount: 3, NextLevels: map[int32]int32{1: 42}}))
+		StepOptions{FirstEnv: 1, RepeatCount: 3, NextLevels: map[int32]int32{1: 42}}))
 	keep(pool.Step(ctx, []int32{4, 4}, StepOptions{Blind: true, Resets: []*pb.Reset{{Environment: 1}}}))
 	levelSeed, randSeed := int32(7), int64(9)
 	keep(pool.Reset(ctx, []*pb.Reset{{Environment: 0, LevelSeed: &levelSeed, RandSeed: &randSeed}}, Slice{}))

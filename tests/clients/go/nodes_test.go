@@ -29,7 +29,7 @@ func TestWatchersAreToldOfEachChange(t *testing.T) {
 	const many = 1000 // More than other tests have left behind, which may be told for a moment yet.
 	told := 0
 	must(t, client.WatchNodes(testContext(t), func(nodes *pb.WatchNodesResponse) bool {
-		count := nodes.Nodes[0].EnvironmentCount
+		count := nodes.Nodes[0].EnvCount
 		if told++; told == 1 {
 			if count >= many {
 				t.Error("there are", count, "environments before any was made")

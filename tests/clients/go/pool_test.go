@@ -18,8 +18,8 @@ func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), HoldOptions{})
 	batch, err := pool.Observe(testContext(t), Slice{})
 	must(t, err)
-	if batch.SequenceNumber != 1 || batch.EnvironmentCount() != 3 || len(batch.Observations) != 3*12288 {
-		t.Error(batch.SequenceNumber, batch.EnvironmentCount(), len(batch.Observations))
+	if batch.SequenceNumber != 1 || batch.EnvCount() != 3 || len(batch.Observations) != 3*12288 {
+		t.Error(batch.SequenceNumber, batch.EnvCount(), len(batch.Observations))
 	}
 	if !reflect.DeepEqual(batch.First, []bool{true, true, true}) || !reflect.DeepEqual(batch.Rewards, []float32{0, 0, 0}) {
 		t.Error(batch.First, batch.Rewards)
@@ -39,7 +39,7 @@ func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsSliced(t *testing.T) {
 		first := stepped(t, plain, actions, StepOptions{})
 		second := stepped(t, plain, more, StepOptions{})
 		must(t, ahead.SendStep(testContext(t), actions[:4], StepOptions{}))
-		must(t, ahead.SendStep(testContext(t), actions[4:], StepOptions{FirstEnvironment: 4}))
+		must(t, ahead.SendStep(testContext(t), actions[4:], StepOptions{FirstEnv: 4}))
 		must(t, ahead.SendStep(testContext(t), more, StepOptions{}))
 		var halves [2]*Batch
 		for i := range halves {
@@ -47,7 +47,7 @@ func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsSliced(t *testing.T) {
 			halves[i], err = ahead.Receive(testContext(t))
 			must(t, err)
 		}
-		if !bytes.Equal(halves[1].Observations, first.Observations[4*12288:]) || halves[1].FirstEnvironment != 4 {
+		if !bytes.Equal(halves[1].Observations, first.Observations[4*12288:]) || halves[1].FirstEnv != 4 {
 			t.Fatalf("the second half of step %d is another", step)
 		}
 		whole, err := ahead.Receive(testContext(t))
@@ -66,8 +66,8 @@ func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsSliced(t *testing.T) {
 func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(400, "coinrun"), HoldOptions{})
 	batch := stepped(t, pool, make([]int32, 400), StepOptions{})
-	if batch.EnvironmentCount() != 400 || len(batch.Observations) != 400*12288 {
-		t.Error(batch.EnvironmentCount(), len(batch.Observations))
+	if batch.EnvCount() != 400 || len(batch.Observations) != 400*12288 {
+		t.Error(batch.EnvCount(), len(batch.Observations))
 	}
 }
 
@@ -93,7 +93,7 @@ func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 		t.Error(begun.First, begun.LevelSeeds)
 	}
 	seed := int32(7)
-	reset, err := pool.Reset(ctx, []*pb.Reset{{Environment: 1, LevelSeed: &seed}}, Slice{FirstEnvironment: 1})
+	reset, err := pool.Reset(ctx, []*pb.Reset{{Environment: 1, LevelSeed: &seed}}, Slice{FirstEnv: 1})
 	must(t, err)
 	if !reflect.DeepEqual(reset.LevelSeeds, []int32{7}) {
 		t.Error(reset.LevelSeeds)
@@ -128,11 +128,11 @@ func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
 	for words, try := range map[string]func() error{
 		"actions[1] is 99; actions are -1 ... 14": func() error { return pool.SendStep(ctx, []int32{4, 99}, StepOptions{}) },
 		"3 actions from environment 0":            func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
-		"FirstEnvironment is 2": func() error {
-			return pool.SendStep(ctx, []int32{4}, StepOptions{FirstEnvironment: 2})
+		"FirstEnv is 2": func() error {
+			return pool.SendStep(ctx, []int32{4}, StepOptions{FirstEnv: 2})
 		},
 		"RepeatCount is 1001": func() error { return pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1001}) },
-		"3 environments from": func() error { return pool.SendObserve(ctx, Slice{EnvironmentCount: 3}) },
+		"3 environments from": func() error { return pool.SendObserve(ctx, Slice{EnvCount: 3}) },
 	} {
 		expectError(t, try(), codes.InvalidArgument, words)
 	}

@@ -43,7 +43,7 @@ func TestSharedBatchesAreThoseOfTheStream(t *testing.T) {
 	plain := madePool(t, client, easy(4, "maze", "bigfish"), HoldOptions{})
 	shared := madePool(t, client, sharing(easy(4, "maze", "bigfish")), HoldOptions{})
 	for step := 0; step < 80; step++ {
-		options := StepOptions{FinalObservations: step%2 == 0, Blind: step%5 == 4, FirstEnvironment: step % 3}
+		options := StepOptions{FinalObservations: step%2 == 0, Blind: step%5 == 4, FirstEnv: step % 3}
 		actions := actionsOf(step, 4-step%3)
 		expected, batch := stepped(t, plain, actions, options), stepped(t, shared, actions, options)
 		if len(batch.Observations) > 0 && batch.held == nil {

@@ -14,7 +14,7 @@ import (
 
 func aResponse() *pb.StepPoolResponse {
 	return &pb.StepPoolResponse{SequenceNumber: 7, Response: &pb.StepPoolResponse_Batch{Batch: &pb.Batch{
-		FirstEnvironment: 3, EnvironmentCount: 2, Last: true,
+		FirstEnv: 3, EnvCount: 2, Last: true,
 		Rewards: []float32{0, 10.5}, First: []bool{true, false}, Terminated: []bool{false, true}, Truncated: []bool{false, false},
 		LevelSeeds: []int32{-1, 1 << 30}, PrevLevelSeeds: []int32{4, 5}, PrevLevelComplete: []bool{false, true},
 		EpisodeReturns: []float32{1, -2}, EpisodeLengths: []int32{8, 9}, Fingerprints: []int64{-5},

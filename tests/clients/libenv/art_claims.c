@@ -24,7 +24,7 @@ static struct Trajectory Play(const char* art_folder) {
   for (int step = 0; step < 40; ++step) {
     ActAll(&host, step % 15);
     libenv.observe(host.handle);
-    for (int i = 0; i < host.environment_count; ++i) {
+    for (int i = 0; i < host.env_count; ++i) {
       trajectory.pictures = Digest(trajectory.pictures, host.pictures[i], kPictureBytes);
       trajectory.facts = Digest(trajectory.facts, &host.rewards[i], sizeof(float));
       trajectory.facts = Digest(trajectory.facts, &host.firsts[i], 1);

@@ -70,7 +70,7 @@ struct OptionList RequiredOptions(const char* games) {
   return list;
 }
 
-struct LibenvHandle* Make(int environment_count, const struct OptionList* list) {
+struct LibenvHandle* Make(int env_count, const struct OptionList* list) {
   // On the heap, so that a library that looks at it later is seen by the sanitizer.
   struct OptionList* copy = malloc(sizeof(*copy));
   CLAIM(copy != NULL);
@@ -83,7 +83,7 @@ struct LibenvHandle* Make(int environment_count, const struct OptionList* list) 
     }
   }
   const struct LibenvOptions options = {.items = copy->items, .count = copy->count};
-  struct LibenvHandle* handle = libenv.make(environment_count, options);
+  struct LibenvHandle* handle = libenv.make(env_count, options);
   free(copy);
   return handle;
 }
@@ -112,7 +112,7 @@ static void FreeValues(void* pointers, int count, size_t bytes) {
 }
 
 static void SetBuffers(struct Host* host) {
-  const size_t n = (size_t)host->environment_count;
+  const size_t n = (size_t)host->env_count;
   const size_t pointer = sizeof(void*);
   void** infos = malloc(4 * n * pointer);
   void** observations = malloc(n * pointer);
@@ -138,11 +138,11 @@ static void SetBuffers(struct Host* host) {
   free(actions);
 }
 
-struct Host OpenHost(int environment_count, const struct OptionList* list) {
-  struct Host host = {.environment_count = environment_count};
-  host.handle = Make(environment_count, list);
+struct Host OpenHost(int env_count, const struct OptionList* list) {
+  struct Host host = {.env_count = env_count};
+  host.handle = Make(env_count, list);
   CLAIM(host.handle != NULL);
-  const int n = environment_count;
+  const int n = env_count;
   host.has_human_view = libenv.get_tensortypes(host.handle, kLibenvInfo, NULL) == 4;
   host.pictures = NewValues(n, kPictureBytes);
   host.rewards = calloc((size_t)n, sizeof(float));
@@ -157,7 +157,7 @@ struct Host OpenHost(int environment_count, const struct OptionList* list) {
 }
 
 void ActAll(struct Host* host, int32_t action) {
-  for (int i = 0; i < host->environment_count; ++i) {
+  for (int i = 0; i < host->env_count; ++i) {
     *host->actions[i] = action;
   }
   libenv.act(host->handle);
@@ -165,7 +165,7 @@ void ActAll(struct Host* host, int32_t action) {
 
 void CloseHost(struct Host* host) {
   libenv.close(host->handle);
-  const int n = host->environment_count;
+  const int n = host->env_count;
   FreeValues(host->pictures, n, kPictureBytes);
   FreeValues(host->prev_level_seeds, n, sizeof(int32_t));
   FreeValues(host->prev_level_complete, n, 1);
@@ -185,7 +185,7 @@ uint32_t Digest(uint32_t digest, const void* bytes, size_t size) {
 }
 
 uint32_t DigestOfHost(const struct Host* host) {
-  const size_t n = (size_t)host->environment_count;
+  const size_t n = (size_t)host->env_count;
   uint32_t digest = Digest(kDigestBegin, host->rewards, n * sizeof(float));
   digest = Digest(digest, host->firsts, n);
   for (size_t i = 0; i < n; ++i) {

@@ -47,12 +47,12 @@ void AddString(struct OptionList* list, const char* name, const char* text);
 struct OptionList RequiredOptions(const char* games);
 
 // Makes environments with the list; the options' memory is gone when this returns.
-struct LibenvHandle* Make(int environment_count, const struct OptionList* list);
+struct LibenvHandle* Make(int env_count, const struct OptionList* list);
 
 // Environments with their buffers. Values of one member do not lie side by side.
 struct Host {
   struct LibenvHandle* handle;
-  int environment_count;
+  int env_count;
   int has_human_view;
   uint8_t** pictures;             // [N] to [64, 64, 3]
   float* rewards;                 // [N]
@@ -65,7 +65,7 @@ struct Host {
 };
 
 // Makes environments, which must succeed, and sets buffers. Nothing is observed yet.
-struct Host OpenHost(int environment_count, const struct OptionList* list);
+struct Host OpenHost(int env_count, const struct OptionList* list);
 // Sets the action of all and acts.
 void ActAll(struct Host* host, int32_t action);
 // Closes and frees; the bytes behind all values must be untouched.

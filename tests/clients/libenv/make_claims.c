@@ -82,10 +82,10 @@ void RenderHumanAddsAnInfo(void) {
 }
 
 // Making fails, and the one line that is said has `words` in it.
-static void ClaimIsRefused(int environment_count, const struct OptionList* list,
+static void ClaimIsRefused(int env_count, const struct OptionList* list,
                            const char* words) {
   BeginListening();
-  struct LibenvHandle* handle = Make(environment_count, list);
+  struct LibenvHandle* handle = Make(env_count, list);
   const struct Said said = EndListening();
   CLAIM(handle == NULL);
   CLAIM(said.line_count == 1);

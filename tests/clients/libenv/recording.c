@@ -78,7 +78,7 @@ static void CopyArrays(const char* header, const char* end, struct Recording* re
     }
     entry = found;
     const int rows = recording->step_count + (i == 0 ? 0 : 1);
-    const size_t bytes = (size_t)rows * (size_t)recording->environment_count * kBytes[i];
+    const size_t bytes = (size_t)rows * (size_t)recording->env_count * kBytes[i];
     CLAIM(at + bytes <= end);
     recording->arrays[i] = malloc(bytes);
     CLAIM(recording->arrays[i] != NULL);
@@ -97,7 +97,7 @@ void ReadRecording(const char* path, struct Recording* recording) {
   CLAIM(newline != NULL);
   *newline = '\0';
   ReadOptions(header, recording);
-  recording->environment_count = (int)strtol(ValueOf(header, "num_envs"), NULL, 10);
+  recording->env_count = (int)strtol(ValueOf(header, "num_envs"), NULL, 10);
   recording->step_count = (int)strtol(ValueOf(header, "steps"), NULL, 10);
   CopyArrays(header, recording->content + size, recording);
   recording->actions = recording->arrays[0];

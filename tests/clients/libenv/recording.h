@@ -8,7 +8,7 @@
 
 struct Recording {
   struct OptionList options;           // those that the recording was made with
-  int environment_count;               // E
+  int env_count;                       // E
   int step_count;                      // T
   const uint8_t* actions;              // [T, E]; 255: -1
   const float* rewards;                // [T + 1, E]

@@ -17,7 +17,7 @@ enum { kGameCount = 16 };
 
 static void Play(struct Host* host, int first_step, int step_count) {
   for (int step = first_step; step < first_step + step_count; ++step) {
-    for (int i = 0; i < host->environment_count; ++i) {
+    for (int i = 0; i < host->env_count; ++i) {
       *host->actions[i] = (step * 7 + i * 3) % 15;
     }
     libenv.act(host->handle);

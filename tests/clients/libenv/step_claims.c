@@ -145,8 +145,8 @@ void HumanViewIsDrawnAtEachObserve(void) {
 
 static void ClaimRow(const struct Recording* recording, int row, int with_pictures,
                      struct Host* host) {
-  for (int i = 0; i < recording->environment_count; ++i) {
-    const int at = row * recording->environment_count + i;
+  for (int i = 0; i < recording->env_count; ++i) {
+    const int at = row * recording->env_count + i;
     CLAIM(memcmp(&host->rewards[i], &recording->rewards[at], sizeof(float)) == 0);
     CLAIM(host->firsts[i] == recording->firsts[at]);
     CLAIM(*host->level_seeds[i] == recording->level_seeds[at]);
@@ -166,12 +166,12 @@ static void Replay(const char* path, const char* art_folder) {
   }
   const int with_pictures =
       recording.picture_digests != NULL && (art_folder != NULL || !recording.has_upstream_art);
-  struct Host host = OpenHost(recording.environment_count, &recording.options);
+  struct Host host = OpenHost(recording.env_count, &recording.options);
   libenv.observe(host.handle);
   ClaimRow(&recording, 0, with_pictures, &host);
   for (int step = 0; step < recording.step_count; ++step) {
-    for (int i = 0; i < recording.environment_count; ++i) {
-      const uint8_t action = recording.actions[step * recording.environment_count + i];
+    for (int i = 0; i < recording.env_count; ++i) {
+      const uint8_t action = recording.actions[step * recording.env_count + i];
       *host.actions[i] = action == 255 ? -1 : action;
     }
     libenv.act(host.handle);

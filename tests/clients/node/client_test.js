@@ -72,7 +72,7 @@ test("a unix socket will do", async () => {
   const server = await ServerProcess.start({ flags: [`--address=unix:${join(folder, "socket")}`, "--workers=1"] });
   const client = await connect(server.address);
   const pool = await client.createPool(easy(["maze"], 1));
-  assert.equal((await pool.observe()).environmentCount, 1);
+  assert.equal((await pool.observe()).envCount, 1);
   await pool.close();
   client.close();
   assert.equal(await server.stop(), 0);
@@ -107,7 +107,7 @@ test("TLS, client certificates and tokens are shown as the server asks", async (
   const certificates = { ca: path("ca.pem"), certificate: path("client.pem"), key: path("client.key") };
   const client = await connect(server.address, { credentials: { ...certificates, token } });
   const pool = await client.createPool(easy(["maze"], 1), { poolId: "of-alice" });
-  assert.equal((await pool.step([4])).environmentCount, 1);
+  assert.equal((await pool.step([4])).envCount, 1);
   for await (const message of client.listPools()) {
     assert.equal(message.owner, "alice");
   }

@@ -50,7 +50,7 @@ function check(batch, values) {
   ]) {
     assert.deepEqual([...batch[field]].map(Boolean), values[name], name);
   }
-  assert.equal(batch.firstEnvironment, values.first_environment);
+  assert.equal(batch.firstEnv, values.first_env);
   assert.deepEqual([...batch.fingerprints].map(String), values.fingerprints);
   assert.deepEqual(digest(batch.finalObservations), values.final_observations);
   assert.deepEqual(digest(batch.observations), values.observations);
@@ -72,7 +72,7 @@ for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.ZSTD_DI
       await pool.observe(),
       await pool.step([4, 7]),
       await pool.step([-1, 3], { finalObservations: true }),
-      await pool.step([8], { firstEnvironment: 1, repeatCount: 3, nextLevels: new Map([[1, 42]]) }),
+      await pool.step([8], { firstEnv: 1, repeatCount: 3, nextLevels: new Map([[1, 42]]) }),
       await pool.step([4, 4], { observe: false, resets: [{ environment: 1 }] }),
       await pool.reset([{ environment: 0, levelSeed: 7, randSeed: 9n }]),
       await pool.setLevelSampler({ levelSeeds: [3, 5], weights: [1, 2], randSeed: 1n }),

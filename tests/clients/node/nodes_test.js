@@ -22,9 +22,9 @@ test("watchers are told of each change", async () => {
   let pool;
   for await (const { nodes } of it.client.watchNodes()) {
     if (pool === undefined) {
-      assert.equal(nodes[0].environmentCount, 0);
+      assert.equal(nodes[0].envCount, 0);
       pool = await it.client.createPool(easy(["maze"], 3));
-    } else if (nodes[0].environmentCount === 3) {
+    } else if (nodes[0].envCount === 3) {
       break;
     }
   }

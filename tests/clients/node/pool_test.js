@@ -45,12 +45,12 @@ test("equal pools give equal batches, whatever is sent ahead and however it is s
       const actions = actionsOf(step, 8);
       pending.push(step % 2 ? pool.step(actions) : pool.step(actions.subarray(0, 4)));
       if (step % 2 === 0) {
-        pending.push(pool.step(actions.subarray(4), { firstEnvironment: 4 }));
+        pending.push(pool.step(actions.subarray(4), { firstEnv: 4 }));
       } else {
         const [left, right, both] = await Promise.all(pending);
         pending = [];
         assert.deepEqual([...left.levelSeeds, ...right.levelSeeds], [...whole[step - 1].levelSeeds]);
-        assert.equal(right.firstEnvironment, 4);
+        assert.equal(right.firstEnv, 4);
         assert.equal(Buffer.compare(right.observations, whole[step - 1].observations.subarray(4 * 12288)), 0);
         for (const name of ["observations", "rewards", "fingerprints", "episodeReturns", "terminated"]) {
           assert.deepEqual(both[name], whole[step][name], name);
@@ -64,7 +64,7 @@ test("equal pools give equal batches, whatever is sent ahead and however it is s
 test("answers of more than 4 MiB are joined", () =>
   withPool(easy(["coinrun"], 400), async (pool) => {
     const batch = await pool.step(new Int32Array(400));
-    assert.equal(batch.environmentCount, 400);
+    assert.equal(batch.envCount, 400);
     assert.equal(batch.observations.length, 400 * 12288);
     assert.deepEqual(batch.observations, (await pool.observe()).observations);
   }));
@@ -80,7 +80,7 @@ test("formats, ends, resets, levels and samplers are the contract's", () => {
     const begun = await pool.step([4, 4], { resets: [{ environment: 0 }] });
     assert.deepEqual([...begun.first], [1, 0]);
     assert.equal(begun.levelSeeds[0], 42);
-    const reset = await pool.reset([{ environment: 1, levelSeed: 7 }], { firstEnvironment: 1 });
+    const reset = await pool.reset([{ environment: 1, levelSeed: 7 }], { firstEnv: 1 });
     assert.deepEqual([...reset.levelSeeds], [7]);
     await pool.setLevelSampler({ levelSeeds: [99] });
     assert.deepEqual([...(await pool.reset()).levelSeeds], [99, 99]);
@@ -104,7 +104,7 @@ test("a mistake that can be seen costs no stream", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     await assert.rejects(pool.step([4, 99]), { name: "InvalidArgumentError", message: /actions\[1\] is 99.* -1 \.\.\. 14/ });
     await assert.rejects(pool.step([4, 4, 4]), /3 actions from environment 0; .* has 2 environments/);
-    await assert.rejects(pool.step([4], { firstEnvironment: 2 }), /firstEnvironment is 2; it is in \[0, 1\]/);
+    await assert.rejects(pool.step([4], { firstEnv: 2 }), /firstEnv is 2; it is in \[0, 1\]/);
     await assert.rejects(pool.step([4, 4], { repeatCount: 0 }), /repeatCount is 0; it is in \[1, 1000\]/);
     await assert.rejects(pool.step([4, 4], { nextLevels: new Map([[0, 2 ** 40]]) }), InvalidArgumentError);
     assert.equal((await pool.step([4, 4])).sequenceNumber, 1);
@@ -150,7 +150,7 @@ test("an AbortSignal ends the wait, and the pool goes on", () =>
     const sent = pool.step([4, 4], { repeatCount: 1000, signal: waiting.signal });
     waiting.abort();
     await assert.rejects(sent, CancelledError);
-    assert.equal((await pool.step([4, 4])).environmentCount, 2);
+    assert.equal((await pool.step([4, 4])).envCount, 2);
     await assert.rejects(it.client.load({ signal: AbortSignal.abort() }), CancelledError);
   }));
 

@@ -9,7 +9,7 @@ import { BatchSchema } from "../../../clients/node/dist/generated/procgen/v1/ste
 import { partOf } from "../../../clients/node/dist/wire.js";
 
 const batch = create(BatchSchema, {
-  firstEnvironment: 3, environmentCount: 2, last: true,
+  firstEnv: 3, envCount: 2, last: true,
   rewards: [0, 10.5], first: [true, false], terminated: [false, true], truncated: [false, false],
   levelSeeds: [-1, 2 ** 30], prevLevelSeeds: [4, 5], prevLevelComplete: [false, true], episodeReturns: [1, -2],
   episodeLengths: [8, 9], fingerprints: [-5n],

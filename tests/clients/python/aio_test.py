@@ -53,8 +53,8 @@ def test_batches_are_those_of_the_other_client(
                         pool.step(actions, **arguments), await twin.step(actions, **arguments)
                     )
                 _assert_equal(pool.reset([3]), await twin.reset([3]))
-                left = pool.step([1, 2], first_environment=1, observe=False)
-                _assert_equal(left, await twin.step([1, 2], first_environment=1, observe=False))
+                left = pool.step([1, 2], first_env=1, observe=False)
+                _assert_equal(left, await twin.step([1, 2], first_env=1, observe=False))
 
     _run(server, play)
 
@@ -138,7 +138,7 @@ def test_a_task_that_is_cancelled_leaves_the_pool_usable(server: ServerProcess) 
             waiting.cancel()
             with pytest.raises(asyncio.CancelledError):
                 await waiting
-            assert (await pool.step([4, 4])).environment_count == 2
+            assert (await pool.step([4, 4])).env_count == 2
 
     _run(server, play)
 

@@ -30,10 +30,10 @@ def test_load_counts_pools_and_environments(client: Client) -> None:
         during = client.load()
     after = client.load()
     assert during.pool_count - before.pool_count == 1
-    assert during.environment_count - before.environment_count == 3
-    assert (after.pool_count, after.environment_count) == (
+    assert during.env_count - before.env_count == 3
+    assert (after.pool_count, after.env_count) == (
         before.pool_count,
-        before.environment_count,
+        before.env_count,
     )
 
 
@@ -49,7 +49,7 @@ def test_nodes_are_watched_as_they_change(client: Client) -> None:
     watch = client.watch_nodes()
     assert next(watch).nodes[0].environment_capacity > 0
     with client.create_pool("maze", 5, pool_id="watched"):
-        assert any(told.nodes[0].environment_count >= 5 for told in watch)
+        assert any(told.nodes[0].env_count >= 5 for told in watch)
     # The loop over it was broken off by any(); it can go on, until it is closed.
     watch.close()
     with pytest.raises(StopIteration):
@@ -156,7 +156,7 @@ def test_the_same_spec_makes_the_same_pool(client: Client) -> None:
         (("maze", 1), {"num_levels": 2**31}, errors.InvalidArgumentError, "wrong value"),
         (("maze", 1), {"episode_end": "never"}, errors.InvalidArgumentError, "'never'.*next_step"),
         (("maze", 1), {"pool_id": "No Good"}, errors.InvalidArgumentError, "pool_id"),
-        (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_environment_count_max"),
+        (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_env_count_max"),
     ],
 )
 def test_a_pool_that_cannot_be_made_is_refused_with_a_reason(

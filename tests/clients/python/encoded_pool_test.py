@@ -45,15 +45,13 @@ def send_any(pool: Pool, rng: np.random.Generator) -> None:
     observe = bool(rng.integers(4))
     actions = rng.integers(-1, 15, count)
     if kind == 0:
-        pool.send_observe(first_environment=first, environment_count=count, observe=observe)
+        pool.send_observe(first_env=first, env_count=count, observe=observe)
     elif kind == 1:
-        pool.send_reset(
-            [first], first_environment=first, environment_count=count, observe=observe
-        )
+        pool.send_reset([first], first_env=first, env_count=count, observe=observe)
     else:
         pool.send_step(
             actions,
-            first_environment=first,
+            first_env=first,
             observe=observe,
             repeat_count=kind - 1,
             final_observations=kind % 2 == 0,

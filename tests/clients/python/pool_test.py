@@ -43,8 +43,8 @@ def pool(client: Client) -> Iterator[Pool]:
 
 def test_first_observation_is_the_beginning_of_episodes(pool: Pool) -> None:
     batch = pool.observe()
-    assert batch.first_environment == 0
-    assert batch.environment_count == 6
+    assert batch.first_env == 0
+    assert batch.env_count == 6
     assert batch.first.all()
     assert not batch.ended.any()
     assert not batch.rewards.any()
@@ -109,9 +109,9 @@ def test_two_halves_sent_in_turn_equal_the_whole(client: Client, pool: Pool) -> 
         for actions in random_actions(20, 6):
             whole = pool.step(actions)
             halves.send_step(actions[:2])
-            halves.send_step(actions[2:], first_environment=2)
+            halves.send_step(actions[2:], first_env=2)
             parts = [halves.receive(), halves.receive()]
-            assert [part.first_environment for part in parts] == [0, 2]
+            assert [part.first_env for part in parts] == [0, 2]
             for name in _ROWS:
                 joined = np.concatenate([getattr(part, name) for part in parts])
                 np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)

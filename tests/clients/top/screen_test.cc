@@ -50,7 +50,7 @@ Sample Now() {
   Sample sample = Before();
   sample.time += absl::Seconds(2);
   sample.load.set_pool_count(3);
-  sample.load.set_environment_count(192);
+  sample.load.set_env_count(192);
   sample.load.set_stream_count(1);
   sample.load.set_worker_count(2);
   sample.load.set_kept_answer_bytes(12'300'000);
@@ -137,7 +137,7 @@ TEST(ScreenTest, TheClusterStandsAboveThePools) {
   node->set_server_version("0.1.0");
   node->set_role(v1::NODE_ROLE_HOST);
   node->set_environment_capacity(128);
-  node->set_environment_count(40);
+  node->set_env_count(40);
   node->set_pool_count(3);
   node->set_stream_count(2);
   node->set_steps_per_second(1234.6);

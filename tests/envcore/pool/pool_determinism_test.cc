@@ -77,7 +77,7 @@ std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
   std::vector<std::vector<int32_t>> actions;
   actions.reserve(static_cast<size_t>(env_count));
   for (int32_t i = 0; i < env_count; ++i) {
-    actions.push_back(ActionsOf(pool.options().first_environment + i));
+    actions.push_back(ActionsOf(pool.options().first_env + i));
   }
   std::vector<BatchBuffers> results;
   BatchBuffers buffers(env_count, pool.observation_bytes());
@@ -171,8 +171,8 @@ TEST_P(PoolDeterminismTest, ShardsTogetherAreTheWhole) {
   for (const auto& [first, count] :
        std::vector<std::pair<int32_t, int32_t>>{{0, 2}, {2, 1}, {3, 3}}) {
     PoolOptions shard = OptionsOf(GetParam(), count);
-    shard.first_environment = first;
-    shard.total_environments = kEnvCount;
+    shard.first_env = first;
+    shard.total_env_count = kEnvCount;
     EXPECT_TRUE(Play(shard, 1, count) ==
                 RowsOf(Whole(), static_cast<size_t>(first), static_cast<size_t>(count)))
         << "from " << first;

@@ -72,9 +72,9 @@ TEST(PoolLevelsTest, EqualSamplersChooseAlikeAndSeedsDoNot) {
 TEST(PoolLevelsTest, AShardChoosesAsTheWholeDoes) {
   PoolOptions options = SampledOptions(SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9}));
   const Levels whole = EndEpisodes(*MadePool(options), 10);
-  options.first_environment = 2;
+  options.first_env = 2;
   options.env_count = 2;
-  options.total_environments = kEnvCount;
+  options.total_env_count = kEnvCount;
   const Levels shard = EndEpisodes(*MadePool(options), 10);
   for (size_t step = 0; step < whole.size(); ++step) {
     EXPECT_EQ(shard[step], std::vector<int32_t>(whole[step].begin() + 2, whole[step].end()));

@@ -36,17 +36,17 @@ TEST(PoolCreateTest, RefusesOptionsOutOfRangeAndSaysWhatIsAllowed) {
   ExpectNoPool(OptionsOf({"maze", "miner"}, 3), invalid,
                "there are 3 environments for 2 games, must be a multiple of it");
   PoolOptions options = OptionsOf({"maze"});
-  options.first_environment = -1;
-  ExpectNoPool(options, invalid, "first_environment is -1, must be at least 0");
-  options.first_environment = 2;
-  options.total_environments = 5;
+  options.first_env = -1;
+  ExpectNoPool(options, invalid, "first_env is -1, must be at least 0");
+  options.first_env = 2;
+  options.total_env_count = 5;
   ExpectNoPool(options, invalid,
-               "total_environments is 5, must be at least first_environment + env_count = 6, or 0");
+               "total_env_count is 5, must be at least first_env + env_count = 6, or 0");
 }
 
 TEST(PoolCreateTest, RefusesEnvironmentNumbersThatDoNotFit) {
   PoolOptions options = OptionsOf({"maze"}, 2);
-  options.first_environment = std::numeric_limits<int32_t>::max() - 1;
+  options.first_env = std::numeric_limits<int32_t>::max() - 1;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
                "there are 2147483648 environments in the whole, must be at most 16777216");
 }
@@ -62,8 +62,8 @@ TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
 
 TEST(PoolCreateTest, AShardNeedsNoWholeNumberOfGames) {
   PoolOptions options = OptionsOf({"maze", "miner"}, 1);
-  options.first_environment = 1;
-  options.total_environments = 4;
+  options.first_env = 1;
+  options.total_env_count = 4;
   EXPECT_EQ(MadePool(options)->env_count(), 1);
 }
 

@@ -49,7 +49,7 @@ NodeStatus SomeStatus(const std::string& address) {
   status.server_version = "1.2.3";
   status.role = NodeRole::kFleet;
   status.environment_capacity = 64;
-  status.environment_count = 32;
+  status.env_count = 32;
   status.pool_count = 3;
   status.stream_count = 2;
   status.worker_count = 4;

@@ -82,7 +82,7 @@ std::vector<NodeStatus> StatusesThatMakeNoSense() {
   statuses.push_back(Node("workers-that-overflow"));
   statuses.back().worker_count = kMax;
   for (int32_t NodeStatus::*count :
-       {&NodeStatus::environment_capacity, &NodeStatus::environment_count, &NodeStatus::pool_count,
+       {&NodeStatus::environment_capacity, &NodeStatus::env_count, &NodeStatus::pool_count,
         &NodeStatus::stream_count, &NodeStatus::worker_count}) {
     statuses.push_back(Node(absl::StrCat("negative-", statuses.size())));
     statuses.back().*count = -1;

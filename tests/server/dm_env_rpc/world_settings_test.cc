@@ -49,8 +49,8 @@ TEST(WorldSettingsTest, EverySettingArrives) {
                             {"grayscale_obs", IntegerTensor(1)},
                             {"layout", TextTensor("chw")},
                             {"frame_stack", IntegerTensor(4)},
-                            {"first_environment", IntegerTensor(2)},
-                            {"total_environments", IntegerTensor(9)},
+                            {"first_env", IntegerTensor(2)},
+                            {"total_env_count", IntegerTensor(9)},
                             {"lease_duration", IntegerTensor(60)},
                             {"pool_id", TextTensor("mine")}});
   ASSERT_THAT(plan, IsOk());
@@ -70,17 +70,16 @@ TEST(WorldSettingsTest, EverySettingArrives) {
   EXPECT_TRUE(environment.paint_vel_info);
   EXPECT_EQ(environment.debug_mode, 14);
   EXPECT_THAT(plan->options.observation_format.Shape(), ElementsAre(4, 1, 84, 84));
-  EXPECT_EQ(plan->options.first_environment, 2);
-  EXPECT_EQ(plan->options.total_environments, 9);
+  EXPECT_EQ(plan->options.first_env, 2);
+  EXPECT_EQ(plan->options.total_env_count, 9);
   EXPECT_EQ(plan->terms.lease_duration, absl::Minutes(1));
   EXPECT_EQ(plan->pool_id, "mine");
 }
 
 TEST(WorldSettingsTest, APartMustLieInItsWhole) {
-  EXPECT_THAT(
-      PlanOf({{"first_environment", IntegerTensor(4)}, {"total_environments", IntegerTensor(4)}}),
-      StatusIs(absl::StatusCode::kInvalidArgument,
-               HasSubstr("total_environments is 4, allowed: first_environment + num_envs = 5")));
+  EXPECT_THAT(PlanOf({{"first_env", IntegerTensor(4)}, {"total_env_count", IntegerTensor(4)}}),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("total_env_count is 4, allowed: first_env + num_envs = 5")));
 }
 
 TEST(WorldSettingsTest, LongTextIsNotRepeated) {

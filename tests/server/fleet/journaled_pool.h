@@ -23,7 +23,7 @@ inline std::shared_ptr<const ShardBase> SomeBase(int64_t number, const std::stri
 inline LoggedRequest SomeStep(int64_t sequence_number) {
   LoggedRequest logged;
   logged.request.set_sequence_number(sequence_number);
-  logged.request.mutable_step()->mutable_slice()->set_environment_count(4);
+  logged.request.mutable_step()->mutable_slice()->set_env_count(4);
   for (int32_t i = 0; i < 4; ++i) {
     logged.request.mutable_step()->add_actions(static_cast<int32_t>(sequence_number) + i);
   }

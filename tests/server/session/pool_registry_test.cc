@@ -28,7 +28,7 @@ TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
   ASSERT_THAT(Reserve("a"), IsOk());
   EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
                                      "pool pools/a exists; choose another pool_id"));
-  EXPECT_EQ(capacity_.environment_count(), 1) << "who got no name has no share";
+  EXPECT_EQ(capacity_.env_count(), 1) << "who got no name has no share";
   EXPECT_THAT(registry_.Find("alice", "pools/a"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
   EXPECT_THAT(registry_.Remove("alice", "pools/a"),
@@ -41,7 +41,7 @@ TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndSharesFree) {
   const absl::StatusOr<PoolRegistry::Key> key = Reserve("a");
   ASSERT_THAT(key, IsOk());
   registry_.Remove(*key);
-  EXPECT_EQ(capacity_.environment_count(), 0);
+  EXPECT_EQ(capacity_.env_count(), 0);
   EXPECT_THAT(Reserve("a"), IsOk());
 }
 

@@ -20,8 +20,8 @@ using CreateResult = absl::StatusOr<std::shared_ptr<PoolSession>>;
 Limits SmallLimits() {
   Limits limits;
   limits.pool_count_max = 2;
-  limits.pool_environment_count_max = 8;
-  limits.environment_count_max = 10;
+  limits.pool_env_count_max = 8;
+  limits.env_count_max = 10;
   limits.observation_bytes_max = 1 << 20;
   return limits;
 }
@@ -143,7 +143,7 @@ TEST_F(SessionsTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
 TEST_F(SessionsTest, TooLargePoolIsRefused) {
   EXPECT_THAT(Create("", MazeOptions(9)),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 9, limit pool_environment_count_max is 8"));
+                       "spec.env_count is 9, limit pool_env_count_max is 8"));
 }
 
 TEST_F(SessionsTest, PoolWithoutEnvironmentsIsRefused) {
@@ -156,7 +156,7 @@ TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
   EXPECT_THAT(Create("", MazeOptions(3)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 3 and there are 8 environments, limit "
-                       "environment_count_max is 10"));
+                       "env_count_max is 10"));
   EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
 }
 
@@ -178,7 +178,7 @@ TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
   PoolOptions options = MazeOptions(8);
   options.games = {"chess"};
   EXPECT_THAT(Create("a", options), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
-  EXPECT_EQ(sessions_.load().environment_count, 0);
+  EXPECT_EQ(sessions_.load().env_count, 0);
   EXPECT_THAT(Create("a", MazeOptions(8)), IsOk());
 }
 
@@ -228,7 +228,7 @@ TEST_F(SessionsTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
   EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(30));
   EXPECT_THAT(sessions_.Find("", "pools/short"), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(sessions_.Find("", "pools/long"), IsOk());
-  EXPECT_EQ(sessions_.load().environment_count, 4);
+  EXPECT_EQ(sessions_.load().env_count, 4);
   EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
   EXPECT_THAT(metrics_.Text(), HasSubstr("procgen_pools_expired_total 1\n"));
 }

@@ -72,16 +72,15 @@ TEST(ConvertPoolTest, ExplorationTakesNoLevels) {
 
 TEST(ConvertPoolTest, ShardOutsideOfTheWholeIsRefused) {
   v1::PoolSpec spec = MazeSpec();
-  spec.set_first_environment(10);
-  spec.set_total_environments(13);
-  EXPECT_THAT(PoolOptionsOf(spec),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("spec.total_environments is 13, allowed: 0, or "
-                                 "first_environment + env_count = 14")));
-  spec.set_total_environments(14);
+  spec.set_first_env(10);
+  spec.set_total_env_count(13);
+  EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument,
+                                            HasSubstr("spec.total_env_count is 13, allowed: 0, or "
+                                                      "first_env + env_count = 14")));
+  spec.set_total_env_count(14);
   EXPECT_THAT(PoolOptionsOf(spec), IsOk());
-  spec.set_first_environment(INT32_MAX);
-  spec.set_total_environments(0);
+  spec.set_first_env(INT32_MAX);
+  spec.set_total_env_count(0);
   EXPECT_THAT(PoolOptionsOf(spec), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 

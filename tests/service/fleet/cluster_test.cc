@@ -127,7 +127,7 @@ TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
     EXPECT_TRUE(nodes->nodes(1).healthy());
     EXPECT_FALSE(nodes->nodes(1).draining());
     EXPECT_TRUE(node->Tells([](const v1::WatchNodesResponse& told) {
-      return told.nodes_size() == 3 && told.nodes(1).environment_count() == 7 &&
+      return told.nodes_size() == 3 && told.nodes(1).env_count() == 7 &&
              told.nodes(1).pool_count() == 1;
     }));
   }
@@ -244,7 +244,7 @@ TEST_F(ClusterServiceTest, AServerWithoutAClusterTellsOfItself) {
   ASSERT_EQ(nodes->nodes_size(), 1);
   EXPECT_EQ(nodes->nodes(0).name(), "nodes/hermit");
   EXPECT_EQ(nodes->nodes(0).address(), address);
-  EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().environment_count_max);
+  EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().env_count_max);
   EXPECT_EQ(nodes->answering_node(), "nodes/hermit");
 }
 

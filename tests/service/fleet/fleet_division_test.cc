@@ -118,7 +118,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomC
   StartNode("b");
   for (NodeStatus node : list_.Nodes()) {
     node.environment_capacity = 24;
-    node.environment_count = node.node_id == "a" ? 24 : 0;
+    node.env_count = node.node_id == "a" ? 24 : 0;
     list_.Set(node);
   }
   list_.Set(ForgedNode(1, "127.0.0.1:1"));

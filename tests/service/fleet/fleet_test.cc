@@ -180,7 +180,7 @@ TEST_P(FleetJoinTest, NodesThatJoinTakeTheirShare) {
       load = Connect(list_.Nodes().back().address)->GetLoad().value();
     }
   });
-  EXPECT_EQ(load.environment_count(), 12);
+  EXPECT_EQ(load.env_count(), 12);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stacks, FleetJoinTest, testing::Values(1, 3));
@@ -210,7 +210,7 @@ TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
     std::vector<BatchCopy> answers;
     while (goes_on(answers.size())) {
       v1::StepPoolRequest request;
-      request.mutable_step()->mutable_slice()->set_environment_count(kEnvCount);
+      request.mutable_step()->mutable_slice()->set_env_count(kEnvCount);
       request.mutable_step()->mutable_actions()->Resize(kEnvCount, 7);
       request.mutable_step()->set_repeat_count(1);
       request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);
@@ -230,7 +230,7 @@ TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
     if (count == 10) {
       list_.Set(joining);
     }
-    return node->GetLoad()->environment_count() == 0;
+    return node->GetLoad()->env_count() == 0;
   });
   const auto expected = play(*single_, [&](size_t count) { return count < actual.size(); });
   EXPECT_TRUE(actual == expected);
@@ -371,8 +371,8 @@ class FleetLogTest : public FleetTest {
 
   absl::Status Step(int32_t first) {
     v1::StepPoolRequest request;
-    request.mutable_step()->mutable_slice()->set_first_environment(first);
-    request.mutable_step()->mutable_slice()->set_environment_count(kEnvCount - first);
+    request.mutable_step()->mutable_slice()->set_first_env(first);
+    request.mutable_step()->mutable_slice()->set_env_count(kEnvCount - first);
     for (int32_t i = first; i < kEnvCount; ++i) {
       request.mutable_step()->add_actions(4);
     }

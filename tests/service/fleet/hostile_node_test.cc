@@ -47,16 +47,14 @@ std::vector<Attack> AttacksOnBatches() {
                 batch->clear_truncated();
               }),
       OnBatch("MoreSeedsThanRows", [](v1::Batch* batch) { batch->add_level_seeds(1); }),
-      OnBatch("FirstEnvironmentFarOff",
-              [](v1::Batch* batch) { batch->set_first_environment(1 << 30); }),
-      OnBatch("FirstEnvironmentNegative",
-              [](v1::Batch* batch) { batch->set_first_environment(-(1 << 30)); }),
+      OnBatch("FirstEnvFarOff", [](v1::Batch* batch) { batch->set_first_env(1 << 30); }),
+      OnBatch("FirstEnvNegative", [](v1::Batch* batch) { batch->set_first_env(-(1 << 30)); }),
       OnBatch("NoRows",
               [](v1::Batch* batch) {
                 batch->Clear();
                 batch->set_last(true);
               }),
-      OnBatch("RowsNegative", [](v1::Batch* batch) { batch->set_environment_count(-1); }),
+      OnBatch("RowsNegative", [](v1::Batch* batch) { batch->set_env_count(-1); }),
       OnBatch("EndsWithoutFingerprints",
               [](v1::Batch* batch) {
                 EndAll(batch);

@@ -48,7 +48,7 @@ v1::StepPoolRequest RequestAt(int request) {
 }
 
 size_t HashOf(const procgen_client::Batch& batch) {
-  return absl::HashOf(batch.sequence_number(), batch.first_environment(), batch.observations(),
+  return absl::HashOf(batch.sequence_number(), batch.first_env(), batch.observations(),
                       batch.final_observations(), batch.rewards(), batch.first(),
                       batch.terminated(), batch.truncated(), batch.level_seeds(),
                       batch.prev_level_seeds(), batch.prev_level_complete(),

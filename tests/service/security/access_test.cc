@@ -29,7 +29,7 @@ class TokensTest : public AccessTest {
   void SetUp() override {
     AccessTest::SetUp();
     Start({"--tokens=" + certificates_.Path("tokens"), "--owner_pool_count_max=2",
-           "--owner_environment_count_max=5", "--owner_stream_count_max=1"});
+           "--owner_env_count_max=5", "--owner_stream_count_max=1"});
   }
 
   std::shared_ptr<grpc::Channel> Channel() const {
@@ -174,7 +174,7 @@ TEST_F(TokensTest, QuotasAreOfEachOwner) {
   EXPECT_THAT(alice->CreatePool(MazeSpec(6)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "owner alice has 0 environments and asks for 6 more, limit "
-                       "owner_environment_count_max is 5"));
+                       "owner_env_count_max is 5"));
   const auto first = alice->CreatePool(MazeSpec(1));
   const auto second = alice->CreatePool(MazeSpec(1));
   ASSERT_THAT(first, IsOk());
@@ -194,7 +194,7 @@ TEST_F(TokensTest, QuotasAreOfEachOwner) {
   EXPECT_THAT(alice->Attach(second->name()), IsOk());
   const v1::Limits limits = alice->GetCatalog()->limits();
   EXPECT_EQ(limits.owner_pool_count_max(), 2);
-  EXPECT_EQ(limits.owner_environment_count_max(), 5);
+  EXPECT_EQ(limits.owner_env_count_max(), 5);
   EXPECT_EQ(limits.owner_stream_count_max(), 1);
 }
 

@@ -25,7 +25,7 @@ TEST_F(LimitsTest, TooManyPools) {
 TEST_F(LimitsTest, TooManyEnvironmentsInOnePool) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(501)),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 501, limit pool_environment_count_max is 500"));
+                       "spec.env_count is 501, limit pool_env_count_max is 500"));
 }
 
 TEST_F(LimitsTest, TooManyEnvironmentsTogether) {
@@ -33,7 +33,7 @@ TEST_F(LimitsTest, TooManyEnvironmentsTogether) {
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 199 and there are 402 environments, limit "
-                       "environment_count_max is 600"));
+                       "env_count_max is 600"));
   ASSERT_THAT(client_->DeletePool(name), IsOk());
   EXPECT_THAT(client_->CreatePool(MazeSpec(199)), IsOk());
 }

@@ -41,7 +41,7 @@ std::vector<BatchCopy> Played(procgen_client::StepStream* stream, int64_t seed, 
   std::vector<BatchCopy> played;
   procgen_client::Batch batch;
   v1::StepPoolRequest observe;
-  observe.mutable_observe()->mutable_slice()->set_environment_count(count);
+  observe.mutable_observe()->mutable_slice()->set_env_count(count);
   EXPECT_THAT(stream->Call(observe, &batch), IsOk());
   played.emplace_back(batch);
   for (int step = 0; step < steps; ++step) {

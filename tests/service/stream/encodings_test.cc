@@ -39,8 +39,8 @@ v1::PoolSpec SpecOf(const std::string& game, v1::Encoding encoding,
 // A slice of the pool.
 v1::Slice AnySlice(RandomStream& random) {
   v1::Slice slice;
-  slice.set_first_environment(random.Int(kEnvCount));
-  slice.set_environment_count(1 + random.Int(kEnvCount - slice.first_environment()));
+  slice.set_first_env(random.Int(kEnvCount));
+  slice.set_env_count(1 + random.Int(kEnvCount - slice.first_env()));
   return slice;
 }
 
@@ -59,7 +59,7 @@ v1::StepPoolRequest AnyRequest(RandomStream& random) {
   if (kind == 1) {
     *request.mutable_reset()->mutable_slice() = slice;
     request.mutable_reset()->set_observation(observation);
-    request.mutable_reset()->add_resets()->set_environment(slice.first_environment());
+    request.mutable_reset()->add_resets()->set_environment(slice.first_env());
     return request;
   }
   v1::Step* step = request.mutable_step();
@@ -67,11 +67,11 @@ v1::StepPoolRequest AnyRequest(RandomStream& random) {
   step->set_observation(observation);
   step->set_with_final_observations(kind % 2 == 0);
   step->set_repeat_count(1 + random.Int(3));
-  for (int32_t i = 0; i < slice.environment_count(); ++i) {
+  for (int32_t i = 0; i < slice.env_count(); ++i) {
     step->add_actions(random.Int(20) == 0 ? -1 : random.Int(15));
   }
   if (kind == 2) {
-    step->add_resets()->set_environment(slice.first_environment());
+    step->add_resets()->set_environment(slice.first_env());
   }
   return request;
 }
@@ -85,7 +85,7 @@ class EncodingsTest : public ServiceTest {
     procgen_client::Batch batch;
     ASSERT_THAT(raw.Call(request, &expected), IsOk());
     ASSERT_THAT(encoded.Call(request, &batch), IsOk());
-    ASSERT_EQ(batch.first_environment(), expected.first_environment());
+    ASSERT_EQ(batch.first_env(), expected.first_env());
     ASSERT_TRUE(BatchCopy(batch) == BatchCopy(expected));
   }
   static void ExpectSameAnswers(procgen_client::StepStream& raw,
@@ -157,10 +157,10 @@ class EncodingTest : public EncodingsTest {
   static absl::StatusOr<std::vector<uint8_t>> Decode(procgen_client::ObservationDecoder& decoder,
                                                      const v1::StepPoolResponse& response) {
     const v1::Batch& batch = response.batch();
-    std::vector<uint8_t> observations(static_cast<size_t>(batch.environment_count()) *
+    std::vector<uint8_t> observations(static_cast<size_t>(batch.env_count()) *
                                       decoder.observation_bytes());
-    absl::Status status = decoder.Decode(batch.first_environment(), batch.environment_count(),
-                                         batch.observations(), absl::MakeSpan(observations));
+    absl::Status status = decoder.Decode(batch.first_env(), batch.env_count(), batch.observations(),
+                                         absl::MakeSpan(observations));
     if (!status.ok()) {
       return status;
     }
@@ -294,9 +294,9 @@ TEST_F(EncodingTest, DamagedAnswersEndTheStream) {
        "request 6: encoded observations: "},
       {[&](auto* response) { bytes_of(response)->assign(20 << 20, 'x'); },
        "request 9: encoded observations: "},
-      {[](auto* response) { response->mutable_batch()->set_environment_count(1 << 30); },
+      {[](auto* response) { response->mutable_batch()->set_env_count(1 << 30); },
        "request 12: 1073741824 environments from 0, expected: 1 to 5 from 0"},
-      {[](auto* response) { response->mutable_batch()->set_first_environment(1); },
+      {[](auto* response) { response->mutable_batch()->set_first_env(1); },
        "request 15: 5 environments from 1, expected: 1 to 5 from 0"},
   };
   int64_t number = 0;

@@ -90,7 +90,7 @@ TEST_F(LevelsTest, ASamplerSentAheadIsAnsweredInOrder) {
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Receive(&batch), IsOk());
   EXPECT_EQ(batch.sequence_number(), 1);
-  EXPECT_EQ(batch.environment_count(), 0);
+  EXPECT_EQ(batch.env_count(), 0);
   ASSERT_THAT(stream->Receive(&batch), IsOk());
   EXPECT_THAT(batch.level_seeds(), Each(70));
 }

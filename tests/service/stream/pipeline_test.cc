@@ -67,9 +67,9 @@ class PipelineTest : public ServiceTest {
     int32_t next = 0;
     while (stream->Read(&response)) {
       EXPECT_EQ(response.sequence_number(), 1);
-      EXPECT_EQ(response.batch().first_environment(), next);
-      EXPECT_EQ(response.batch().rewards_size(), response.batch().environment_count());
-      sizes.push_back(response.batch().environment_count());
+      EXPECT_EQ(response.batch().first_env(), next);
+      EXPECT_EQ(response.batch().rewards_size(), response.batch().env_count());
+      sizes.push_back(response.batch().env_count());
       next += sizes.back();
       EXPECT_EQ(response.batch().last(), next == env_count);
     }
@@ -112,7 +112,7 @@ TEST_F(PipelineTest, ResponsesStayWithinTheirLimit) {
   const auto stream = CreateAndAttach(MazeSpec(33), options);
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step(std::vector<int32_t>(33, 4), &batch), IsOk());
-  EXPECT_EQ(batch.environment_count(), 33);
+  EXPECT_EQ(batch.env_count(), 33);
   EXPECT_THAT(batch.episode_lengths(), Each(1));
 }
 

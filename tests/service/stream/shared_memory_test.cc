@@ -63,7 +63,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
     v1::StepPoolRequest request =
         is_part ? SliceStepRequest(2, 3, 4) : SliceStepRequest(0, kEnvCount, 4);
     v1::Step* step = request.mutable_step();
-    const int32_t first = step->slice().first_environment();
+    const int32_t first = step->slice().first_env();
     for (int row = 0; row < step->actions_size(); ++row) {
       step->set_actions(row, (number / 4 * 7 + (first + row) * 5) % 16 - 1);
       if (number % 10 == 9) {
@@ -99,13 +99,13 @@ TEST_P(EqualTest, EveryAnswerIsThatOfTheStream) {
     const v1::StepPoolRequest request = RequestAt(number, awaiting);
     ASSERT_THAT(stream->Call(request, &expected), IsOk());
     ASSERT_THAT(shared->Call(request, &batch), IsOk());
-    ASSERT_EQ(batch.first_environment(), expected.first_environment());
-    ASSERT_EQ(batch.environment_count(), expected.environment_count());
+    ASSERT_EQ(batch.first_env(), expected.first_env());
+    ASSERT_EQ(batch.env_count(), expected.env_count());
     ASSERT_EQ(batch.sequence_number(), expected.sequence_number());
     ASSERT_EQ(BatchCopy(batch), BatchCopy(expected)) << "in request " << number;
-    for (int32_t row = 0; row < batch.environment_count(); ++row) {
+    for (int32_t row = 0; row < batch.env_count(); ++row) {
       const auto place = static_cast<size_t>(row);
-      const int32_t environment = batch.first_environment() + row;
+      const int32_t environment = batch.first_env() + row;
       awaiting[static_cast<size_t>(environment)] =
           GetParam().episode_end == v1::EPISODE_END_DISABLED &&
           (batch.terminated()[place] || batch.truncated()[place]);

@@ -68,19 +68,18 @@ TEST_F(StreamErrorsTest, ActionTooSmall) {
 
 TEST_F(StreamErrorsTest, SliceOutOfRange) {
   ExpectRefused(SliceStepRequest(2, 3, 4), absl::StatusCode::kInvalidArgument,
-                "slice.environment_count is 3, from environment 2 on pool pools/2 has 2");
+                "slice.env_count is 3, from environment 2 on pool pools/2 has 2");
 }
 
 TEST_F(StreamErrorsTest, SliceThatBeginsOutOfRange) {
   ExpectRefused(SliceStepRequest(4, 1, 4), absl::StatusCode::kInvalidArgument,
-                "slice.first_environment is 4, pool pools/2 has environments 0 to 3");
+                "slice.first_env is 4, pool pools/2 has environments 0 to 3");
 }
 
 TEST_F(StreamErrorsTest, NegativeSlice) {
   v1::StepPoolRequest request = StepRequest({4});
-  request.mutable_step()->mutable_slice()->set_environment_count(-1);
-  ExpectRefused(request, absl::StatusCode::kInvalidArgument,
-                HasSubstr("slice.environment_count is -1"));
+  request.mutable_step()->mutable_slice()->set_env_count(-1);
+  ExpectRefused(request, absl::StatusCode::kInvalidArgument, HasSubstr("slice.env_count is -1"));
 }
 
 TEST_F(StreamErrorsTest, RepeatOutOfRange) {

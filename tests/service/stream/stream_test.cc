@@ -25,8 +25,8 @@ TEST_F(StreamTest, ObserveTellsTheBeginning) {
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   EXPECT_EQ(batch.sequence_number(), 1);
-  EXPECT_EQ(batch.first_environment(), 0);
-  EXPECT_EQ(batch.environment_count(), 3);
+  EXPECT_EQ(batch.first_env(), 0);
+  EXPECT_EQ(batch.env_count(), 3);
   EXPECT_THAT(batch.first(), ElementsAre(true, true, true));
   EXPECT_THAT(batch.rewards(), Each(0.0F));
   EXPECT_THAT(batch.episode_lengths(), Each(0));
@@ -64,8 +64,8 @@ TEST_F(StreamTest, SlicesStepOnlyTheirEnvironments) {
   const auto stream = CreateAndAttach(MazeSpec(5));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Call(SliceStepRequest(1, 2, 4), &batch), IsOk());
-  EXPECT_EQ(batch.first_environment(), 1);
-  EXPECT_EQ(batch.environment_count(), 2);
+  EXPECT_EQ(batch.first_env(), 1);
+  EXPECT_EQ(batch.env_count(), 2);
   EXPECT_THAT(batch.observations(), SizeIs(2 * kFrameBytes));
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   EXPECT_THAT(batch.episode_lengths(), ElementsAre(0, 1, 1, 0, 0));
@@ -115,7 +115,7 @@ TEST_F(StreamTest, ResetBeginsChosenEnvironmentsAnew) {
     reset->set_level_seed(100 + environment);
   }
   ASSERT_THAT(stream->Call(request, &batch), IsOk());
-  EXPECT_EQ(batch.environment_count(), 4);
+  EXPECT_EQ(batch.env_count(), 4);
   EXPECT_THAT(batch.episode_lengths(), ElementsAre(1, 0, 1, 0));
   EXPECT_EQ(batch.level_seeds()[1], 101);
   EXPECT_EQ(batch.level_seeds()[3], 103);
@@ -175,7 +175,7 @@ TEST_F(StreamTest, RequestsSentAheadAreAnsweredInOrder) {
   for (int i = 0; i < 4; ++i) {
     ASSERT_THAT(stream->Receive(&batch), IsOk());
     EXPECT_EQ(batch.sequence_number(), i + 1);
-    EXPECT_EQ(batch.first_environment(), i);
+    EXPECT_EQ(batch.first_env(), i);
   }
 }
 
@@ -244,10 +244,10 @@ TEST_F(StreamTest, LargePoolIsAnsweredInResponsesOfFourMebibytes) {
     ASSERT_TRUE(stream->Read(&response));
     EXPECT_LE(response.ByteSizeLong(), 4U << 20);
     EXPECT_EQ(response.sequence_number(), 1);
-    EXPECT_EQ(response.batch().first_environment(), next_environment);
+    EXPECT_EQ(response.batch().first_env(), next_environment);
     EXPECT_EQ(response.batch().last(), last);
-    EXPECT_EQ(response.batch().rewards_size(), response.batch().environment_count());
-    next_environment += response.batch().environment_count();
+    EXPECT_EQ(response.batch().rewards_size(), response.batch().env_count());
+    next_environment += response.batch().env_count();
   }
   EXPECT_EQ(next_environment, 400);
   stream->WritesDone();
@@ -275,7 +275,7 @@ TEST_F(StreamTest, SplitAnswersEqualWholeOnes) {
   const auto many = client_->Attach(CreatePool(MazeSpec(150)), options);
   ASSERT_THAT(many, IsOk());
   ASSERT_THAT((*many)->Call(request, &joined), IsOk());
-  EXPECT_EQ(joined.environment_count(), 150);
+  EXPECT_EQ(joined.env_count(), 150);
   EXPECT_EQ(joined.observations(), whole.observations());
   EXPECT_EQ(joined.final_observations(), whole.final_observations());
   EXPECT_EQ(joined.level_seeds(), whole.level_seeds());

@@ -70,7 +70,7 @@ def test_pools_are_told_once_a_second(server: WebServer, learner: Learner) -> No
             assert 0 < pool["request_p50_ms"] <= pool["request_p99_ms"]
             assert pool["create_time_s"] <= last.result["time_s"]
             load = last.result["server"]["load"]
-            assert load["pool_count"] == 1 and load["environment_count"] == 20
+            assert load["pool_count"] == 1 and load["env_count"] == 20
             assert load["worker_count"] == 2 and load["draining"] is False
             (node,) = last.result["nodes"]
             assert node["role"] == "host" and node["healthy"] is True

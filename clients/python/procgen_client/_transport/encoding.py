@@ -87,7 +87,7 @@ def decode_parts(decoder: ObservationDecoder, pool: str, parts: list[Part]) -> N
             encoded = part.arrays["observations"]
             if len(encoded):
                 part.arrays["observations"] = decoder.decode(
-                    part.first_environment, part.environment_count, encoded.tobytes()
+                    part.first_env, part.env_count, encoded.tobytes()
                 )
     except ProcgenError as error:
         raise DataLossError(

@@ -47,8 +47,8 @@ class _Rows(NamedTuple):
     """What an answer tells of: some rows of a batch."""
 
     batch: int  # Its number in the mapping.
-    first_environment: int
-    environment_count: int
+    first_env: int
+    env_count: int
     memory: memoryview  # Of the whole batch.
     pictures_type: np.dtype  # The arrays of these rows in there, as the fields of one element.
     has_observations: bool  # They are written.
@@ -160,8 +160,8 @@ class SharedMapping:
             return None
         self._note_let_go()
         answered = (
-            rows.first_environment,
-            rows.environment_count,
+            rows.first_env,
+            rows.env_count,
             rows.has_observations,
             rows.has_final_observations,
         )
@@ -176,7 +176,7 @@ class SharedMapping:
         self._held[rows.batch] = weakref.ref(pictures, rows.let_go)
         batch = _SharedBatch.__new__(_SharedBatch)
         batch.sequence_number = request.sequence_number
-        batch.first_environment = rows.first_environment
+        batch.first_env = rows.first_env
         batch.numbers = np.ndarray((), rows.numbers_type, bytearray(rows.numbers))
         batch.observations = pictures["observations"] if rows.has_observations else None
         ended_count = batch.ended_count() if rows.has_final_observations else 0
@@ -207,7 +207,7 @@ class SharedMapping:
         return rows
 
     def _find(self, batch: step_pb2.Batch) -> _Rows:
-        number, first, count = batch.shared_batch, batch.first_environment, batch.environment_count
+        number, first, count = batch.shared_batch, batch.first_env, batch.env_count
         if (
             not 0 <= number < self.batch_count
             or first < 0
@@ -225,8 +225,8 @@ class SharedMapping:
         let_go = self._let_go
         return _Rows(
             batch=number,
-            first_environment=first,
-            environment_count=count,
+            first_env=first,
+            env_count=count,
             memory=memory,
             pictures_type=self._type_of_rows(PICTURES, 0, first, count),
             has_observations=batch.shared_observations,

@@ -36,8 +36,8 @@ ARRAY_TYPES = {
 }
 PICTURES = ("final_observations", "observations")
 _SCALARS = (
-    "first_environment",
-    "environment_count",
+    "first_env",
+    "env_count",
     "last",
 )
 
@@ -62,8 +62,8 @@ class Part:
     """
 
     sequence_number: int
-    first_environment: int
-    environment_count: int
+    first_env: int
+    env_count: int
     last: bool
     arrays: dict[str, np.ndarray]
 
@@ -92,8 +92,8 @@ def part_of(response: step_pb2.StepPoolResponse) -> Part:
     arrays |= {name: np.frombuffer(getattr(batch, name), np.uint8) for name in PICTURES}
     return Part(
         response.sequence_number,
-        batch.first_environment,
-        batch.environment_count,
+        batch.first_env,
+        batch.env_count,
         batch.last,
         arrays,
     )
@@ -125,8 +125,8 @@ def _read_batch_response(message: bytes | memoryview) -> Part:
 
     return Part(
         sequence_number,
-        scalars.get("first_environment", 0),
-        scalars.get("environment_count", 0),
+        scalars.get("first_env", 0),
+        scalars.get("env_count", 0),
         bool(scalars.get("last")),
         _arrays(message, ranges),
     )

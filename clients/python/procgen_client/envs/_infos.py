@@ -44,7 +44,7 @@ def episode_infos(batch: Batch, ended: np.ndarray, same_step: bool) -> dict[str,
     if not same_step:
         return infos
 
-    final_obs = np.empty(batch.environment_count, dtype=object)  # Of None.
+    final_obs = np.empty(batch.env_count, dtype=object)  # Of None.
     for row, observation in zip(ended.nonzero()[0], batch.final_observations, strict=True):
         final_obs[row] = observation.copy()
     final_info: dict[str, Any] = {}

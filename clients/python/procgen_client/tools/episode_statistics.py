@@ -70,7 +70,7 @@ class EpisodeStatistics:
 def _of_batch(batch: Batch) -> list[Episode]:
     return [
         Episode(
-            batch.first_environment + int(row),
+            batch.first_env + int(row),
             int(batch.prev_level_seeds[row]),
             float(batch.episode_returns[row]),
             int(batch.episode_lengths[row]),

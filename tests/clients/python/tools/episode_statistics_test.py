@@ -38,7 +38,7 @@ def test_episodes_are_those_of_the_steps(client: Client) -> None:
 
 def test_slices_tell_their_environments(client: Client) -> None:
     with client.create_pool("maze", 4, **_OPTIONS) as pool:
-        (episode,) = EpisodeStatistics().add(pool.step([4, -1], first_environment=2))
+        (episode,) = EpisodeStatistics().add(pool.step([4, -1], first_env=2))
     assert episode.environment == 3
     assert not episode.is_completed
 

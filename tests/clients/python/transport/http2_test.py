@@ -406,4 +406,4 @@ def test_an_interrupted_wait_ends_the_stream_and_not_the_pool(client: Client) ->
             stream._next_message()  # Nobody has asked for anything.
         pool._stream = None
         pool.attach(take_over=True)
-        assert pool.step([4, 4]).environment_count == 2
+        assert pool.step([4, 4]).env_count == 2

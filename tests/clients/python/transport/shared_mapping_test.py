@@ -89,15 +89,15 @@ def mapping(tmp_path: Path, content: list[dict[str, np.ndarray]]) -> SharedMappi
 
 def _request(number: int = 300, **fields: object) -> Request:
     """What the answer with these fields is right for."""
-    first = fields.get("first_environment", 0)
-    count = fields.get("environment_count", _ENV_COUNT)
+    first = fields.get("first_env", 0)
+    count = fields.get("env_count", _ENV_COUNT)
     pictures = fields.get("shared_observations", False)
     finals = fields.get("shared_final_observations", False)
     return Request.numbered(number, b"", Expected(first, count, pictures, finals))
 
 
 def _answer(number: int = 300, **fields: object) -> step_pb2.StepPoolResponse:
-    batch = {"environment_count": _ENV_COUNT, "last": True, "shared_batch": 0}
+    batch = {"env_count": _ENV_COUNT, "last": True, "shared_batch": 0}
     return step_pb2.StepPoolResponse(
         sequence_number=number, batch=step_pb2.Batch(**(batch | fields))
     )
@@ -115,14 +115,14 @@ def test_each_slice_of_each_batch_is_read_where_it_is(
     # More slices than the mapping knows at a time.
     slices = [(a, b) for a in range(_ENV_COUNT) for b in range(a + 1, _ENV_COUNT + 1)]
     for number, (begin, end) in [(k, rows) for rows in slices for k in range(_BATCH_COUNT)]:
-        fields = {"first_environment": begin, "environment_count": end - begin}
+        fields = {"first_env": begin, "env_count": end - begin}
         fields |= {"shared_batch": number, "shared_observations": True}
         batch = _read(mapping, **fields, shared_final_observations=begin % 2 == 0)
         expected = {name: array[begin:end] for name, array in content[number].items()}
         ended = np.count_nonzero(expected["terminated"] | expected["truncated"])
         expected["fingerprints"] = expected["fingerprints"][:ended]
         expected["final_observations"] = expected["final_observations"][: ended * (begin % 2 == 0)]
-        assert (batch.sequence_number, batch.first_environment) == (300, begin)
+        assert (batch.sequence_number, batch.first_env) == (300, begin)
         for name, values in expected.items():
             array = getattr(batch, name)
             assert array.dtype == values.dtype, name
@@ -149,7 +149,7 @@ def test_numbers_are_those_of_the_answer_whenever_they_are_asked_for(
 
 
 def test_fields_of_a_batch_stand_as_its_arrays_do() -> None:
-    names = ["sequence_number", "first_environment", *ARRAY_TYPES, *PICTURES]
+    names = ["sequence_number", "first_env", *ARRAY_TYPES, *PICTURES]
     assert list(Batch.__dataclass_fields__) == names
 
 
@@ -186,10 +186,10 @@ def test_what_answers_otherwise_is_not_read(mapping: SharedMapping) -> None:
     [
         {"shared_batch": _BATCH_COUNT},
         {"shared_batch": -1},
-        {"first_environment": -1},
-        {"first_environment": 1},
-        {"environment_count": 0},
-        {"environment_count": _ENV_COUNT + 1},
+        {"first_env": -1},
+        {"first_env": 1},
+        {"env_count": 0},
+        {"env_count": _ENV_COUNT + 1},
     ],
 )
 def test_what_is_not_there_is_refused(mapping: SharedMapping, fields: dict[str, int]) -> None:
@@ -200,8 +200,8 @@ def test_what_is_not_there_is_refused(mapping: SharedMapping, fields: dict[str, 
 @pytest.mark.parametrize(
     "fields",
     [
-        {"first_environment": 1, "environment_count": 2},
-        {"environment_count": 1},
+        {"first_env": 1, "env_count": 2},
+        {"env_count": 1},
         {"shared_observations": True},
         {"shared_final_observations": True},
     ],

@@ -14,8 +14,8 @@ from procgen_client._transport.wire import Part, part_of, read_response
 
 def small_batch(**fields: object) -> bytes:
     batch = step_pb2.Batch(
-        first_environment=300,
-        environment_count=2,
+        first_env=300,
+        env_count=2,
         last=True,
         rewards=[0.5, -0.0],
         first=[True, False],
@@ -36,7 +36,7 @@ def small_batch(**fields: object) -> bytes:
 
 
 def assert_same_part(one: Part, other: Part) -> None:
-    for name in ("sequence_number", "first_environment", "environment_count", "last"):
+    for name in ("sequence_number", "first_env", "env_count", "last"):
         assert getattr(one, name) == getattr(other, name), name
     assert one.arrays.keys() == other.arrays.keys()
     for name, array in one.arrays.items():
@@ -89,7 +89,7 @@ def test_fields_in_pieces_and_unpacked_are_read_too() -> None:
     # numbers packed or not. Number 5 with wire type 5 is one float of rewards.
     response = step_pb2.StepPoolResponse(sequence_number=1)
     head = response.SerializeToString()
-    first = step_pb2.Batch(environment_count=2, last=True, rewards=[1.5]).SerializeToString()
+    first = step_pb2.Batch(env_count=2, last=True, rewards=[1.5]).SerializeToString()
     second = bytes([5 << 3 | 5]) + np.float32(2.5).tobytes()
     tag = bytes([4 << 3 | 2])
     for message in (
@@ -103,7 +103,7 @@ def test_fields_in_pieces_and_unpacked_are_read_too() -> None:
 
 def test_fields_of_a_later_server_are_passed_over() -> None:
     later = bytes([0xF8, 0x07, 0x01]) + bytes([0xFA, 0x07, 0x03]) + b"abc"  # Numbers 127: 1, "abc".
-    batch = step_pb2.Batch(environment_count=1, last=True, rewards=[3.0]).SerializeToString()
+    batch = step_pb2.Batch(env_count=1, last=True, rewards=[3.0]).SerializeToString()
     message = bytes([4 << 3 | 2, len(batch) + len(later)]) + later + batch
     part = read_response(message)
     assert part.arrays["rewards"].tolist() == [3.0]

@@ -7,8 +7,8 @@ namespace {
 
 LoggedRequest StepOf(Part slice) {
   LoggedRequest logged;
-  logged.request.mutable_step()->mutable_slice()->set_first_environment(slice.first);
-  logged.request.mutable_step()->mutable_slice()->set_environment_count(slice.count);
+  logged.request.mutable_step()->mutable_slice()->set_first_env(slice.first);
+  logged.request.mutable_step()->mutable_slice()->set_env_count(slice.count);
   return logged;
 }
 

@@ -24,7 +24,7 @@ std::string Text(const std::string& text) { return Parse(text).DebugString(); }
 constexpr char kStep[] = R"pb(
   sequence_number: 9
   step {
-    slice { first_environment: 2 environment_count: 6 }
+    slice { first_env: 2 env_count: 6 }
     actions: [ 12, 13, 14, 15, 16, 17 ]
     repeat_count: 3
     observation: OBSERVATION_FRAME
@@ -38,7 +38,7 @@ constexpr char kStep[] = R"pb(
 
 TEST(CutRequestTest, AStepIsCutWithItsActionsLevelsAndResets) {
   EXPECT_EQ(Cut(kStep, {0, 4}), Text(R"pb(step {
-                                            slice { first_environment: 2 environment_count: 2 }
+                                            slice { first_env: 2 env_count: 2 }
                                             actions: [ 12, 13 ]
                                             repeat_count: 3
                                             observation: OBSERVATION_FRAME
@@ -46,7 +46,7 @@ TEST(CutRequestTest, AStepIsCutWithItsActionsLevelsAndResets) {
                                             next_levels { environment: 3 level_seed: 33 }
                                           })pb"));
   EXPECT_EQ(Cut(kStep, {4, 2}), Text(R"pb(step {
-                                            slice { environment_count: 2 }
+                                            slice { env_count: 2 }
                                             actions: [ 14, 15 ]
                                             repeat_count: 3
                                             observation: OBSERVATION_FRAME
@@ -55,7 +55,7 @@ TEST(CutRequestTest, AStepIsCutWithItsActionsLevelsAndResets) {
                                             resets { environment: 0 level_seed: 44 }
                                           })pb"));
   EXPECT_EQ(Cut(kStep, {6, 10}), Text(R"pb(step {
-                                             slice { environment_count: 2 }
+                                             slice { env_count: 2 }
                                              actions: [ 16, 17 ]
                                              repeat_count: 3
                                              observation: OBSERVATION_FRAME
@@ -72,17 +72,17 @@ TEST(CutRequestTest, WhoHasNoneOfTheSliceIsLeftAlone) {
 TEST(CutRequestTest, AResetOfOthersIsAnObserve) {
   const std::string reset = R"pb(
     reset {
-      slice { first_environment: 1 environment_count: 6 }
+      slice { first_env: 1 env_count: 6 }
       resets { environment: 2 level_seed: 5 rand_seed: 6 }
       observation: OBSERVATION_FRAME
     })pb";
   EXPECT_EQ(Cut(reset, {0, 4}), Text(R"pb(reset {
-                                            slice { first_environment: 1 environment_count: 3 }
+                                            slice { first_env: 1 env_count: 3 }
                                             resets { environment: 2 level_seed: 5 rand_seed: 6 }
                                             observation: OBSERVATION_FRAME
                                           })pb"));
   EXPECT_EQ(Cut(reset, {4, 4}), Text(R"pb(observe {
-                                            slice { environment_count: 3 }
+                                            slice { env_count: 3 }
                                             observation: OBSERVATION_FRAME
                                           })pb"));
 }
@@ -90,11 +90,11 @@ TEST(CutRequestTest, AResetOfOthersIsAnObserve) {
 TEST(CutRequestTest, AnObserveIsCut) {
   const std::string observe = R"pb(
     observe {
-      slice { first_environment: 3 environment_count: 3 }
+      slice { first_env: 3 env_count: 3 }
       observation: OBSERVATION_NONE
     })pb";
   EXPECT_EQ(Cut(observe, {4, 4}),
-            Text("observe { slice { environment_count: 2 } observation: OBSERVATION_NONE }"));
+            Text("observe { slice { env_count: 2 } observation: OBSERVATION_NONE }"));
 }
 
 TEST(CutRequestTest, ALevelSamplerIsForAll) {
@@ -108,10 +108,8 @@ TEST(SliceOfTest, EachKindHasOne) {
     return std::pair(part.first, part.count);
   };
   EXPECT_EQ(slice(kStep), std::pair(2, 6));
-  EXPECT_EQ(slice("reset { slice { first_environment: 3 environment_count: 1 } }"),
-            std::pair(3, 1));
-  EXPECT_EQ(slice("observe { slice { first_environment: 5 environment_count: 2 } }"),
-            std::pair(5, 2));
+  EXPECT_EQ(slice("reset { slice { first_env: 3 env_count: 1 } }"), std::pair(3, 1));
+  EXPECT_EQ(slice("observe { slice { first_env: 5 env_count: 2 } }"), std::pair(5, 2));
   EXPECT_EQ(slice("level_sampler {}"), std::pair(0, 24));
 }
 

@@ -22,7 +22,7 @@ NodeStatus Node(const std::string& node_id, int32_t capacity, int32_t used = 0) 
   NodeStatus node;
   node.node_id = node_id;
   node.environment_capacity = capacity;
-  node.environment_count = used;
+  node.env_count = used;
   node.worker_count = 2;
   node.healthy = true;
   return node;

@@ -123,7 +123,7 @@ class AnswerReplayTest : public testing::Test {
   static std::vector<std::string> OneStep(int32_t env_count) {
     v1::StepPoolRequest request;
     request.set_sequence_number(1);
-    request.mutable_step()->mutable_slice()->set_environment_count(env_count);
+    request.mutable_step()->mutable_slice()->set_env_count(env_count);
     request.mutable_step()->mutable_actions()->Resize(env_count, 4);
     request.mutable_step()->set_repeat_count(1);
     request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);

@@ -26,7 +26,7 @@ Response ResponseOf(int rows) {
   Response response;
   response.message.set_sequence_number(300);
   v1::Batch* batch = response.message.mutable_batch();
-  batch->set_environment_count(rows);
+  batch->set_env_count(rows);
   batch->set_last(true);
   for (int row = 0; row < rows; ++row) {
     batch->add_rewards(static_cast<float>(row));

@@ -33,7 +33,7 @@ TEST(RequestTest, SliceThatBeginsBehindThePoolIsRefused) {
   request.first = 4;
   EXPECT_THAT(Check(request),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "slice.first_environment is 4, pool pools/7 has environments 0 to 3"));
+                       "slice.first_env is 4, pool pools/7 has environments 0 to 3"));
 }
 
 TEST(RequestTest, SliceThatEndsBehindThePoolIsRefused) {
@@ -42,7 +42,7 @@ TEST(RequestTest, SliceThatEndsBehindThePoolIsRefused) {
   request.count = 3;
   EXPECT_THAT(Check(request),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "slice.environment_count is 3, from environment 2 on pool pools/7 has 2"));
+                       "slice.env_count is 3, from environment 2 on pool pools/7 has 2"));
 }
 
 TEST(RequestTest, CountsThatWouldOverflowAreRefused) {

@@ -15,11 +15,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-PoolOptions OptionsOf(std::vector<std::string> games, int32_t first_environment) {
+PoolOptions OptionsOf(std::vector<std::string> games, int32_t first_env) {
   PoolOptions options;
   options.games = std::move(games);
   options.env_count = 8;
-  options.first_environment = first_environment;
+  options.first_env = first_env;
   options.environment.distribution_mode = DistributionMode::kEasy;
   return options;
 }
@@ -37,7 +37,7 @@ std::string Episode(const std::string& what, const std::string& game, int64_t va
 TEST(PoolCountsTest, StepsBelongToTheGamesThatAreDealtInTurn) {
   Metrics metrics("test");
   BatchNumbers memory;
-  PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_environment=*/1), &metrics);
+  PoolCounts counts(OptionsOf({"maze", "heist", "ninja"}, /*first_env=*/1), &metrics);
   // Environments 2 to 5 of the pool are 3 to 6 of the whole: maze, heist, ninja, maze.
   EXPECT_EQ(counts.Add({2, 4}, {}, memory.LendTo({}, 4)), 4);
   // Environment 0 is heist.

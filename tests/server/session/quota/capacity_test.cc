@@ -14,8 +14,8 @@ constexpr int64_t kFrameBytes = 100;
 Limits SmallLimits() {
   Limits limits;
   limits.pool_count_max = 2;
-  limits.pool_environment_count_max = 6;
-  limits.environment_count_max = 10;
+  limits.pool_env_count_max = 6;
+  limits.env_count_max = 10;
   limits.observation_bytes_max = 9 * kFrameBytes;
   return limits;
 }
@@ -28,11 +28,11 @@ TEST(CapacityTest, EachLimitIsNamedWithItsValues) {
               StatusIs(absl::StatusCode::kInvalidArgument, "spec.env_count is 0, allowed: 1 to 6"));
   EXPECT_THAT(capacity.Take(7, kFrameBytes),
               StatusIs(absl::StatusCode::kResourceExhausted,
-                       "spec.env_count is 7, limit pool_environment_count_max is 6"));
+                       "spec.env_count is 7, limit pool_env_count_max is 6"));
   EXPECT_THAT(capacity.Take(6, kFrameBytes),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 6 and there are 5 environments, limit "
-                       "environment_count_max is 10"));
+                       "env_count_max is 10"));
   EXPECT_THAT(capacity.Take(5, kFrameBytes),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "one observation of each environment takes 500 bytes and those of other "
@@ -48,23 +48,23 @@ TEST(CapacityTest, AShareGivesItselfBackOnceHoweverItWasMoved) {
   Capacity capacity(SmallLimits());
   std::optional<Capacity::Share> held = *capacity.Take(6, kFrameBytes);
   Capacity::Share other = *capacity.Take(3, kFrameBytes);
-  EXPECT_EQ(capacity.environment_count(), 9);
+  EXPECT_EQ(capacity.env_count(), 9);
   other = *std::move(held);
   held.reset();
-  EXPECT_EQ(capacity.environment_count(), 6) << "that of the three went with the moved one";
+  EXPECT_EQ(capacity.env_count(), 6) << "that of the three went with the moved one";
   other = Capacity::Share();
-  EXPECT_EQ(capacity.environment_count(), 0);
+  EXPECT_EQ(capacity.env_count(), 0);
   EXPECT_THAT(capacity.Take(6, kFrameBytes), IsOk());
 }
 
 TEST(CapacityTest, PoolsThatExistCountAlsoBeyondTheLimits) {
   Capacity capacity(SmallLimits());
   const Capacity::Share restored = capacity.Count(12, kFrameBytes);
-  EXPECT_EQ(capacity.environment_count(), 12);
+  EXPECT_EQ(capacity.env_count(), 12);
   EXPECT_THAT(capacity.Take(1, kFrameBytes),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 1 and there are 12 environments, limit "
-                       "environment_count_max is 10"));
+                       "env_count_max is 10"));
 }
 
 }  // namespace

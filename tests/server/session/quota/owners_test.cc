@@ -13,7 +13,7 @@ namespace {
 Limits SmallQuotas() {
   Limits limits;
   limits.owner_pool_count_max = 2;
-  limits.owner_environment_count_max = 10;
+  limits.owner_env_count_max = 10;
   limits.owner_stream_count_max = 1;
   limits.owner_call_count_max = 3;
   return limits;
@@ -21,17 +21,17 @@ Limits SmallQuotas() {
 
 TEST(OwnersTest, EachQuotaIsNamedWithItsOwnerAndValues) {
   Owners owners(SmallQuotas());
-  const auto held = owners.Take(
-      "alice", {.pool_count = 2, .environment_count = 9, .stream_count = 1, .call_count = 3});
+  const auto held =
+      owners.Take("alice", {.pool_count = 2, .env_count = 9, .stream_count = 1, .call_count = 3});
   ASSERT_THAT(held, IsOk());
   EXPECT_THAT(owners.Take("alice", {.pool_count = 1}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "owner alice has 2 pools and asks for 1 more, limit owner_pool_count_max "
                        "is 2"));
-  EXPECT_THAT(owners.Take("alice", {.environment_count = 2}),
+  EXPECT_THAT(owners.Take("alice", {.env_count = 2}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "owner alice has 9 environments and asks for 2 more, limit "
-                       "owner_environment_count_max is 10"));
+                       "owner_env_count_max is 10"));
   EXPECT_THAT(owners.Take("alice", {.stream_count = 1}),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "owner alice has 1 streams and asks for 1 more, limit "
@@ -53,25 +53,25 @@ TEST(OwnersTest, OwnersHaveQuotasOfTheirOwn) {
 TEST(OwnersTest, WhatIsGivenBackCanBeTakenAgain) {
   Owners owners(SmallQuotas());
   for (int round = 0; round < 100; ++round) {
-    auto share = owners.Take("alice", {.environment_count = 10});
+    auto share = owners.Take("alice", {.env_count = 10});
     ASSERT_THAT(share, IsOk());
     Owners::Share moved = *std::move(share);
-    EXPECT_FALSE(owners.Take("alice", {.environment_count = 1}).ok()) << "moved, not given back";
+    EXPECT_FALSE(owners.Take("alice", {.env_count = 1}).ok()) << "moved, not given back";
     moved = Owners::Share();
-    EXPECT_THAT(owners.Take("alice", {.environment_count = 1}), IsOk());
+    EXPECT_THAT(owners.Take("alice", {.env_count = 1}), IsOk());
   }
 }
 
 TEST(OwnersTest, RefusedPartsTakeNothing) {
   Owners owners(SmallQuotas());
-  EXPECT_FALSE(owners.Take("alice", {.pool_count = 1, .environment_count = 11}).ok());
-  EXPECT_THAT(owners.Take("alice", {.pool_count = 2, .environment_count = 10}), IsOk());
+  EXPECT_FALSE(owners.Take("alice", {.pool_count = 1, .env_count = 11}).ok());
+  EXPECT_THAT(owners.Take("alice", {.pool_count = 2, .env_count = 10}), IsOk());
 }
 
 TEST(OwnersTest, NumbersThatOverflowAreRefused) {
   Owners owners(SmallQuotas());
-  const auto held = owners.Take("alice", {.environment_count = 5});
-  EXPECT_FALSE(owners.Take("alice", {.environment_count = INT32_MAX}).ok());
+  const auto held = owners.Take("alice", {.env_count = 5});
+  EXPECT_FALSE(owners.Take("alice", {.env_count = INT32_MAX}).ok());
 }
 
 TEST(OwnersTest, AHeldValueCountsUntilItsLastReferenceGoes) {
