@@ -2,7 +2,7 @@
 """Draws mosaics: rows of pictures with a name and a description, a caption under each picture.
 
 As a program: mosaic.py SHEETS.json. The file lists sheets, each with the `file` to draw, its `rows`
-(`name`, `description`, `pictures` with a `file` and an optional `caption`); `side_px` if all
+(`name`, `description`, `pictures` with a `file` and an optional `caption`); `size_px` if all
 pictures are to be shown at one size; `page_width_px` if the sheet is to be reduced for a web page.
 Paths are relative to the folder of the list.
 """
@@ -50,14 +50,14 @@ class Row(NamedTuple):
     pictures: Sequence[Picture]
 
 
-def draw(rows: Sequence[Row], *, side_px: int | None = None) -> Image.Image:
+def draw(rows: Sequence[Row], *, size_px: int | None = None) -> Image.Image:
     """Gives the mosaic.
 
-    With side_px all pictures are squares of that size: smaller ones are enlarged without smoothing,
+    With size_px all pictures are squares of that size: smaller ones are enlarged without smoothing,
     larger ones reduced. Otherwise each has its own size.
     """
     pictures = [picture for row in rows for picture in row.pictures]
-    sizes = [(side_px, side_px) if side_px else p.frame.shape[1::-1] for p in pictures]
+    sizes = [(size_px, size_px) if size_px else p.frame.shape[1::-1] for p in pictures]
     captioned = any(picture.caption for picture in pictures)
     pitch_x = max(width for width, _ in sizes) + _GAP_PX
     pitch_y = max(height for _, height in sizes) + _GAP_PX + captioned * _CAPTION_HEIGHT_PX
@@ -70,16 +70,16 @@ def draw(rows: Sequence[Row], *, side_px: int | None = None) -> Image.Image:
         _write_label(image, row.name, row.description, top + (pitch_y - _GAP_PX) // 2)
         for column, picture in enumerate(row.pictures):
             left = _MARGIN_PX + _LABEL_WIDTH_PX + column * pitch_x
-            _paste(image, picture, (left, top), side_px)
+            _paste(image, picture, (left, top), size_px)
     return image
 
 
-def _paste(image: Image.Image, picture: Picture, at: tuple[int, int], side_px: int | None) -> None:
+def _paste(image: Image.Image, picture: Picture, at: tuple[int, int], size_px: int | None) -> None:
     shown = Image.fromarray(picture.frame)
-    if side_px and shown.size != (side_px, side_px):
-        enlarges = shown.width < side_px
+    if size_px and shown.size != (size_px, size_px):
+        enlarges = shown.width < size_px
         filter_ = Image.Resampling.NEAREST if enlarges else Image.Resampling.BOX
-        shown = shown.resize((side_px, side_px), filter_)
+        shown = shown.resize((size_px, size_px), filter_)
     image.paste(shown, at, _rounded(shown.size))
     if picture.caption:
         below = (at[0], at[1] + shown.height + 2)
@@ -144,7 +144,7 @@ def main() -> None:
     path = parser.parse_args().list
     for sheet in json.loads(path.read_text()):
         rows = [_read_row(row, path.parent) for row in sheet["rows"]]
-        image = draw(rows, side_px=sheet.get("side_px"))
+        image = draw(rows, size_px=sheet.get("size_px"))
         if "page_width_px" in sheet:
             image = _for_page(image, sheet["page_width_px"])
         image.save(path.parent / sheet["file"], optimize=True)

@@ -24,7 +24,7 @@ from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _PICTURES_OF_A_GAME = 6
 _PICTURE_MODES = ("easy", "hard")
-_PICTURE_SIDE_PX = 256
+_PICTURE_SIZE_PX = 256
 # Before a picture is taken: so many actions, each held for so many steps, so that agents get about;
 # RIGHT and RIGHT+UP more often than others, since that is where platform games lie.
 _PICTURE_ACTIONS = 30
@@ -131,7 +131,7 @@ def take_pictures(client: Client, name: str) -> list[np.ndarray]:
                 actions = rng.choice(ACTION_COUNT, count, p=_PICTURE_ACTION_ODDS)
                 pool.step(actions, repeat_count=_PICTURE_ACTION_STEPS, observe=False)
             if client.catalog().features.render:
-                pictures += pool.render(side_px=_PICTURE_SIDE_PX)
+                pictures += pool.render(size_px=_PICTURE_SIZE_PX)
             else:
                 pictures += list(pool.observe().observations)
     return pictures
@@ -264,7 +264,7 @@ def demonstrate(address: str, arguments: argparse.Namespace) -> None:
         mosaic.Row(result.name, result.description, [mosaic.Picture(f) for f in result.frames])
         for result in results
     ]
-    mosaic.draw(rows, side_px=_PICTURE_SIDE_PX).save(arguments.output)
+    mosaic.draw(rows, size_px=_PICTURE_SIZE_PX).save(arguments.output)
     print(f"The games: {arguments.output.resolve()}")
 
 

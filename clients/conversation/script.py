@@ -22,7 +22,7 @@ ENCODINGS = {
 }
 CATALOG = "catalog.response.bin"
 EXPECTED = "expected.json"
-_SIDE_PX = 16
+_SIZE_PX = 16
 
 
 def create_pool_request(encoding: str) -> pools_pb2.CreatePoolRequest:
@@ -38,7 +38,7 @@ def create_pool_request(encoding: str) -> pools_pb2.CreatePoolRequest:
                 use_monochrome_assets=True,
             ),
             observation_format=pools_pb2.ObservationFormat(
-                color=pools_pb2.COLOR_GRAYSCALE, width_px=_SIDE_PX, height_px=_SIDE_PX
+                color=pools_pb2.COLOR_GRAYSCALE, size_px=_SIZE_PX
             ),
             encoding=ENCODINGS[encoding],
         ),

@@ -9,8 +9,8 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-const blockSide = 8    // Of a block, in rows and pixels.
-const sideDefault = 64 // Of a picture, in pixels.
+const blockSide = 8      // Of a block, in rows and pixels.
+const sizePxDefault = 64 // Of a picture.
 const decoderMemoryMin = 1 << 20
 
 // The decoder for a pool's observations; nil where they come as they are.
@@ -42,18 +42,15 @@ func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
 		return nil, invalid("encoding is %v; decoded is ENCODING_ZSTD_DIFFERENCE", spec.Encoding)
 	}
 	format := spec.GetObservationFormat()
-	side := int(format.GetWidthPx())
-	if side == 0 {
-		side = int(format.GetHeightPx())
+	sizePx := int(format.GetSizePx())
+	if sizePx == 0 {
+		sizePx = sizePxDefault
 	}
-	if side == 0 {
-		side = sideDefault
-	}
-	d := &ObservationDecoder{columns: side, pixelBytes: 3, stack: clamp(int(format.GetFrameStack()), 1, 16)}
+	d := &ObservationDecoder{columns: sizePx, pixelBytes: 3, stack: clamp(int(format.GetFrameStack()), 1, 16)}
 	if format.GetColor() == pb.Color_COLOR_GRAYSCALE {
 		d.pixelBytes = 1
 	}
-	d.rows = side * d.stack
+	d.rows = sizePx * d.stack
 	if format.GetLayout() == pb.Layout_LAYOUT_CHW {
 		d.rows, d.pixelBytes = d.rows*d.pixelBytes, 1
 	}

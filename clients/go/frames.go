@@ -14,32 +14,32 @@ const frameOverheadBytes = 64
 
 // What is watched where nobody tells what: so many environments, and so many pixels wide.
 const watchedDefault = 16
-const watchedSidePxDefault = 256
+const watchedSizePxDefault = 256
 
-// Render draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
-func (p *Pool) Render(ctx context.Context, sidePx int32, environments ...int32) ([]*pb.Frame, error) {
-	if sidePx < 16 || sidePx > 2048 {
-		return nil, invalid("sidePx is %d; it is in [16, 2048]", sidePx)
+// Render draws environments for people (all, unless told which), in squares of sizePx pixels, 16 to 2048: RGB, top row first.
+func (p *Pool) Render(ctx context.Context, sizePx int32, environments ...int32) ([]*pb.Frame, error) {
+	if sizePx < 16 || sizePx > 2048 {
+		return nil, invalid("sizePx is %d; it is in [16, 2048]", sizePx)
 	}
 	if len(environments) == 0 {
 		environments = firstEnvs(p.EnvCount())
 	}
 	roomBytes := clamp(int(p.client.catalog.Limits.ResponseBytesMax), 0, responseBytesDefault) - framesOverheadBytes
-	atATime := clamp(roomBytes/frameBytes(sidePx), 1, len(environments))
+	atATime := clamp(roomBytes/frameBytes(sizePx), 1, len(environments))
 	var frames []*pb.Frame
 	for len(environments) > 0 {
 		count := clamp(atATime, 1, len(environments))
 		answer, err := p.client.renders.RenderEnvironments(p.client.with(ctx), &pb.RenderEnvironmentsRequest{
 			Pool:             p.Name(),
 			Environments:     environments[:count],
-			SidePx:           sidePx,
+			SizePx:           sizePx,
 			Format:           pb.FrameFormat_FRAME_FORMAT_RGB,
-			ResponseBytesMax: framesBytesMax(count, sidePx),
+			ResponseBytesMax: framesBytesMax(count, sizePx),
 		})
 		if err != nil {
 			return nil, fromRPC(ctx, err)
 		}
-		if err := checkFrames(answer.Frames, environments[:count], sidePx); err != nil {
+		if err := checkFrames(answer.Frames, environments[:count], sizePx); err != nil {
 			return nil, err
 		}
 		frames = append(frames, answer.Frames...)
@@ -53,7 +53,7 @@ type WatchOptions struct {
 	// Environments in the order wanted, at most 64. Empty: the first 16.
 	Environments []int32
 	// Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. 0: 256.
-	SidePx int32
+	SizePx int32
 	// Moments in a second at most, above 0 and at most 60. 0: 15.
 	FramesPerSecondMax float32
 }
@@ -63,29 +63,29 @@ type WatchOptions struct {
 // `see` is busy is left out, but for the newest. It ends with nil when `see` gives false, with ABORTED when the pool is gone,
 // and with UNAVAILABLE when the server stops or the connection breaks.
 func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.WatchPoolResponse) bool) error {
-	environments, sidePx := options.Environments, options.SidePx
+	environments, sizePx := options.Environments, options.SizePx
 	if len(environments) == 0 {
 		environments = firstEnvs(clamp(p.EnvCount(), 1, watchedDefault))
 	}
-	if sidePx == 0 {
-		sidePx = watchedSidePxDefault
+	if sizePx == 0 {
+		sizePx = watchedSizePxDefault
 	}
 	callContext, cancel := context.WithCancel(p.client.with(ctx))
 	defer cancel()
 	call, err := p.client.renders.WatchPool(callContext, &pb.WatchPoolRequest{
 		Pool:               p.Name(),
 		Environments:       environments,
-		SidePx:             sidePx,
+		SizePx:             sizePx,
 		Format:             pb.FrameFormat_FRAME_FORMAT_RGB,
 		FramesPerSecondMax: options.FramesPerSecondMax,
-		ResponseBytesMax:   framesBytesMax(len(environments), sidePx),
+		ResponseBytesMax:   framesBytesMax(len(environments), sizePx),
 	})
 	if err != nil {
 		return fromRPC(ctx, err)
 	}
 	var invalid error
 	err = watch(ctx, call.Recv, func(moment *pb.WatchPoolResponse) bool {
-		invalid = checkFrames(moment.Frames, environments, sidePx)
+		invalid = checkFrames(moment.Frames, environments, sizePx)
 		return invalid == nil && see(moment)
 	})
 	if invalid != nil {
@@ -102,14 +102,14 @@ func firstEnvs(count int) []int32 {
 	return environments
 }
 
-func frameBytes(sidePx int32) int {
-	return 3*int(sidePx)*int(sidePx) + frameOverheadBytes
+func frameBytes(sizePx int32) int {
+	return 3*int(sizePx)*int(sizePx) + frameOverheadBytes
 }
 
 // The largest response of so many frames: no more than they take, as a server may have a low limit. 0: what it sends by
 // default.
-func framesBytesMax(count int, sidePx int32) int64 {
-	bytes := framesOverheadBytes + count*frameBytes(sidePx)
+func framesBytesMax(count int, sizePx int32) int64 {
+	bytes := framesOverheadBytes + count*frameBytes(sizePx)
 	if bytes <= responseBytesDefault {
 		return 0
 	}

@@ -196,15 +196,15 @@ func checkStates(page *pb.SaveStatesResponse, environments []int32, before int) 
 }
 
 // Frames of these environments in this order, raw.
-func checkFrames(frames []*pb.Frame, environments []int32, side int32) error {
+func checkFrames(frames []*pb.Frame, environments []int32, sizePx int32) error {
 	if len(frames) != len(environments) {
 		return wrong("%d frames, expected: %d", len(frames), len(environments))
 	}
 	for i, frame := range frames {
-		if frame.Environment != environments[i] || frame.WidthPx != side || frame.HeightPx != side ||
-			len(frame.Image) != 3*int(side)*int(side) {
+		if frame.Environment != environments[i] || frame.SizePx != sizePx ||
+			len(frame.Image) != 3*int(sizePx)*int(sizePx) {
 			return wrong("a frame of environment %d of %d x %d pixels in %d bytes, expected: %d and a square of %d",
-				frame.Environment, frame.WidthPx, frame.HeightPx, len(frame.Image), environments[i], side)
+				frame.Environment, frame.SizePx, frame.SizePx, len(frame.Image), environments[i], sizePx)
 		}
 	}
 	return nil

@@ -37,7 +37,7 @@ class Environments {
   virtual absl::StatusOr<Observed> Observe() = 0;
 
   // Waits for the step and draws the human view of one environment. `frame`: uint8
-  // [kHumanViewSidePx, kHumanViewSidePx, 3].
+  // [kHumanViewSizePx, kHumanViewSizePx, 3].
   virtual absl::Status Render(int32_t environment, absl::Span<uint8_t> frame) = 0;
 
   // Waits for the step and takes a snapshot of one environment.

@@ -69,7 +69,7 @@ absl::Status LocalEnvironments::Render(int32_t environment, absl::Span<uint8_t> 
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
-  return pool_->Render(environment, kHumanViewSidePx, frame);
+  return pool_->Render(environment, kHumanViewSizePx, frame);
 }
 
 absl::StatusOr<std::string> LocalEnvironments::SaveState(int32_t environment) {

@@ -124,7 +124,7 @@ absl::Status RemoteEnvironments::Render(int32_t environment, absl::Span<uint8_t>
   if (absl::Status status = Wait(); !status.ok()) {
     return status;
   }
-  auto drawn = client_->RenderEnvironments(pool_, {environment}, kHumanViewSidePx);
+  auto drawn = client_->RenderEnvironments(pool_, {environment}, kHumanViewSizePx);
   if (!drawn.ok()) {
     return drawn.status();
   }

@@ -40,7 +40,7 @@ std::vector<LibenvTensorType> TensorTypesOf(int space, int32_t num_actions, bool
   constexpr int32_t kSeedMax = std::numeric_limits<int32_t>::max();
   switch (space) {
     case kLibenvObservation:
-      return {Uint8("rgb", {kObservationSidePx, kObservationSidePx, 3}, kColourMax)};
+      return {Uint8("rgb", {kObservationSizePx, kObservationSizePx, 3}, kColourMax)};
     case kLibenvAction:
       return {Int32("action", num_actions - 1)};
     case kLibenvInfo: {
@@ -48,7 +48,7 @@ std::vector<LibenvTensorType> TensorTypesOf(int space, int32_t num_actions, bool
                                              Uint8("prev_level_complete", {}, 1),
                                              Int32("level_seed", kSeedMax)};
       if (render_human) {
-        infos.push_back(Uint8("rgb", {kHumanViewSidePx, kHumanViewSidePx, 3}, kColourMax));
+        infos.push_back(Uint8("rgb", {kHumanViewSizePx, kHumanViewSizePx, 3}, kColourMax));
       }
       return infos;
     }

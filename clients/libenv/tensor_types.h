@@ -9,8 +9,8 @@
 namespace procgen {
 
 // The side of the human view in the infos, in pixels, and its bytes: uint8 [512, 512, 3].
-inline constexpr int32_t kHumanViewSidePx = 512;
-inline constexpr int32_t kHumanViewBytes = kHumanViewSidePx * kHumanViewSidePx * 3;
+inline constexpr int32_t kHumanViewSizePx = 512;
+inline constexpr int32_t kHumanViewBytes = kHumanViewSizePx * kHumanViewSizePx * 3;
 
 // The infos, by their place in the space.
 enum InfoMember {

@@ -5,8 +5,8 @@
 namespace procgen {
 namespace {
 
-constexpr int kBackgroundSidePx = 500;
-constexpr int kSpriteSidePx = 64;
+constexpr int kBackgroundSizePx = 500;
+constexpr int kSpriteSizePx = 64;
 constexpr int kBackgroundDepth = 1;  // blocks within a block
 constexpr int kBackgroundBlotches = 50;
 constexpr int kInnerBlotches = 10;
@@ -136,7 +136,7 @@ void AddBlock(  // NOLINT(misc-no-recursion): as deep as `depth`, 1 at most
 
 // A bar from one side of the canvas to the other.
 Rect DrawBar(RandomStream& random, bool upright) {
-  const double side = kSpriteSidePx;
+  const double side = kSpriteSizePx;
   const float k1 = static_cast<float>(.45 + static_cast<double>(random.Unit()) * .4);
   const float k2 = static_cast<float>(.45 + static_cast<double>(random.Unit()) * .4);
   const float width = static_cast<float>(side * static_cast<double>(k1) * static_cast<double>(k1));
@@ -152,22 +152,22 @@ Rect DrawBar(RandomStream& random, bool upright) {
 
 GeneratedArt GenerateBackground(RandomStream& random) {
   GeneratedArt art;
-  art.side_px = kBackgroundSidePx;
-  AddBlock(random, {0, 0, kBackgroundSidePx, kBackgroundSidePx}, kBackgroundDepth,
+  art.size_px = kBackgroundSizePx;
+  AddBlock(random, {0, 0, kBackgroundSizePx, kBackgroundSizePx}, kBackgroundDepth,
            kBackgroundBlotches, art);
   return art;
 }
 
 GeneratedArt GenerateBlock(RandomStream& random) {
   GeneratedArt art;
-  art.side_px = kSpriteSidePx;
-  AddBlock(random, {0, 0, kSpriteSidePx, kSpriteSidePx}, 0, kSpriteBlotches, art);
+  art.size_px = kSpriteSizePx;
+  AddBlock(random, {0, 0, kSpriteSizePx, kSpriteSizePx}, 0, kSpriteBlotches, art);
   return art;
 }
 
 GeneratedArt GenerateFigure(RandomStream& random) {
   GeneratedArt art;
-  art.side_px = kSpriteSidePx;
+  art.size_px = kSpriteSizePx;
   art.transparent = true;
   const Palette palette = DrawPalette(random);
   const bool upright_first = random.Coin();
@@ -180,7 +180,7 @@ GeneratedArt GenerateFigure(RandomStream& random) {
   }
   const int32_t blotches = random.Int(1, 5);
   for (int32_t i = 0; i < blotches; ++i) {
-    const Rect part = DrawPart(random, {0, 0, kSpriteSidePx, kSpriteSidePx},
+    const Rect part = DrawPart(random, {0, 0, kSpriteSizePx, kSpriteSizePx},
                                {kFigureBlotchMin, kFigureBlotchMax});
     AddShape(random, part, palette, art);
   }

@@ -13,7 +13,7 @@ namespace procgen {
 using Rgb = std::array<uint8_t, 3>;
 
 // Art made from random numbers (use_generated_assets), as data: the painting steps, in order, on a
-// canvas of side_px x side_px. No draw depends on what is painted, so drawing the numbers and
+// canvas of size_px x size_px. No draw depends on what is painted, so drawing the numbers and
 // painting the picture are apart: a level is generated here, render/ paints only what is looked at.
 struct PaintStep {
   enum class Shape : uint8_t { kRectangle, kEllipse };
@@ -29,7 +29,7 @@ struct PaintStep {
 };
 
 struct GeneratedArt {
-  int side_px = 0;
+  int size_px = 0;
   bool transparent = false;  // where nothing is painted; a block paints its whole canvas
   std::vector<PaintStep> steps;
 };

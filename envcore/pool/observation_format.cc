@@ -13,7 +13,7 @@ std::vector<int32_t> ObservationFormat::Shape() const {
   if (frame.layout == Layout::kChw) {
     shape.push_back(frame.channels());
   }
-  shape.insert(shape.end(), {frame.side_px, frame.side_px});
+  shape.insert(shape.end(), {frame.size_px, frame.size_px});
   if (frame.layout == Layout::kHwc) {
     shape.push_back(frame.channels());
   }
@@ -28,7 +28,7 @@ absl::Status CheckObservationFormat(const ObservationFormat& format) {
     int32_t max;
   };
   for (const Field& field :
-       {Field{"frame.side_px", format.frame.side_px, kObservationSidePxMin, kObservationSidePxMax},
+       {Field{"frame.size_px", format.frame.size_px, kObservationSizePxMin, kObservationSizePxMax},
         Field{"frame.color", static_cast<int32_t>(format.frame.color),
               static_cast<int32_t>(Color::kRgb), static_cast<int32_t>(Color::kGrayscale)},
         Field{"frame.layout", static_cast<int32_t>(format.frame.layout),

@@ -11,8 +11,8 @@
 namespace procgen {
 
 // The sides that an observation can be drawn at, in pixels, and how many frames it can show.
-inline constexpr int32_t kObservationSidePxMin = 16;
-inline constexpr int32_t kObservationSidePxMax = 512;
+inline constexpr int32_t kObservationSizePxMin = 16;
+inline constexpr int32_t kObservationSizePxMax = 512;
 inline constexpr int32_t kFrameStackMax = 16;
 
 // The form of a pool's observations. By default that of Procgen 0.10.7: uint8 [64, 64, 3], top row

@@ -316,16 +316,16 @@ absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sam
   return absl::OkStatus();
 }
 
-absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame) {
+absl::Status Pool::Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame) {
   if (absl::Status status = CheckIndex(environment); !status.ok()) {
     return status;
   }
-  if (side_px < kHumanViewSidePxMin || side_px > kHumanViewSidePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("side_px is ", side_px, ", must be in [",
-                                                   kHumanViewSidePxMin, ", ", kHumanViewSidePxMax,
+  if (size_px < kHumanViewSizePxMin || size_px > kHumanViewSizePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat("size_px is ", size_px, ", must be in [",
+                                                   kHumanViewSizePxMin, ", ", kHumanViewSizePxMax,
                                                    "]"));
   }
-  const size_t bytes = static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3;
+  const size_t bytes = static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3;
   if (frame.size() != bytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("frame has ", frame.size(), " bytes, must have ", bytes));
@@ -336,7 +336,7 @@ absl::Status Pool::Render(int32_t environment, int32_t side_px, absl::Span<uint8
   WorkerScratch& scratch = *worker_scratch_.back();
   const auto index = static_cast<size_t>(environment);
   environments_[index]->FillScene(&scratch.scene);
-  scratch.rasteriser.DrawHumanView(scratch.scene, *ArtOf(index), side_px, frame);
+  scratch.rasteriser.DrawHumanView(scratch.scene, *ArtOf(index), size_px, frame);
   Release();
   return absl::OkStatus();
 }

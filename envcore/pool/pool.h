@@ -30,11 +30,11 @@ class StaticLayerCache;
 
 // The side in pixels and the bytes of an observation in the default format: uint8 [64, 64, 3], top
 // row first, red, green, blue.
-inline constexpr int kObservationSidePx = 64;
-inline constexpr int kObservationBytes = kObservationSidePx * kObservationSidePx * 3;
+inline constexpr int kObservationSizePx = 64;
+inline constexpr int kObservationBytes = kObservationSizePx * kObservationSizePx * 3;
 // The sides that the human view can be drawn at, in pixels.
-inline constexpr int32_t kHumanViewSidePxMin = 16;
-inline constexpr int32_t kHumanViewSidePxMax = 2048;
+inline constexpr int32_t kHumanViewSizePxMin = 16;
+inline constexpr int32_t kHumanViewSizePxMax = 2048;
 // Environments of a whole that a pool can be a part of: what a shard skips costs a draw each.
 inline constexpr int32_t kTotalEnvCountMax = 1 << 24;
 // How often a step can repeat its actions.
@@ -193,9 +193,9 @@ class Pool {
   absl::Status CloneStates(absl::Span<const StateToClone> pairs);
 
   // Draws the human view of one environment, antialiased, on the calling thread. `frame`: uint8
-  // [side_px, side_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
-  // ([kHumanViewSidePxMin, kHumanViewSidePxMax]) or a frame of another size; ABORTED as in Step.
-  absl::Status Render(int32_t environment, int32_t side_px, absl::Span<uint8_t> frame);
+  // [size_px, size_px, 3]. Errors: INVALID_ARGUMENT index or side out of range
+  // ([kHumanViewSizePxMin, kHumanViewSizePxMax]) or a frame of another size; ABORTED as in Step.
+  absl::Status Render(int32_t environment, int32_t size_px, absl::Span<uint8_t> frame);
 
   // What one environment shows now, to be drawn later; much cheaper than Render. Errors:
   // INVALID_ARGUMENT an index out of range; ABORTED as in Step.

@@ -41,9 +41,9 @@ SceneSnapshotRenderer::SceneSnapshotRenderer() : rasteriser_(std::make_unique<Ra
 
 SceneSnapshotRenderer::~SceneSnapshotRenderer() = default;
 
-void SceneSnapshotRenderer::DrawHumanView(const SceneSnapshot& snapshot, int32_t side_px,
+void SceneSnapshotRenderer::DrawHumanView(const SceneSnapshot& snapshot, int32_t size_px,
                                           absl::Span<uint8_t> frame) {
-  rasteriser_->DrawHumanView(snapshot.content_->scene, *snapshot.content_->art, side_px, frame);
+  rasteriser_->DrawHumanView(snapshot.content_->scene, *snapshot.content_->art, size_px, frame);
 }
 
 void SceneSnapshotRenderer::DrawAgentView(const SceneSnapshot& snapshot,

@@ -38,9 +38,9 @@ class SceneSnapshotRenderer {
   SceneSnapshotRenderer(const SceneSnapshotRenderer&) = delete;
   SceneSnapshotRenderer& operator=(const SceneSnapshotRenderer&) = delete;
 
-  // As Pool::Render draws it. `frame`: uint8 [side_px, side_px, 3].
-  // REQUIRES: side_px in [kHumanViewSidePxMin, kHumanViewSidePxMax].
-  void DrawHumanView(const SceneSnapshot& snapshot, int32_t side_px, absl::Span<uint8_t> frame);
+  // As Pool::Render draws it. `frame`: uint8 [size_px, size_px, 3].
+  // REQUIRES: size_px in [kHumanViewSizePxMin, kHumanViewSizePxMax].
+  void DrawHumanView(const SceneSnapshot& snapshot, int32_t size_px, absl::Span<uint8_t> frame);
   // As an observation in the default format. `frame`: uint8 [64, 64, 3].
   void DrawAgentView(const SceneSnapshot& snapshot, absl::Span<uint8_t> frame);
 

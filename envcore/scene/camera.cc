@@ -3,15 +3,15 @@
 namespace procgen {
 namespace {
 
-constexpr float kAgentViewSidePx = 64;
+constexpr float kAgentViewSizePx = 64;
 constexpr float kCellOverdraw = 0.02F;
 
 }  // namespace
 
-Viewport::Viewport(const Camera& camera, int side_px) : side_px_(side_px) {
-  const float agent_view_scale = kAgentViewSidePx / camera.cells;
+Viewport::Viewport(const Camera& camera, int size_px) : size_px_(size_px) {
+  const float agent_view_scale = kAgentViewSizePx / camera.cells;
   pixels_per_cell_ = static_cast<float>(static_cast<double>(agent_view_scale) *
-                                        (static_cast<double>(side_px) / kAgentViewSidePx));
+                                        (static_cast<double>(size_px) / kAgentViewSizePx));
   cells_ = static_cast<float>(64.0 / static_cast<double>(agent_view_scale));
   offset_x_ = pixels_per_cell_ * (camera.center_x - cells_ / 2);
   offset_y_ = pixels_per_cell_ * (camera.center_y - cells_ / 2);

@@ -25,9 +25,9 @@ struct ScreenRect {
 // that the rules of drawing prescribe, so that each pixel is that of Procgen 0.10.7.
 class Viewport {
  public:
-  Viewport(const Camera& camera, int side_px);
+  Viewport(const Camera& camera, int size_px);
 
-  int side_px() const { return side_px_; }
+  int size_px() const { return size_px_; }
   float pixels_per_cell() const { return pixels_per_cell_; }
   float cells() const { return cells_; }
 
@@ -42,7 +42,7 @@ class Viewport {
   ScreenRect OfShares(float x, float y, float rx, float ry) const;
 
  private:
-  int side_px_;
+  int size_px_;
   float pixels_per_cell_;
   float cells_;
   float offset_x_;

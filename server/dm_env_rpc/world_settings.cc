@@ -124,8 +124,8 @@ absl::Status ReadEnvCount(absl::string_view name, const dm::Tensor& tensor, Worl
 }
 
 absl::Status ReadScreenSize(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  return ReadIntegerTo(name, tensor, kObservationSidePxMin, kObservationSidePxMax,
-                       &plan->options.observation_format.frame.side_px);
+  return ReadIntegerTo(name, tensor, kObservationSizePxMin, kObservationSizePxMax,
+                       &plan->options.observation_format.frame.size_px);
 }
 
 absl::Status ReadGrayscale(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {

@@ -7,11 +7,11 @@
 namespace procgen {
 namespace {
 
-png_image HeaderOf(int32_t side_px) {
+png_image HeaderOf(int32_t size_px) {
   png_image image = {};
   image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(side_px);
-  image.height = static_cast<png_uint_32>(side_px);
+  image.width = static_cast<png_uint_32>(size_px);
+  image.height = static_cast<png_uint_32>(size_px);
   image.format = PNG_FORMAT_RGB;
   image.flags = PNG_IMAGE_FLAG_FAST;
   return image;
@@ -19,9 +19,9 @@ png_image HeaderOf(int32_t side_px) {
 
 }  // namespace
 
-std::string PngOf(absl::Span<const uint8_t> pixels, int32_t side_px) {
-  png_image image = HeaderOf(side_px);
-  std::string file(static_cast<size_t>(PngBytesMax(side_px)), '\0');
+std::string PngOf(absl::Span<const uint8_t> pixels, int32_t size_px) {
+  png_image image = HeaderOf(size_px);
+  std::string file(static_cast<size_t>(PngBytesMax(size_px)), '\0');
   png_alloc_size_t size = file.size();
   const int written =
       png_image_write_to_memory(&image, file.data(), &size, 0, pixels.data(), 0, nullptr);
@@ -30,8 +30,8 @@ std::string PngOf(absl::Span<const uint8_t> pixels, int32_t side_px) {
   return file;
 }
 
-int64_t PngBytesMax(int32_t side_px) {
-  const png_image image = HeaderOf(side_px);
+int64_t PngBytesMax(int32_t size_px) {
+  const png_image image = HeaderOf(size_px);
   return static_cast<int64_t>(PNG_IMAGE_PNG_SIZE_MAX(image));
 }
 

@@ -8,12 +8,12 @@
 
 namespace procgen {
 
-// A PNG file of a picture; quickly made rather than small. `pixels`: uint8 [side_px, side_px, 3],
-// red, green, blue, top row first. REQUIRES: side_px > 0.
-std::string PngOf(absl::Span<const uint8_t> pixels, int32_t side_px);
+// A PNG file of a picture; quickly made rather than small. `pixels`: uint8 [size_px, size_px, 3],
+// red, green, blue, top row first. REQUIRES: size_px > 0.
+std::string PngOf(absl::Span<const uint8_t> pixels, int32_t size_px);
 
 // No PNG file of such a picture has more bytes.
-int64_t PngBytesMax(int32_t side_px);
+int64_t PngBytesMax(int32_t size_px);
 
 }  // namespace procgen
 

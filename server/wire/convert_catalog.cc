@@ -122,8 +122,8 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_owner_watch_count_max(limits.owner_watch_count_max);
   message->set_owner_buffer_bytes_max(limits.owner_buffer_bytes_max);
   message->set_episode_bytes_max(limits.episode_bytes_max);
-  message->set_observation_side_px_min(kObservationSidePxMin);
-  message->set_observation_side_px_max(kObservationSidePxMax);
+  message->set_observation_size_px_min(kObservationSizePxMin);
+  message->set_observation_size_px_max(kObservationSizePxMax);
   message->set_frame_stack_max(kFrameStackMax);
   message->set_kept_answer_bytes_max(limits.kept_answer_bytes_max);
   message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);

@@ -14,9 +14,9 @@
 namespace procgen {
 namespace {
 
-// The side of frames that no size was asked for, in pixels.
-constexpr int32_t kRenderSidePxDefault = 512;
-constexpr int32_t kWatchSidePxDefault = 256;
+// The size of frames that no size was asked for.
+constexpr int32_t kRenderSizePxDefault = 512;
+constexpr int32_t kWatchSizePxDefault = 256;
 // All that a frame, and the response around the frames, has besides the image, in bytes.
 constexpr int64_t kFrameOverheadBytes = 64;
 // What is watched is drawn again and again, and each watch has a few responses in memory.
@@ -30,22 +30,22 @@ constexpr absl::Duration kIntervalMax = absl::Hours(24);
 // Frames that somebody asks for.
 struct FramesWanted {
   absl::Span<const int32_t> environments;
-  int32_t side_px = 0;
+  int32_t size_px = 0;
   v1::FrameFormat format = v1::FRAME_FORMAT_UNSPECIFIED;
   int64_t response_bytes_max = 0;
 };
 
 absl::Status CheckSize(const FramesWanted& wanted) {
-  const int64_t side = wanted.side_px;
+  const int64_t size_px = wanted.size_px;
   const int64_t image_bytes =
-      wanted.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(wanted.side_px) : side * side * 3;
+      wanted.format == v1::FRAME_FORMAT_PNG ? PngBytesMax(wanted.size_px) : size_px * size_px * 3;
   const int64_t frames_max =
       (wanted.response_bytes_max - kFrameOverheadBytes) / (image_bytes + kFrameOverheadBytes);
   if (static_cast<int64_t>(wanted.environments.size()) > frames_max) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("environments has ", wanted.environments.size(),
-                     " entries, limit response_bytes_max = ", wanted.response_bytes_max,
-                     " has room for ", frames_max, " frames of ", side, " x ", side, " pixels"));
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "environments has ", wanted.environments.size(),
+        " entries, limit response_bytes_max = ", wanted.response_bytes_max, " has room for ",
+        frames_max, " frames of ", size_px, " x ", size_px, " pixels"));
   }
   return absl::OkStatus();
 }
@@ -54,10 +54,10 @@ absl::Status CheckFrames(const FramesWanted& wanted, const PoolSession& pool) {
   if (!v1::FrameFormat_IsValid(wanted.format)) {
     return NoSuchValue("format", wanted.format);
   }
-  if (wanted.side_px < kHumanViewSidePxMin || wanted.side_px > kHumanViewSidePxMax) {
-    return absl::InvalidArgumentError(absl::StrCat("side_px is ", wanted.side_px,
-                                                   ", allowed: ", kHumanViewSidePxMin, " to ",
-                                                   kHumanViewSidePxMax));
+  if (wanted.size_px < kHumanViewSizePxMin || wanted.size_px > kHumanViewSizePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat("size_px is ", wanted.size_px,
+                                                   ", allowed: ", kHumanViewSizePxMin, " to ",
+                                                   kHumanViewSizePxMax));
   }
   if (absl::Status status = CheckEnvironmentList(
           {.list = "environments", .environments = wanted.environments, .repeats_allowed = true},
@@ -88,9 +88,9 @@ absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
 
 FrameLook LookOf(const v1::RenderEnvironmentsRequest& request) {
   const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
-  const int32_t side_px_default = as_agent ? kObservationSidePx : kRenderSidePxDefault;
+  const int32_t size_px_default = as_agent ? kObservationSizePx : kRenderSizePxDefault;
   return {as_agent ? View::kAgent : View::kHuman,
-          request.side_px() == 0 ? side_px_default : request.side_px()};
+          request.size_px() == 0 ? size_px_default : request.size_px()};
 }
 
 absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const PoolSession& pool,
@@ -104,11 +104,11 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
     return NoSuchValue("view", request.view());
   }
   const FrameLook look = LookOf(request);
-  if (look.view == View::kAgent && look.side_px != kObservationSidePx) {
+  if (look.view == View::kAgent && look.size_px != kObservationSizePx) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "side_px is ", look.side_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSidePx));
+        "size_px is ", look.size_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSizePx));
   }
-  return CheckFrames({SpanOf(request.environments()), look.side_px, request.format(), *bytes_max},
+  return CheckFrames({SpanOf(request.environments()), look.size_px, request.format(), *bytes_max},
                      pool);
 }
 
@@ -126,7 +126,7 @@ absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
     return interval.status();
   }
   const FramesWanted wanted = {SpanOf(request.environments()),
-                               request.side_px() == 0 ? kWatchSidePxDefault : request.side_px(),
+                               request.size_px() == 0 ? kWatchSizePxDefault : request.size_px(),
                                request.format(), *bytes_max};
   if (wanted.environments.size() > kWatchEnvironmentsMax) {
     return absl::InvalidArgumentError(absl::StrCat("environments has ", wanted.environments.size(),
@@ -137,7 +137,7 @@ absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
     return status;
   }
   return WatchOrder{.environments = {wanted.environments.begin(), wanted.environments.end()},
-                    .side_px = wanted.side_px,
+                    .size_px = wanted.size_px,
                     .interval = *interval,
                     .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
                                                                     : v1::FRAME_FORMAT_RGB};
@@ -151,7 +151,7 @@ void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::
     const std::string& image = frame.image();
     frame.set_image(
         PngOf(absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(image.data()), image.size()),
-              frame.width_px()));
+              frame.size_px()));
   }
 }
 
@@ -160,8 +160,7 @@ absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment) {
   for (size_t i = 0; i < moment.images.size(); ++i) {
     v1::Frame* frame = response.add_frames();
     frame->set_environment(moment.environments[i]);
-    frame->set_width_px(moment.side_px);
-    frame->set_height_px(moment.side_px);
+    frame->set_size_px(moment.size_px);
     frame->set_image(std::move(moment.images[i]));
   }
   WriteFrames(format, response.mutable_frames());

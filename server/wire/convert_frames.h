@@ -16,7 +16,7 @@ namespace procgen {
 // How environments are to be drawn.
 struct FrameLook {
   View view = View::kHuman;
-  int32_t side_px = 0;
+  int32_t size_px = 0;
 };
 FrameLook LookOf(const v1::RenderEnvironmentsRequest& request);
 

@@ -35,24 +35,14 @@ absl::StatusOr<Layout> LayoutOf(v1::Layout layout) {
   }
 }
 
-// The side of the square pictures.
-absl::StatusOr<int32_t> SidePxOf(const v1::ObservationFormat& format) {
-  const int32_t width = format.width_px();
-  const int32_t height = format.height_px();
-  for (const auto& [field, value] :
-       {std::pair("width_px", width), std::pair("height_px", height)}) {
-    if (value != 0 && (value < kObservationSidePxMin || value > kObservationSidePxMax)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("spec.observation_format.", field, " is ", value, ", allowed: 0, or ",
-                       kObservationSidePxMin, " to ", kObservationSidePxMax));
-    }
+absl::StatusOr<int32_t> SizePxOf(const v1::ObservationFormat& format) {
+  const int32_t size_px = format.size_px() != 0 ? format.size_px() : kObservationSizePx;
+  if (size_px < kObservationSizePxMin || size_px > kObservationSizePxMax) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.size_px is ", size_px,
+                                                   ", allowed: 0, or ", kObservationSizePxMin,
+                                                   " to ", kObservationSizePxMax));
   }
-  if (width != 0 && height != 0 && width != height) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("spec.observation_format.height_px is ", height, " and width_px is ", width,
-                     ", allowed: the same, or one of them 0; pictures are square"));
-  }
-  return width != 0 ? width : height != 0 ? height : kObservationSidePx;
+  return size_px;
 }
 
 }  // namespace
@@ -66,9 +56,9 @@ absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationForma
   if (!layout.ok()) {
     return layout.status();
   }
-  const absl::StatusOr<int32_t> side_px = SidePxOf(message);
-  if (!side_px.ok()) {
-    return side_px.status();
+  const absl::StatusOr<int32_t> size_px = SizePxOf(message);
+  if (!size_px.ok()) {
+    return size_px.status();
   }
   if (message.frame_stack() < 0 || message.frame_stack() > kFrameStackMax) {
     return absl::InvalidArgumentError(absl::StrCat("spec.observation_format.frame_stack is ",
@@ -76,7 +66,7 @@ absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationForma
                                                    kFrameStackMax));
   }
   ObservationFormat format;
-  format.frame = {.side_px = *side_px, .color = *color, .layout = *layout};
+  format.frame = {.size_px = *size_px, .color = *color, .layout = *layout};
   format.frame_stack = std::max(message.frame_stack(), 1);
   return format;
 }
@@ -84,8 +74,7 @@ absl::StatusOr<ObservationFormat> ObservationFormatOf(const v1::ObservationForma
 void FillObservationFormat(const ObservationFormat& format, v1::ObservationFormat* message) {
   message->set_color(format.frame.color == Color::kRgb ? v1::COLOR_RGB : v1::COLOR_GRAYSCALE);
   message->set_layout(format.frame.layout == Layout::kHwc ? v1::LAYOUT_HWC : v1::LAYOUT_CHW);
-  message->set_width_px(format.frame.side_px);
-  message->set_height_px(format.frame.side_px);
+  message->set_size_px(format.frame.size_px);
   message->set_frame_stack(format.frame_stack);
 }
 

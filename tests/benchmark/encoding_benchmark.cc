@@ -39,7 +39,7 @@ constexpr double kMinTimeSeconds = 1.5;
 constexpr int kCountedSteps = 200;
 constexpr int32_t kEnvCount = LocalLearner::kEnvCount;
 constexpr PictureShape kShape = {
-    .rows = kObservationSidePx, .columns = kObservationSidePx, .pixel_bytes = 3};
+    .rows = kObservationSizePx, .columns = kObservationSizePx, .pixel_bytes = 3};
 
 enum class Way { kRaw, kZstd };
 

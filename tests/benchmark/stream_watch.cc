@@ -22,11 +22,11 @@ namespace {
 // Machines are now faster and now slower, so a round is short, of each of the two some moments
 // long, and there are many, of which the median is told.
 struct Rounds {
-  int32_t side_px = 0;
+  int32_t size_px = 0;
   absl::Duration share;  // of each of the two
   int count = 0;
 };
-constexpr Rounds kAgentRounds = {kObservationSidePx, absl::Milliseconds(200), 200};
+constexpr Rounds kAgentRounds = {kObservationSizePx, absl::Milliseconds(200), 200};
 // People's view comes about once a second where the machine is busy.
 constexpr Rounds kHumanRounds = {256, absl::Milliseconds(1500), 25};
 
@@ -56,7 +56,7 @@ class WatchContest {
                                                              const Rounds& rounds) {
     auto contest = std::make_unique<WatchContest>();
     contest->share_ = rounds.share;
-    absl::Status status = contest->Begin(env_count, rounds.side_px);
+    absl::Status status = contest->Begin(env_count, rounds.size_px);
     if (!status.ok()) {
       return status;
     }
@@ -86,7 +86,7 @@ class WatchContest {
   }
 
  private:
-  absl::Status Begin(int32_t env_count, int32_t side_px) {
+  absl::Status Begin(int32_t env_count, int32_t size_px) {
     auto server = StartStreamServer();
     if (!server.ok()) {
       return server.status();
@@ -97,7 +97,7 @@ class WatchContest {
       return learner.status();
     }
     learner_ = *std::move(learner);
-    viewer_ = std::make_unique<ViewerProcess>(server_->address(), side_px);
+    viewer_ = std::make_unique<ViewerProcess>(server_->address(), size_px);
     return absl::OkStatus();
   }
 
@@ -138,7 +138,7 @@ void RegisterWatches() {
   for (const Rounds& rounds : {kAgentRounds, kHumanRounds}) {
     for (const int32_t env_count : {64, 256}) {
       benchmark::RegisterBenchmark(
-          absl::StrCat("watch/side_px:", rounds.side_px, "/environments:", env_count).c_str(),
+          absl::StrCat("watch/size_px:", rounds.size_px, "/environments:", env_count).c_str(),
           [env_count, rounds](benchmark::State& state) { RunWatch(env_count, rounds, state); })
           ->Iterations(rounds.count)
           ->UseManualTime();

@@ -52,7 +52,7 @@ class Viewer {
   std::thread thread_;
 };
 
-absl::Status WatchAsTold(const std::string& address, int32_t side_px) {
+absl::Status WatchAsTold(const std::string& address, int32_t size_px) {
   const auto client =
       procgen_client::Client::Connect(address, {.response_bytes_max = kResponseBytesMax});
   if (!client.ok()) {
@@ -67,7 +67,7 @@ absl::Status WatchAsTold(const std::string& address, int32_t side_px) {
   for (int32_t i = 0; i < kWatchedCount; ++i) {
     request.add_environments(i);
   }
-  request.set_side_px(side_px);
+  request.set_size_px(size_px);
   request.set_frames_per_second_max(kFramesPerSecond);
   request.set_response_bytes_max(kResponseBytesMax);
   std::unique_ptr<Viewer> viewer;
@@ -87,15 +87,15 @@ absl::Status WatchAsTold(const std::string& address, int32_t side_px) {
 }  // namespace procgen
 
 int main(int argc, char** argv) {
-  int32_t side_px = 0;
-  if (argc != 3 || !absl::SimpleAtoi(argv[2], &side_px)) {
-    std::cerr << "Usage: procgen-benchmark-viewer SERVER SIDE_PX\n"
+  int32_t size_px = 0;
+  if (argc != 3 || !absl::SimpleAtoi(argv[2], &size_px)) {
+    std::cerr << "Usage: procgen-benchmark-viewer SERVER SIZE_PX\n"
                  "Begins to watch 16 environments of the server's first pool with a line of "
                  "standard input, and ends\nwith the next; prints how many moments came after the "
                  "first.\n";
     return 2;
   }
-  const absl::Status status = procgen::WatchAsTold(argv[1], side_px);
+  const absl::Status status = procgen::WatchAsTold(argv[1], size_px);
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-viewer: " << status << "\n";
     return 1;

@@ -14,7 +14,7 @@
 
 namespace procgen {
 
-ViewerProcess::ViewerProcess(const std::string& address, int32_t side_px) {
+ViewerProcess::ViewerProcess(const std::string& address, int32_t size_px) {
   std::array<int, 2> input = {};
   std::array<int, 2> output = {};
   if (pipe2(input.data(), O_CLOEXEC) != 0 || pipe2(output.data(), O_CLOEXEC) != 0) {
@@ -26,7 +26,7 @@ ViewerProcess::ViewerProcess(const std::string& address, int32_t side_px) {
   posix_spawn_file_actions_adddup2(&actions, output[1], STDOUT_FILENO);
   std::string program = PROCGEN_BENCHMARK_VIEWER;
   std::string server = address;
-  std::string side = absl::StrCat(side_px);
+  std::string side = absl::StrCat(size_px);
   std::array<char*, 4> arguments = {program.data(), server.data(), side.data(), nullptr};
   if (posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ) != 0) {
     process_ = -1;

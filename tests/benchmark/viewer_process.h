@@ -16,7 +16,7 @@ namespace procgen {
 class ViewerProcess {
  public:
   // Watches the first pool of the server at `address` at this size.
-  ViewerProcess(const std::string& address, int32_t side_px);
+  ViewerProcess(const std::string& address, int32_t size_px);
   ~ViewerProcess();
   ViewerProcess(const ViewerProcess&) = delete;
   ViewerProcess& operator=(const ViewerProcess&) = delete;

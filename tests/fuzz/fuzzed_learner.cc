@@ -29,7 +29,7 @@ v1::PoolSpec SpecFor(const LearnerOptions& options) {
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
   spec.mutable_options()->set_rand_seed(5);
   spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
-  spec.mutable_observation_format()->set_width_px(kSizePx);
+  spec.mutable_observation_format()->set_size_px(kSizePx);
   spec.set_encoding(options.observations == 1 ? v1::ENCODING_ZSTD_DIFFERENCE : v1::ENCODING_RAW);
   if (options.observations == 3) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
@@ -147,7 +147,7 @@ void CallOthers(procgen_client::Client* client) {
   v1::WatchPoolRequest request;
   request.set_pool(kPool);
   request.add_environments(1);
-  request.set_side_px(kSizePx);
+  request.set_size_px(kSizePx);
   const auto watch = client->Watch(request);
   IsDocumented(watch->Next().status());
 }

@@ -46,7 +46,7 @@ v1::CreatePoolRequest CreateRequest() {
   spec->set_episode_end(v1::EPISODE_END_NEXT_STEP);
   spec->mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
   spec->mutable_observation_format()->set_layout(v1::LAYOUT_CHW);
-  spec->mutable_observation_format()->set_width_px(20);
+  spec->mutable_observation_format()->set_size_px(20);
   spec->mutable_observation_format()->set_frame_stack(2);
   return request;
 }
@@ -96,7 +96,7 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
   v1::RenderEnvironmentsRequest render;
   render.set_pool("pools/a");
   render.add_environments(1);
-  render.set_side_px(32);
+  render.set_size_px(32);
   Write(folder / "states", {Call(kSaveStates, save), Call(kCloneStates, clone),
                             Call(kRestoreStates, restore), Call(kRenderEnvironments, render)});
   clone.set_source_server("127.0.0.1:1");
@@ -106,10 +106,10 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
         {Call(kListNodes, v1::ListNodesRequest()), Call(kWatchNodes, v1::WatchNodesRequest())});
   Write(folder / "elsewhere", {Call(kCloneStates, clone), Call(kWatchPool, watch)});
   watch.add_environments(1);
-  watch.set_side_px(64);
+  watch.set_size_px(64);
   watch.set_frames_per_second_max(60);
   v1::WatchPoolRequest smooth = watch;
-  smooth.set_side_px(32);
+  smooth.set_size_px(32);
   smooth.set_format(v1::FRAME_FORMAT_PNG);
   smooth.set_response_bytes_max(65536);
   v1::ReadEpisodeRequest last;

@@ -53,7 +53,7 @@ struct Choice {
     spec.set_env_count(kEnvCount);
     spec.set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
     procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
-    format.set_width_px(shape.columns);
+    format.set_size_px(shape.columns);
     format.set_frame_stack(shape.stack);
     if (form == 2) {
       format.set_layout(procgen::v1::LAYOUT_CHW);

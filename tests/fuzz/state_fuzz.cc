@@ -26,7 +26,7 @@ namespace {
 
 constexpr int kStepCount = 24;
 constexpr int kStepsBetweenPictures = 8;
-constexpr int32_t kRenderedSidePx = 80;
+constexpr int32_t kRenderedSizePx = 80;
 
 void Require(bool holds, absl::string_view claim, const absl::Status& status = absl::OkStatus()) {
   if (!holds) {
@@ -104,8 +104,8 @@ Played PlayOn(Pool& pool, int64_t seed) {
     Require(status.ok(), "cannot step", status);
     played.pictures.insert(played.pictures.end(), picture.begin(), picture.end());
   }
-  std::vector<uint8_t> rendered(static_cast<size_t>(kRenderedSidePx) * kRenderedSidePx * 3);
-  const absl::Status status = pool.Render(0, kRenderedSidePx, absl::MakeSpan(rendered));
+  std::vector<uint8_t> rendered(static_cast<size_t>(kRenderedSizePx) * kRenderedSizePx * 3);
+  const absl::Status status = pool.Render(0, kRenderedSizePx, absl::MakeSpan(rendered));
   Require(status.ok(), "cannot render", status);
   played.pictures.insert(played.pictures.end(), rendered.begin(), rendered.end());
   played.snapshot = Saved(pool, "cannot be saved after some steps");

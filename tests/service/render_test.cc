@@ -26,7 +26,7 @@ TEST_F(RenderTest, FramesComeInTheOrderAskedFor) {
   EXPECT_EQ(frames->sequence_number(), 1);
   EXPECT_EQ(frames->frames(0).environment(), 3);
   EXPECT_EQ(frames->frames(1).environment(), 0);
-  EXPECT_EQ(frames->frames(0).width_px(), 128);
+  EXPECT_EQ(frames->frames(0).size_px(), 128);
   EXPECT_EQ(frames->frames(0).image().size(), 128U * 128 * 3);
   EXPECT_EQ(frames->frames(0).image(), frames->frames(2).image());
   ASSERT_THAT((*stream)->Step({4, 4, 4, 4}, &batch), IsOk());
@@ -68,12 +68,12 @@ TEST_F(RenderTest, AgentsViewsAreObservationsWhateverThePoolsFormat) {
                                                     v1::FRAME_FORMAT_RGB, v1::FRAME_VIEW_AGENT);
     ASSERT_THAT(frames, IsOk());
     EXPECT_EQ(frames->frames(0).image(), std::string(observed.begin(), observed.end()));
-    EXPECT_EQ(frames->frames(0).width_px(), 64);
+    EXPECT_EQ(frames->frames(0).size_px(), 64);
   }
   EXPECT_THAT(client_->RenderEnvironments(plain->pool().name(), {0}, 128, v1::FRAME_FORMAT_RGB,
                                           v1::FRAME_VIEW_AGENT),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "side_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
+                       "size_px is 128, allowed with FRAME_VIEW_AGENT: 64"));
 }
 
 TEST_F(RenderTest, WrongInputsAreRefused) {
@@ -84,7 +84,7 @@ TEST_F(RenderTest, WrongInputsAreRefused) {
   EXPECT_THAT(client_->RenderEnvironments(name, {}),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("environments is empty")));
   EXPECT_THAT(client_->RenderEnvironments(name, {0}, 15),
-              StatusIs(absl::StatusCode::kInvalidArgument, "side_px is 15, allowed: 16 to 2048"));
+              StatusIs(absl::StatusCode::kInvalidArgument, "size_px is 15, allowed: 16 to 2048"));
   EXPECT_THAT(client_->RenderEnvironments("pools/nothing", {0}),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("pools/nothing")));
 }

@@ -20,11 +20,11 @@ using testing::HasSubstr;
 constexpr size_t kAgentFrameBytes = size_t{64} * 64 * 3;
 
 v1::WatchPoolRequest WatchRequest(const std::string& pool, const std::vector<int32_t>& environments,
-                                  int32_t side_px = 64) {
+                                  int32_t size_px = 64) {
   v1::WatchPoolRequest request;
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
-  request.set_side_px(side_px);
+  request.set_size_px(size_px);
   request.set_frames_per_second_max(60);
   return request;
 }
@@ -118,7 +118,7 @@ TEST_F(WatchTest, PeopleAreShownWhatIsRenderedForThem) {
   const auto rendered = client_->RenderEnvironments(pool, {1}, 100);
   ASSERT_THAT(rendered, IsOk());
   EXPECT_EQ(moment->frames(0).image(), rendered->frames(0).image());
-  EXPECT_EQ(moment->frames(0).width_px(), 100);
+  EXPECT_EQ(moment->frames(0).size_px(), 100);
 }
 
 TEST_F(WatchTest, NothingIsSentWhereNothingChanges) {
@@ -249,7 +249,7 @@ TEST_F(WatchTest, WrongInputsAreRefused) {
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environments has 65 entries, allowed: 1 to 64"));
   EXPECT_THAT(refused(WatchRequest(pool, {0}, 15)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("side_px is 15")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("size_px is 15")));
   v1::WatchPoolRequest request = WatchRequest(pool, {0});
   for (const float rate : {-1.0F, 61.0F, std::numeric_limits<float>::quiet_NaN()}) {
     request.set_frames_per_second_max(rate);

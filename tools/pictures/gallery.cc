@@ -20,8 +20,8 @@ constexpr int32_t kOverviewLevelCount = 3;
 constexpr int32_t kOverviewFirstEasyLevel = 5;
 constexpr int32_t kOverviewFirstHardLevel = 2;
 constexpr int32_t kOverviewPageWidthPx = 900;
-constexpr int32_t kHumanViewSidePx = 512;
-constexpr int32_t kShownSidePx = 256;  // of every view on a sheet
+constexpr int32_t kHumanViewSizePx = 512;
+constexpr int32_t kShownSizePx = 256;  // of every view on a sheet
 
 const GameArtSpec& ArtSpecOf(const GameSpec& spec) {
   return spec.make(GameOptions())->art();  // a table of the game's file, that stays
@@ -35,12 +35,12 @@ bool IsOnOverview(DistributionMode mode, int32_t level) {
          (mode == DistributionMode::kHard && follows(kOverviewFirstHardLevel));
 }
 
-// A view as an image. `rgb`: uint8 [side_px, side_px, 3].
-Image ImageOf(absl::Span<const uint8_t> rgb, int side_px) {
-  Image image(side_px, side_px);
+// A view as an image. `rgb`: uint8 [size_px, size_px, 3].
+Image ImageOf(absl::Span<const uint8_t> rgb, int size_px) {
+  Image image(size_px, size_px);
   const uint8_t* from = rgb.data();
-  for (int y = 0; y < side_px; ++y) {
-    for (int x = 0; x < side_px; ++x, from += 3) {
+  for (int y = 0; y < size_px; ++y) {
+    for (int x = 0; x < size_px; ++x, from += 3) {
       image.At(x, y) = {from[0], from[1], from[2], 255};
     }
   }
@@ -74,14 +74,14 @@ absl::Status Gallery::AddLevel(const GameSpec& spec, DistributionMode mode, int3
   const std::string caption = absl::StrCat("level ", level);
   std::vector<uint8_t> view(kUpstreamFrameFormat.bytes());
   rasteriser_.DrawAgentView(scene, *art, nullptr, kUpstreamFrameFormat, absl::MakeSpan(view));
-  if (absl::Status status = Write(ImageOf(view, kUpstreamFrameFormat.side_px),
+  if (absl::Status status = Write(ImageOf(view, kUpstreamFrameFormat.size_px),
                                   absl::StrCat(name, "_agent"), caption, agent_views);
       !status.ok()) {
     return status;
   }
-  view.resize(size_t{kHumanViewSidePx} * kHumanViewSidePx * 3);
-  rasteriser_.DrawHumanView(scene, *art, kHumanViewSidePx, absl::MakeSpan(view));
-  return Write(ImageOf(view, kHumanViewSidePx), absl::StrCat(name, "_human"), caption, human_views);
+  view.resize(size_t{kHumanViewSizePx} * kHumanViewSizePx * 3);
+  rasteriser_.DrawHumanView(scene, *art, kHumanViewSizePx, absl::MakeSpan(view));
+  return Write(ImageOf(view, kHumanViewSizePx), absl::StrCat(name, "_human"), caption, human_views);
 }
 
 absl::Status Gallery::AddSprites(const std::string& name, absl::Span<const ArtSlot> slots,
@@ -130,7 +130,7 @@ absl::Status Gallery::AddGame(const GameSpec& spec,
     rows.push_back(Row(mode_name, "as an agent sees it", std::move(agent_views)));
   }
   sheets_.push_back(
-      {{"file", absl::StrCat(name, ".png")}, {"side_px", kShownSidePx}, {"rows", std::move(rows)}});
+      {{"file", absl::StrCat(name, ".png")}, {"size_px", kShownSizePx}, {"rows", std::move(rows)}});
   overview_.push_back(Row(name, std::string(spec.description), std::move(overview)));
   const GameArtSpec& art = ArtSpecOf(spec);
   absl::Status status = AddSprites(name, art.slots, *art_.Of(spec, art));
@@ -145,7 +145,7 @@ absl::Status Gallery::AddSharedSprites(const GameSpec& spec) {
 std::string Gallery::SheetList() const {
   Json sheets = sheets_;
   sheets.push_back({{"file", "games.png"},
-                    {"side_px", kShownSidePx},
+                    {"size_px", kShownSizePx},
                     {"page_width_px", kOverviewPageWidthPx},
                     {"rows", overview_}});
   return sheets.dump(1);

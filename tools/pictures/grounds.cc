@@ -33,9 +33,9 @@ void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
   for (const int top : kWindowStarts) {
     for (const int left : kWindowStarts) {
       Rgba* pixel = windows->emplace_back().data();
-      for (int y = 0; y < kWindowSidePx; ++y) {
-        for (int x = 0; x < kWindowSidePx; ++x) {
-          const int from = ((top + y) * kUpstreamFrameFormat.side_px + left + x) * 3;
+      for (int y = 0; y < kWindowSizePx; ++y) {
+        for (int x = 0; x < kWindowSizePx; ++x) {
+          const int from = ((top + y) * kUpstreamFrameFormat.size_px + left + x) * 3;
           const uint8_t* rgb = view.data() + from;
           *pixel++ = {rgb[0], rgb[1], rgb[2], 255};
         }
@@ -82,9 +82,9 @@ Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels
   const MipmappedImage& picture = *art.SpriteOf(image_kind, theme, false).picture;
   Window& window = ground.windows.emplace_back();
   window.fill({0, 0, 0, 255});
-  const Frame frame = {window.data(), kWindowSidePx};
+  const Frame frame = {window.data(), kWindowSizePx};
   const double side = pixels_per_cell;
-  const int cells = static_cast<int>(std::ceil(kWindowSidePx / side));
+  const int cells = static_cast<int>(std::ceil(kWindowSizePx / side));
   for (int row = 0; row < cells; ++row) {
     for (int column = 0; column < cells; ++column) {
       DrawNearest(picture, {column * side, row * side, side, side}, 0, 1, frame);
@@ -111,7 +111,7 @@ std::vector<Ground> GroundsOf(const Cast& cast, const Game& stage, const GameArt
   }
   Scene scene;
   stage.FillScene(&scene);
-  const float pixels_per_cell = kUpstreamFrameFormat.side_px / scene.camera.cells;
+  const float pixels_per_cell = kUpstreamFrameFormat.size_px / scene.camera.cells;
   Rasteriser rasteriser;
   std::vector<Ground> grounds;
   for (const int kind : image_kinds) {

@@ -19,7 +19,7 @@
 namespace procgen {
 namespace {
 
-constexpr size_t kPixelCount = kWindowSidePx * kWindowSidePx;
+constexpr size_t kPixelCount = kWindowSizePx * kWindowSizePx;
 // From this alpha on a pixel counts as covered.
 constexpr uint8_t kCoveredAlpha = 64;
 // A pair is as far apart as in all but this share of the places of a ground.
@@ -39,12 +39,12 @@ class PartRenderer {
  public:
   PartRenderer(const Cast& cast, const Game& stage, const GameArt& art) : cast_(cast), art_(art) {
     stage.FillScene(&scene_);
-    pixels_per_cell_ = kUpstreamFrameFormat.side_px / scene_.camera.cells;
+    pixels_per_cell_ = kUpstreamFrameFormat.size_px / scene_.camera.cells;
   }
 
   // Draws a part in the middle of a window.
   void Draw(const Part& part, const Appearance& appearance, Window* window) const {
-    const Frame frame = {window->data(), kWindowSidePx};
+    const Frame frame = {window->data(), kWindowSizePx};
     if (appearance.image_kind == kDotImage) {
       const CellDots& dots = scene_.cells.dots;
       const double side = dots.share * pixels_per_cell_;
@@ -90,7 +90,7 @@ class PartRenderer {
  private:
   // A rectangle in the middle whose corner lies on a pixel's.
   static ScreenRect Middle(double width, double height) {
-    return {std::round((kWindowSidePx - width) / 2), std::round((kWindowSidePx - height) / 2),
+    return {std::round((kWindowSizePx - width) / 2), std::round((kWindowSizePx - height) / 2),
             width, height};
   }
 

@@ -14,8 +14,8 @@
 namespace procgen {
 
 // A piece of an agent's view with a thing, or nothing, in its middle: opaque pixels, row by row.
-inline constexpr int kWindowSidePx = 24;
-using Window = std::array<Rgba, kWindowSidePx * kWindowSidePx>;
+inline constexpr int kWindowSizePx = 24;
+using Window = std::array<Rgba, kWindowSizePx * kWindowSizePx>;
 
 // What a part shows.
 struct Appearance {

@@ -53,14 +53,14 @@ std::string AppearanceName(const Part* part, const Appearance& appearance) {
 
 // The two windows side by side, enlarged.
 absl::Status WriteCrop(const Likeness& likeness, const std::string& path) {
-  constexpr int kSidePx = kWindowSidePx * kCropFactor;
-  Image crop(2 * kSidePx + kCropGapPx, kSidePx);
+  constexpr int kSizePx = kWindowSizePx * kCropFactor;
+  Image crop(2 * kSizePx + kCropGapPx, kSizePx);
   int left = 0;
   for (const Window* window : {&likeness.first_window, &likeness.second_window}) {
-    Image image(kWindowSidePx, kWindowSidePx);
+    Image image(kWindowSizePx, kWindowSizePx);
     std::copy(window->begin(), window->end(), image.Row(0));
     Paste(Enlarged(image, kCropFactor), left, 0, &crop);
-    left += kSidePx + kCropGapPx;
+    left += kSizePx + kCropGapPx;
   }
   return WritePng(crop, path);
 }

@@ -11,49 +11,49 @@ namespace procgen {
 namespace {
 
 constexpr Rgba kGrounds[] = {{226, 224, 214, 255}, {44, 48, 60, 255}};
-constexpr int kLargeSidePx = 168;
+constexpr int kLargeSizePx = 168;
 constexpr int kMarginPx = 4;
 constexpr int kSmallSidesPx[] = {4, 6, 9};
 constexpr int kSmallFactor = 8;  // times which they are enlarged
 constexpr int kSmallHeightPx = 9 * kSmallFactor + 2 * kMarginPx;
 
 // The largest rectangle of the picture's proportions in the middle of a square.
-ScreenRect InMiddle(const MipmappedImage& picture, int side_px, double length_px) {
+ScreenRect InMiddle(const MipmappedImage& picture, int size_px, double length_px) {
   const Image& image = picture.level(0);
   const double scale = length_px / std::max(image.width(), image.height());
   const double width = image.width() * scale;
   const double height = image.height() * scale;
-  return {(side_px - width) / 2, (side_px - height) / 2, width, height};
+  return {(size_px - width) / 2, (size_px - height) / 2, width, height};
 }
 
 // A square of one colour.
-Image Ground(int side_px, const Rgba& color) {
-  Image image(side_px, side_px);
-  std::fill_n(image.Row(0), side_px * side_px, color);
+Image Ground(int size_px, const Rgba& color) {
+  Image image(size_px, size_px);
+  std::fill_n(image.Row(0), size_px * size_px, color);
   return image;
 }
 
 }  // namespace
 
 Image SpriteCard(const MipmappedImage& picture) {
-  Image card(2 * kLargeSidePx, kLargeSidePx + kSmallHeightPx);
+  Image card(2 * kLargeSizePx, kLargeSizePx + kSmallHeightPx);
   int left = 0;
   for (const Rgba& color : kGrounds) {
-    Image large = Ground(kLargeSidePx, color);
-    DrawAntialiased(picture, InMiddle(picture, kLargeSidePx, kLargeSidePx - 2 * kMarginPx), 0, 1,
-                    {large.Row(0), kLargeSidePx});
+    Image large = Ground(kLargeSizePx, color);
+    DrawAntialiased(picture, InMiddle(picture, kLargeSizePx, kLargeSizePx - 2 * kMarginPx), 0, 1,
+                    {large.Row(0), kLargeSizePx});
     Paste(large, left, 0, &card);
     for (int y = 0; y < kSmallHeightPx; ++y) {
-      std::fill_n(card.Row(kLargeSidePx + y) + left, kLargeSidePx, color);
+      std::fill_n(card.Row(kLargeSizePx + y) + left, kLargeSizePx, color);
     }
     int small_left = left + kMarginPx;
     for (const int side : kSmallSidesPx) {
       Image small = Ground(side, color);
       DrawNearest(picture, InMiddle(picture, side, side), 0, 1, {small.Row(0), side});
-      Paste(Enlarged(small, kSmallFactor), small_left, kLargeSidePx + kMarginPx, &card);
+      Paste(Enlarged(small, kSmallFactor), small_left, kLargeSizePx + kMarginPx, &card);
       small_left += side * kSmallFactor + kMarginPx;
     }
-    left += kLargeSidePx;
+    left += kLargeSizePx;
   }
   return card;
 }

@@ -16,7 +16,7 @@ namespace v1 = procgen::v1;
 constexpr int32_t kEnvCountMax = 16777216;
 constexpr int64_t kObservationBytesMax = int64_t{16} * 512 * 512 * 3;
 constexpr size_t kSnapshotBytesMax = 1 << 20;
-constexpr int32_t kFrameSideMax = 2048;
+constexpr int32_t kFrameSizePxMax = 2048;
 constexpr absl::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
 
 absl::Status Wrong(absl::string_view what) {
@@ -64,7 +64,7 @@ absl::Status ValidateCreatedPool(const v1::Pool& pool, const v1::CreatePoolReque
 }
 
 absl::Status ValidateFrames(const google::protobuf::RepeatedPtrField<v1::Frame>& frames,
-                            absl::Span<const int32_t> environments, int32_t side_px,
+                            absl::Span<const int32_t> environments, int32_t size_px,
                             v1::FrameFormat format) {
   if (frames.size() != static_cast<int>(environments.size())) {
     return Wrong(absl::StrCat(frames.size(), " frames, expected: ", environments.size()));
@@ -76,19 +76,17 @@ absl::Status ValidateFrames(const google::protobuf::RepeatedPtrField<v1::Frame>&
       return Wrong(absl::StrCat("a frame of environment ", frame.environment(),
                                 ", expected: ", environment));
     }
-    const int64_t side = frame.width_px();
-    if (side < 1 || side > kFrameSideMax || frame.height_px() != side ||
-        (side_px != 0 && side != side_px)) {
-      return Wrong(absl::StrCat("a frame of ", side, " x ", frame.height_px(),
-                                " pixels, expected: a square of ",
-                                side_px == 0 ? "1 to 2048" : absl::StrCat(side_px)));
+    const int64_t size = frame.size_px();
+    if (size < 1 || size > kFrameSizePxMax || (size_px != 0 && size != size_px)) {
+      return Wrong(absl::StrCat("a frame of ", size, " x ", size, " pixels, expected: a square of ",
+                                size_px == 0 ? "1 to 2048" : absl::StrCat(size_px)));
     }
     const std::string& image = frame.image();
     if (format == v1::FRAME_FORMAT_PNG ? !absl::StartsWith(image, kPngSignature)
-                                       : static_cast<int64_t>(image.size()) != side * side * 3) {
+                                       : static_cast<int64_t>(image.size()) != size * size * 3) {
       return Wrong(absl::StrCat(
           "a frame in ", image.size(), " bytes, expected: ",
-          format == v1::FRAME_FORMAT_PNG ? "a PNG file" : absl::StrCat(side * side * 3)));
+          format == v1::FRAME_FORMAT_PNG ? "a PNG file" : absl::StrCat(size * size * 3)));
     }
   }
   return absl::OkStatus();

@@ -22,9 +22,9 @@ absl::Status ValidatePool(const procgen::v1::Pool& pool, const std::string& name
 // The pool that was asked for.
 absl::Status ValidateCreatedPool(const procgen::v1::Pool& pool,
                                  const procgen::v1::CreatePoolRequest& request);
-// Frames of these environments in this order, of `side_px` (0: any side) and `format`.
+// Frames of these environments in this order, of `size_px` (0: any size) and `format`.
 absl::Status ValidateFrames(const google::protobuf::RepeatedPtrField<procgen::v1::Frame>& frames,
-                            absl::Span<const int32_t> environments, int32_t side_px,
+                            absl::Span<const int32_t> environments, int32_t size_px,
                             procgen::v1::FrameFormat format);
 // A page of snapshots, after those of `before` environments: of `environments` in this order, or of
 // all if none is named.

@@ -318,18 +318,18 @@ absl::StatusOr<v1::Episode> Client::ReadEpisode(const std::string& pool, int32_t
 }
 
 absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
-    const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px,
+    const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px,
     v1::FrameFormat format, v1::FrameView view) {
   v1::RenderEnvironmentsRequest request;
   request.set_pool(pool);
   request.mutable_environments()->Add(environments.begin(), environments.end());
-  request.set_side_px(side_px);
+  request.set_size_px(size_px);
   request.set_format(format);
   request.set_view(view);
   auto rendered =
       CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
   absl::Status status = rendered.ok()
-                            ? ValidateFrames(rendered->frames(), environments, side_px, format)
+                            ? ValidateFrames(rendered->frames(), environments, size_px, format)
                             : rendered.status();
   return IfValid(std::move(rendered), std::move(status));
 }
@@ -340,9 +340,9 @@ std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
       [&](grpc::ClientContext* context) { return render_->WatchPool(context, request); },
       [environments =
            std::vector<int32_t>(request.environments().begin(), request.environments().end()),
-       side_px = request.side_px(),
+       size_px = request.size_px(),
        format = request.format()](const v1::WatchPoolResponse& response) {
-        return ValidateFrames(response.frames(), environments, side_px, format);
+        return ValidateFrames(response.frames(), environments, size_px, format);
       });
 }
 

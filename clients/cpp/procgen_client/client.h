@@ -112,10 +112,10 @@ class Client {
       const std::string& pool, int32_t environment,
       procgen::v1::WhichEpisode which = procgen::v1::WHICH_EPISODE_LAST);
 
-  // Draws environments for people, or (side_px 0) as agents see them: square frames, RGB with the
+  // Draws environments for people, or (size_px 0) as agents see them: square frames, RGB with the
   // top row first, or PNG files.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
-      const std::string& pool, absl::Span<const int32_t> environments, int32_t side_px = 512,
+      const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px = 512,
       procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB,
       procgen::v1::FrameView view = procgen::v1::FRAME_VIEW_HUMAN);
   // Watches environments while somebody steps them: Next waits for the next frames. Who asks for

@@ -12,8 +12,8 @@ namespace procgen_client {
 namespace {
 
 constexpr int32_t kBlockSide = 8;
-constexpr int32_t kSideDefault = 64;
-constexpr int32_t kSideMax = 512;
+constexpr int32_t kSizePxDefault = 64;
+constexpr int32_t kSizePxMax = 512;
 constexpr int32_t kStackMax = 16;
 
 uint8_t NextAge(uint8_t age) { return age == 255 ? 1 : static_cast<uint8_t>(age + 1); }
@@ -98,13 +98,12 @@ struct ObservationDecoder::Content {
 absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::Pool& pool) {
   const procgen::v1::PoolSpec& spec = pool.spec();
   const procgen::v1::ObservationFormat& format = spec.observation_format();
-  const int32_t given = format.width_px() != 0 ? format.width_px() : format.height_px();
-  const int32_t side = given == 0 ? kSideDefault : given;
+  const int32_t size_px = format.size_px() == 0 ? kSizePxDefault : format.size_px();
   const int32_t stack = std::max(format.frame_stack(), 1);
-  if (side < 1 || side > kSideMax || stack > kStackMax || spec.env_count() < 1) {
+  if (size_px < 1 || size_px > kSizePxMax || stack > kStackMax || spec.env_count() < 1) {
     return absl::InvalidArgumentError(
-        absl::StrCat("a pool of ", spec.env_count(), " environments with observations of side ",
-                     side, " in stacks of ", stack, "; decoded are sides of 1 to ", kSideMax,
+        absl::StrCat("a pool of ", spec.env_count(), " environments with observations of size ",
+                     size_px, " in stacks of ", stack, "; decoded are sizes of 1 to ", kSizePxMax,
                      " and stacks of 1 to ", kStackMax));
   }
   if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE) {
@@ -115,8 +114,8 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
   const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
   const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;
   Sheet sheet;
-  sheet.rows = side * stack * (planes ? channels : 1);
-  sheet.columns = side;
+  sheet.rows = size_px * stack * (planes ? channels : 1);
+  sheet.columns = size_px;
   sheet.pixel_bytes = planes ? 1 : channels;
   sheet.stack = stack;
   return ObservationDecoder(sheet, spec.env_count());

@@ -6,7 +6,7 @@ import { frameContent } from "./frame_content.js";
 import { Color, Encoding, Layout, type Pool } from "./generated/procgen/v1/pools_pb.js";
 
 const side = 8; // Of a block, in rows and pixels.
-const sideDefault = 64; // Of a picture, in pixels.
+const sizePxDefault = 64; // Of a picture.
 
 // The decoder for a pool's observations; undefined where they come as they are.
 export function decoderFor(pool: Pool): ObservationDecoder | undefined {
@@ -34,7 +34,7 @@ export class ObservationDecoder {
     const channels = format?.color === Color.GRAYSCALE ? 1 : 3;
     const isPlanes = format?.layout === Layout.CHW;
     this.#stack = Math.max(format?.frameStack ?? 1, 1);
-    this.#columns = format?.widthPx || format?.heightPx || sideDefault;
+    this.#columns = format?.sizePx || sizePxDefault;
     this.#rows = this.#columns * this.#stack * (isPlanes ? channels : 1);
     this.#pixelBytes = isPlanes ? 1 : channels;
     this.#ages = new Uint8Array(spec.envCount);

@@ -31,7 +31,7 @@ export interface CloneSource {
 
 export interface WatchOptions {
   // Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. Default: 256.
-  sidePx?: number;
+  sizePx?: number;
   // Moments in a second at most, above 0 and at most 60. Default: 15.
   framesPerSecondMax?: number;
   // Ends the call with CancelledError.
@@ -153,17 +153,17 @@ export abstract class PoolResource {
     await this.connection.unary(PoolService.method.renewPool, { name: this.name, leaseDuration }, options);
   }
 
-  // Draws environments for people (all, unless told which), in squares of sidePx pixels, 16 to 2048: RGB, top row first.
-  async render(environments?: readonly number[], sidePx = 512, options?: CallOptions): Promise<Frame[]> {
-    checkSide(sidePx);
+  // Draws environments for people (all, unless told which), in squares of sizePx pixels, 16 to 2048: RGB, top row first.
+  async render(environments?: readonly number[], sizePx = 512, options?: CallOptions): Promise<Frame[]> {
+    checkSizePx(sizePx);
     const wanted = environments ?? firstEnvs(this.envCount);
     const roomBytes = Math.min(responseBytesDefault, Number(this.limits.responseBytesMax)) - framesOverheadBytes;
-    const atATime = Math.max(1, Math.floor(roomBytes / frameBytes(sidePx)));
+    const atATime = Math.max(1, Math.floor(roomBytes / frameBytes(sizePx)));
     const frames: Frame[] = [];
     for (let begin = 0; begin < wanted.length; begin += atATime) {
-      const request = this.#framesRequest(wanted.slice(begin, begin + atATime), sidePx);
+      const request = this.#framesRequest(wanted.slice(begin, begin + atATime), sizePx);
       const rendered = await this.connection.unary(RenderService.method.renderEnvironments, request, options);
-      checkFrames(rendered.frames, request.environments, sidePx);
+      checkFrames(rendered.frames, request.environments, sizePx);
       frames.push(...rendered.frames);
     }
     return frames;
@@ -175,25 +175,25 @@ export abstract class PoolResource {
   // stops or the connection breaks; leaving a loop over it ends the call.
   async *watch(
     environments?: readonly number[],
-    { sidePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
+    { sizePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
   ): AsyncGenerator<WatchPoolResponse, void, void> {
-    checkSide(sidePx);
+    checkSizePx(sizePx);
     const wanted = environments ?? firstEnvs(Math.min(this.envCount, watchedDefault));
-    const request = { ...this.#framesRequest(wanted, sidePx), framesPerSecondMax };
+    const request = { ...this.#framesRequest(wanted, sizePx), framesPerSecondMax };
     for await (const moment of this.connection.serverStream(RenderService.method.watchPool, request, signal)) {
-      checkFrames(moment.frames, wanted, sidePx);
+      checkFrames(moment.frames, wanted, sizePx);
       yield moment;
     }
   }
 
   protected abstract requireNothingInFlight(): void;
 
-  #framesRequest(environments: readonly number[], sidePx: number) {
-    const bytes = framesOverheadBytes + environments.length * frameBytes(sidePx);
+  #framesRequest(environments: readonly number[], sizePx: number) {
+    const bytes = framesOverheadBytes + environments.length * frameBytes(sizePx);
     return {
       pool: this.name,
       environments: [...environments],
-      sidePx,
+      sizePx,
       format: FrameFormat.RGB,
       // No more than they take, as a server may have a low limit. 0: what it sends by default.
       responseBytesMax: BigInt(bytes <= responseBytesDefault ? 0 : bytes),
@@ -205,13 +205,13 @@ function firstEnvs(count: number): number[] {
   return Array.from({ length: count }, (_, environment) => environment);
 }
 
-function frameBytes(sidePx: number): number {
-  return 3 * sidePx ** 2 + frameOverheadBytes;
+function frameBytes(sizePx: number): number {
+  return 3 * sizePx ** 2 + frameOverheadBytes;
 }
 
-function checkSide(sidePx: number): void {
-  if (!Number.isInteger(sidePx) || sidePx < 16 || sidePx > 2048) {
-    throw new InvalidArgumentError(`sidePx is ${sidePx}; it is in [16, 2048]`);
+function checkSizePx(sizePx: number): void {
+  if (!Number.isInteger(sizePx) || sizePx < 16 || sizePx > 2048) {
+    throw new InvalidArgumentError(`sizePx is ${sizePx}; it is in [16, 2048]`);
   }
 }
 

@@ -134,17 +134,15 @@ export function checkStates(page: SaveStatesResponse, environments: readonly num
 }
 
 // Frames of these environments in this order, raw.
-export function checkFrames(frames: readonly Frame[], environments: readonly number[], sidePx: number): void {
+export function checkFrames(frames: readonly Frame[], environments: readonly number[], sizePx: number): void {
   if (frames.length !== environments.length) {
     throw wrong(`${frames.length} frames`, environments.length);
   }
-  for (const [i, { environment, widthPx, heightPx, image }] of frames.entries()) {
-    if (
-      environment !== environments[i] || widthPx !== sidePx || heightPx !== sidePx || image.length !== 3 * sidePx ** 2
-    ) {
+  for (const [i, { environment, sizePx: size, image }] of frames.entries()) {
+    if (environment !== environments[i] || size !== sizePx || image.length !== 3 * sizePx ** 2) {
       throw wrong(
-        `a frame of environment ${environment} of ${widthPx} x ${heightPx} pixels in ${image.length} bytes`,
-        `${environments[i]} and a square of ${sidePx}`,
+        `a frame of environment ${environment} of ${size} x ${size} pixels in ${image.length} bytes`,
+        `${environments[i]} and a square of ${sizePx}`,
       );
     }
   }

@@ -12,7 +12,7 @@ import procgen_client
 
 server, path = sys.argv[1:] or ("localhost:50051", "coinrun.mp4")
 with procgen_client.connect(server) as client, client.create_pool("coinrun", 4) as pool:
-    with procgen_client.VideoRecorder(pool, path, environments=range(4), side_px=256) as video:
+    with procgen_client.VideoRecorder(pool, path, environments=range(4), size_px=256) as video:
         for _ in range(100):
             video.capture()
             pool.step(np.random.randint(0, 15, 4))

@@ -160,22 +160,18 @@ def check_frames(
     frames: Sequence[render_pb2.Frame], request: Any  # noqa: ANN401
 ) -> None:
     """Checks that frames are those that were asked for, raw."""
-    side = request.side_px
+    size_px = request.size_px
     if len(frames) != len(request.environments):
         raise InternalError(
             f"the server answers with {len(frames)} frames, expected: {len(request.environments)}"
         )
     for frame, environment in zip(frames, request.environments):
-        if (frame.environment, frame.width_px, frame.height_px, len(frame.image)) != (
-            environment,
-            side,
-            side,
-            3 * side * side,
-        ):
+        expected = (environment, size_px, 3 * size_px * size_px)
+        if (frame.environment, frame.size_px, len(frame.image)) != expected:
             raise InternalError(
                 f"the server answers with a frame of environment {frame.environment} of "
-                f"{frame.width_px} x {frame.height_px} pixels in {len(frame.image)} bytes, "
-                f"expected: {environment}, {side} x {side} and {3 * side * side}"
+                f"{frame.size_px} x {frame.size_px} pixels in {len(frame.image)} bytes, "
+                f"expected: {environment}, {size_px} x {size_px} and {3 * size_px * size_px}"
             )
 
 

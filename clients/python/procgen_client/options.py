@@ -127,13 +127,12 @@ def observation_format(
     Raises:
         InvalidArgumentError: A value is out of range.
     """
-    side_px = in_range("screen_size", screen_size, SCREEN_SIZE_MIN, SCREEN_SIZE_MAX)
+    size_px = in_range("screen_size", screen_size, SCREEN_SIZE_MIN, SCREEN_SIZE_MAX)
     return message_of(
         pools_pb2.ObservationFormat,
         color=pools_pb2.COLOR_GRAYSCALE if grayscale_obs else pools_pb2.COLOR_RGB,
         layout=_enum_value("layout", layout, LAYOUTS, pools_pb2.Layout),
-        width_px=side_px,
-        height_px=side_px,
+        size_px=size_px,
         frame_stack=in_range("frame_stack", frame_stack, 1, FRAME_STACK_MAX),
     )
 

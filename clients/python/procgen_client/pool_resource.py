@@ -213,29 +213,29 @@ class PoolResource(abc.ABC):
     # Looking.
 
     def render(
-        self, environments: Sequence[int] | None = None, *, side_px: int = 512
+        self, environments: Sequence[int] | None = None, *, size_px: int = 512
     ) -> list[np.ndarray]:
         """Draws environments for people and changes nothing.
 
         Args:
             environments: Indices in the pool, in the order wanted. None: all.
-            side_px: Side of the square pictures in pixels, in [16, 2048].
+            size_px: Side of the square pictures in pixels, in [16, 2048].
 
         Returns:
-            uint8 arrays [side_px, side_px, 3] (red, green, blue; top row first), read-only.
+            uint8 arrays [size_px, size_px, 3] (red, green, blue; top row first), read-only.
 
         Raises:
             InvalidArgumentError: An environment or the size is out of range.
             UnimplementedError: The server does not draw for people (catalog().features.render).
         """
         wanted = list(range(self.env_count)) if environments is None else list(environments)
-        frame_bytes = _frame_bytes(side_px)
+        frame_bytes = _frame_bytes(size_px)
         limit = min(RESPONSE_BYTES_DEFAULT, self._client.catalog().limits.response_bytes_max)
         at_a_time = max(1, (limit - _FRAMES_OVERHEAD_BYTES) // frame_bytes)
         frames: list[np.ndarray] = []
         for begin in range(0, len(wanted), at_a_time):
             request = self._frames_request(
-                render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], side_px
+                render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], size_px
             )
             rendered = self._client._render_environments(request).frames
             check_frames(rendered, request)
@@ -246,7 +246,7 @@ class PoolResource(abc.ABC):
         self,
         environments: Sequence[int] | None = None,
         *,
-        side_px: int = 256,
+        size_px: int = 256,
         frames_per_second_max: float = 15.0,
     ) -> Iterator[list[np.ndarray]]:
         """Shows environments while somebody steps them, without slowing who does.
@@ -257,7 +257,7 @@ class PoolResource(abc.ABC):
 
         Args:
             environments: Indices in the pool, in the order wanted, at most 64. None: the first 16.
-            side_px: Side of the square pictures in pixels, in [16, 2048]. 64: what the agent sees.
+            size_px: Side of the square pictures in pixels, in [16, 2048]. 64: what the agent sees.
             frames_per_second_max: Moments in a second at most, above 0 and at most 60.
 
         Yields:
@@ -275,7 +275,7 @@ class PoolResource(abc.ABC):
         request = self._frames_request(
             render_pb2.WatchPoolRequest,
             list(wanted),
-            side_px,
+            size_px,
             frames_per_second_max=frames_per_second_max,
         )
         for moment in self._client._watch_pool(request):
@@ -286,16 +286,16 @@ class PoolResource(abc.ABC):
         self,
         cls: Any,  # noqa: ANN401
         environments: list[int],
-        side_px: int,
+        size_px: int,
         **fields: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
         """Gives a request for frames; errors as :meth:`render`."""
-        frames_bytes = _FRAMES_OVERHEAD_BYTES + len(environments) * _frame_bytes(side_px)
+        frames_bytes = _FRAMES_OVERHEAD_BYTES + len(environments) * _frame_bytes(size_px)
         return message_of(
             cls,
             pool=self.name,
             environments=environments,
-            side_px=side_px,
+            size_px=size_px,
             format=render_pb2.FRAME_FORMAT_RGB,
             # No more than they take, as a server may have a low limit. 0: what it sends by default.
             response_bytes_max=0 if frames_bytes <= RESPONSE_BYTES_DEFAULT else frames_bytes,
@@ -307,13 +307,13 @@ class PoolResource(abc.ABC):
         """Raises FailedPreconditionError where requests are unanswered."""
 
 
-def _frame_bytes(side_px: int) -> int:
-    return 3 * in_range("side_px", side_px, 16, 2048) ** 2 + _FRAME_OVERHEAD_BYTES
+def _frame_bytes(size_px: int) -> int:
+    return 3 * in_range("size_px", size_px, 16, 2048) ** 2 + _FRAME_OVERHEAD_BYTES
 
 
 def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
     pixels = np.frombuffer(frame.image, np.uint8)
-    return pixels.reshape(frame.height_px, frame.width_px, 3)
+    return pixels.reshape(frame.size_px, frame.size_px, 3)
 
 
 def restore_requests(

@@ -58,11 +58,11 @@ void LayCovered(const Rgba& source, uint32_t opacity, double coverage, Rgba* pix
 
 void DrawUprightAntialiased(const Image& image, const ScreenRect& rect, uint32_t opacity,
                             const Frame& frame) {
-  const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.side_px);
-  const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.side_px);
+  const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.size_px);
+  const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.size_px);
   const double scale_x = image.width() / rect.width;
   const double scale_y = image.height() / rect.height;
-  std::array<Neighbours, kFrameSidePxMax> across;  // NOLINT: all that is read is written first
+  std::array<Neighbours, kFrameSizePxMax> across;  // NOLINT: all that is read is written first
   for (int x = columns.first; x < columns.end; ++x) {
     across[static_cast<size_t>(x)] = NeighboursOf((x + 0.5 - rect.x) * scale_x, image.width());
   }
@@ -90,8 +90,8 @@ void DrawRotatedAntialiased(const Image& image, const RotatedRect& rotated, uint
   const double reach_x = std::abs(half_w * rotated.cos()) + std::abs(half_h * rotated.sin()) + 1;
   const double reach_y = std::abs(half_w * rotated.sin()) + std::abs(half_h * rotated.cos()) + 1;
   const Point center = rotated.center();
-  const CoveredRange columns = CoveredColumns(center.x - reach_x, 2 * reach_x, frame.side_px);
-  const CoveredRange rows = CoveredColumns(center.y - reach_y, 2 * reach_y, frame.side_px);
+  const CoveredRange columns = CoveredColumns(center.x - reach_x, 2 * reach_x, frame.size_px);
+  const CoveredRange rows = CoveredColumns(center.y - reach_y, 2 * reach_y, frame.size_px);
   const double scale_x = image.width() / rect.width;
   const double scale_y = image.height() / rect.height;
   for (int y = rows.first; y < rows.end; ++y) {

@@ -44,7 +44,7 @@ void PaintEllipse(const PaintStep& step, Image& image) {
 }  // namespace
 
 Image PaintGenerated(const GeneratedArt& art) {
-  Image image(art.side_px, art.side_px);
+  Image image(art.size_px, art.size_px);
   for (const PaintStep& step : art.steps) {
     if (step.shape == PaintStep::Shape::kRectangle) {
       PaintRectangle(step, image);

@@ -6,7 +6,7 @@
 
 namespace procgen {
 
-// Paints art made from random numbers: an image of side_px x side_px whose pixels are opaque or
+// Paints art made from random numbers: an image of size_px x size_px whose pixels are opaque or
 // transparent.
 Image PaintGenerated(const GeneratedArt& art);
 

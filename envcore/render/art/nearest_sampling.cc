@@ -13,7 +13,7 @@
 namespace procgen {
 namespace {
 
-constexpr double kLargeSidePx = 16;
+constexpr double kLargeSizePx = 16;
 // Of a background that is kept scaled, in the largest world that is drawn on 64 x 64 pixels.
 constexpr double kScaledBackdropPixelsMax = 1 << 19;
 constexpr double kHairPx = 1e-6;  // less than this is an error of rounding
@@ -38,7 +38,7 @@ bool IsLarge(const RotatedRect& rotated) {
       corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.x < q.x; });
   const auto [top, bottom] = std::minmax_element(
       corners.begin(), corners.end(), [](const Point& p, const Point& q) { return p.y < q.y; });
-  return right->x - left->x >= kLargeSidePx && bottom->y - top->y >= kLargeSidePx;
+  return right->x - left->x >= kLargeSizePx && bottom->y - top->y >= kLargeSizePx;
 }
 
 // The angle of a picture that scales, in [0, kAngleCount).
@@ -53,7 +53,7 @@ bool DrawWhole(const MipmappedImage& picture, const ScreenRect& rect, float rota
                uint32_t opacity, const Frame& frame) {
   const PixelBox box = Rounded(rect);
   ScaledSize size = {box.width(), box.height(), 0};
-  if (size.width > ScaledImageCache::kSidePxMax || size.height > ScaledImageCache::kSidePxMax) {
+  if (size.width > ScaledImageCache::kSizePxMax || size.height > ScaledImageCache::kSizePxMax) {
     return false;
   }
   if (rotation == 0) {

@@ -56,7 +56,7 @@ bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
   if (setjmp(png_jmpbuf(png)) != 0) {  // NOLINT: libpng's way of telling errors
     return false;
   }
-  png_set_user_limits(png, kPngSidePxMax, kPngSidePxMax);
+  png_set_user_limits(png, kPngSizePxMax, kPngSizePxMax);
   png_read_info(png, info);
   AskForRgba(png);
   png_read_update_info(png, info);
@@ -144,9 +144,9 @@ absl::StatusOr<PngSize> CheckPng(absl::string_view bytes) {
   }
   const uint32_t width = BigEndian(chunk.content);
   const uint32_t height = BigEndian(chunk.content.substr(4));
-  if (width < 1 || width > kPngSidePxMax || height < 1 || height > kPngSidePxMax) {
+  if (width < 1 || width > kPngSizePxMax || height < 1 || height > kPngSizePxMax) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "is ", width, " x ", height, " pixels, allowed: sides of 1 to ", kPngSidePxMax));
+        "is ", width, " x ", height, " pixels, allowed: sides of 1 to ", kPngSizePxMax));
   }
   while (chunk.type != "IEND") {
     if (!TakeChunk(&rest, &chunk)) {

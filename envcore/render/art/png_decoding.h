@@ -15,10 +15,10 @@ enum class AlphaUse {
 
 // Decodes a PNG file of any kind to 8-bit channels as they are stored (colour profiles and gamma
 // are ignored). Errors: INVALID_ARGUMENT the bytes are no PNG or broken, or a side is above
-// kPngSidePxMax.
+// kPngSizePxMax.
 absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use);
 
-inline constexpr int kPngSidePxMax = 8192;
+inline constexpr int kPngSizePxMax = 8192;
 
 struct PngSize {
   int width_px = 0;

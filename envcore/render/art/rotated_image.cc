@@ -146,7 +146,7 @@ void DrawLargeRotated(const Image& image, uint32_t opacity, const RotatedRect& r
   const int64_t yy = ToFixed(map.yy * kOne);
   const int64_t x0 = ToFixed(std::ceil((0.5 * map.xx + 0.5 * map.xy + map.x0) * kOne)) - 1;
   const int64_t y0 = ToFixed(std::ceil((0.5 * map.yx + 0.5 * map.yy + map.y0) * kOne)) - 1;
-  EmitLargeRotated(rotated, frame.side_px, [&](int row, int first, int end) {
+  EmitLargeRotated(rotated, frame.size_px, [&](int row, int first, int end) {
     const SourceWalk walk = {first * xx + row * xy + x0, first * yx + row * yy + y0, xx, yx};
     DrawRun(image, opacity, walk, row, first, end, frame);
   });
@@ -161,7 +161,7 @@ void DrawSmallRotated(const Image& image, uint32_t opacity, const RotatedRect& r
   const SourceMap map = InvertedMap(image, rotated);
   const double left = -rect.width / 2;
   EmitThickLine(rotated.Map(left, 0), rotated.Map(left + rect.width, 0), rect.height / rect.width,
-                frame.side_px, [&](int row, int first, int end) {
+                frame.size_px, [&](int row, int first, int end) {
                   DrawMappedRun(image, opacity, map, row, first, end, frame);
                 });
 }
@@ -183,14 +183,14 @@ void DrawGenerated(const Image& image, uint32_t opacity, const RotatedRect& rota
   if (rotated.IsHalfTurn()) {
     const std::array<Point, 4> corners = rotated.Corners();
     for (int row = RoundPx(corners[2].y); row < RoundPx(corners[0].y); ++row) {
-      EmitClipped(row, RoundPx(corners[2].x), RoundPx(corners[0].x), frame.side_px, frame.side_px,
+      EmitClipped(row, RoundPx(corners[2].x), RoundPx(corners[0].x), frame.size_px, frame.size_px,
                   draw_run);
     }
     return;
   }
   const double middle = (rect.y + (rect.y + rect.height)) * 0.5;
   EmitThickLine({rect.x, middle}, {rect.x + rect.width, middle}, rect.height / rect.width,
-                frame.side_px, draw_run);
+                frame.size_px, draw_run);
 }
 
 }  // namespace procgen

@@ -135,7 +135,7 @@ void ForEachRow(const Image& image, int left, int top, const PixelBox& box, cons
   const Rgba* source = image.Row(box.top - top) + (box.left - left);
   Rgba* pixel = frame.At(box.left, box.top);
   const int source_step = image.width();
-  const int step = frame.side_px;
+  const int step = frame.size_px;
   for (int rows = box.height(); rows > 0; --rows, source += source_step, pixel += step) {
     draw(source, pixel);
   }

@@ -46,7 +46,7 @@ Image Scaled(const Image& source, const ScaledSize& size);
 class ScaledImageCache {
  public:
   // Sprites and cells that are larger are not kept.
-  static constexpr int kSidePxMax = 32;
+  static constexpr int kSizePxMax = 32;
   // Of pixels, that are kept.
   static constexpr int64_t kKeptBytesMax = 4 << 20;
 

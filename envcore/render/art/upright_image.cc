@@ -59,7 +59,7 @@ void DrawRow(const Rgba* source, const int32_t* columns, int count, uint32_t opa
   }
 }
 
-using SourceColumns = std::array<int32_t, kFrameSidePxMax>;
+using SourceColumns = std::array<int32_t, kFrameSizePxMax>;
 
 void FindColumns(const AxisSteps& across, SourceColumns* columns) {
   for (int i = 0; i < across.count; ++i) {
@@ -94,13 +94,13 @@ struct StepsOfBoth {
 };
 
 StepsOfBoth StepsFor(const Image& image, FirstPosition first_position, const ScreenRect& rect,
-                     int side_px) {
+                     int size_px) {
   if (rect.width == image.width() && rect.height == image.height()) {
-    return {CopiedSteps(rect.x, image.width(), side_px),
-            CopiedSteps(rect.y, image.height(), side_px)};
+    return {CopiedSteps(rect.x, image.width(), size_px),
+            CopiedSteps(rect.y, image.height(), size_px)};
   }
-  return {StretchedSteps(rect.x, rect.width, image.width(), side_px, first_position),
-          StretchedSteps(rect.y, rect.height, image.height(), side_px, first_position)};
+  return {StretchedSteps(rect.x, rect.width, image.width(), size_px, first_position),
+          StretchedSteps(rect.y, rect.height, image.height(), size_px, first_position)};
 }
 
 Mix MixFor(bool opaque, uint32_t opacity) {
@@ -118,7 +118,7 @@ FirstPosition FirstPositionFor(uint32_t opacity) {
 
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
                  const Frame& frame) {
-  const StepsOfBoth steps = StepsFor(image, FirstPositionFor(opacity), rect, frame.side_px);
+  const StepsOfBoth steps = StepsFor(image, FirstPositionFor(opacity), rect, frame.size_px);
   DrawStepped(image, MixFor(opaque, opacity), opacity, steps.across, steps.down, frame);
 }
 
@@ -130,14 +130,14 @@ void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const Rotat
   const double height = corners[0].y - top_left.y;
   const FirstPosition first_position = FirstPositionFor(opacity);
   DrawStepped(image, MixFor(opaque, opacity), opacity,
-              ReversedSteps(top_left.x, width, image.width(), frame.side_px, first_position),
-              ReversedSteps(top_left.y, height, image.height(), frame.side_px, first_position),
+              ReversedSteps(top_left.x, width, image.width(), frame.size_px, first_position),
+              ReversedSteps(top_left.y, height, image.height(), frame.size_px, first_position),
               frame);
 }
 
 void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
                   const Frame& frame) {
-  const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.side_px);
+  const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.size_px);
   const AxisSteps& across = steps.across;
   const AxisSteps& down = steps.down;
   SourceColumns columns;  // NOLINT: all that is read is written first

@@ -12,7 +12,7 @@
 namespace procgen {
 
 // The largest side of a picture that can be drawn.
-inline constexpr int kFrameSidePxMax = 2048;
+inline constexpr int kFrameSizePxMax = 2048;
 
 // Pixels [left, right) x [top, bottom).
 struct PixelBox {
@@ -26,26 +26,26 @@ struct PixelBox {
   int bottom = 0;
 };
 
-// The picture that is being drawn: opaque pixels, top row first, Rgba [side_px, side_px]. Four
+// The picture that is being drawn: opaque pixels, top row first, Rgba [size_px, size_px]. Four
 // bytes a pixel, so that a pixel is one load and one store. Does not own the memory.
 struct Frame {
   Rgba* pixels = nullptr;
-  int side_px = 0;
+  int size_px = 0;
 
   // The pixel (x, y). REQUIRES: it lies in the frame.
   Rgba* At(int x, int y) const {
-    return pixels + (static_cast<ptrdiff_t>(y) * side_px + static_cast<ptrdiff_t>(x));
+    return pixels + (static_cast<ptrdiff_t>(y) * size_px + static_cast<ptrdiff_t>(x));
   }
 
   // The pixels of the rows [first, end). REQUIRES: they lie in the frame.
   absl::Span<Rgba> Rows(int first, int end) const {
-    return {At(0, first), static_cast<size_t>(end - first) * static_cast<size_t>(side_px)};
+    return {At(0, first), static_cast<size_t>(end - first) * static_cast<size_t>(size_px)};
   }
 
   // The part of `box` that lies in the frame; may be empty.
   PixelBox Cut(const PixelBox& box) const {
-    return {std::max(box.left, 0), std::max(box.top, 0), std::min(box.right, side_px),
-            std::min(box.bottom, side_px)};
+    return {std::max(box.left, 0), std::max(box.top, 0), std::min(box.right, size_px),
+            std::min(box.bottom, size_px)};
   }
 };
 

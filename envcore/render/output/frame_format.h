@@ -19,14 +19,14 @@ enum class Layout : int32_t {
 
 // In which bytes a frame is written: square, top row first.
 struct FrameFormat {
-  int32_t side_px = 64;
+  int32_t size_px = 64;
   Color color = Color::kRgb;
   Layout layout = Layout::kHwc;
 
   constexpr int32_t channels() const { return color == Color::kRgb ? 3 : 1; }
   // Bytes of one frame.
   constexpr size_t bytes() const {
-    return static_cast<size_t>(side_px) * static_cast<size_t>(side_px) *
+    return static_cast<size_t>(size_px) * static_cast<size_t>(size_px) *
            static_cast<size_t>(channels());
   }
   bool operator==(const FrameFormat&) const = default;

@@ -29,14 +29,14 @@ void KeepWithinSource(int source_size, AxisSteps& steps) {
 
 }  // namespace
 
-AxisSteps StretchedSteps(double start, double size, int source_size, int side_px,
+AxisSteps StretchedSteps(double start, double size, int source_size, int size_px,
                          FirstPosition first_position) {
   AxisSteps steps;
   if (!(size > 0)) {
     return steps;
   }
   steps.first = std::max(0, RoundPx(start));
-  steps.count = std::min(side_px, RoundPx(start + size)) - steps.first;
+  steps.count = std::min(size_px, RoundPx(start + size)) - steps.first;
   if (steps.count <= 0) {
     steps.count = 0;
     return steps;
@@ -49,14 +49,14 @@ AxisSteps StretchedSteps(double start, double size, int source_size, int side_px
   return steps;
 }
 
-AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
+AxisSteps ReversedSteps(double start, double size, int source_size, int size_px,
                         FirstPosition first_position) {
   AxisSteps steps;
   if (!(size > 0)) {
     return steps;
   }
   steps.first = std::max(0, RoundPx(start));
-  steps.count = std::min(side_px, RoundPx(start + size)) - steps.first;
+  steps.count = std::min(size_px, RoundPx(start + size)) - steps.first;
   if (steps.count <= 0) {
     steps.count = 0;
     return steps;
@@ -74,14 +74,14 @@ AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
   return steps;
 }
 
-AxisSteps CopiedSteps(double start, int source_size, int side_px) {
+AxisSteps CopiedSteps(double start, int source_size, int size_px) {
   AxisSteps steps;
-  if (start > side_px - 1) {  // even where it rounds down to the last pixel
+  if (start > size_px - 1) {  // even where it rounds down to the last pixel
     return steps;
   }
   const int from = RoundPx(start);
   steps.first = std::max(0, from);
-  steps.count = std::max(0, std::min(side_px, from + source_size) - steps.first);
+  steps.count = std::max(0, std::min(size_px, from + source_size) - steps.first);
   steps.position = static_cast<int64_t>(steps.first - from) * 65536;
   steps.step = 65536;
   return steps;

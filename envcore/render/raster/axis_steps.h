@@ -23,15 +23,15 @@ struct AxisSteps {
 // step itself.
 enum class FirstPosition { kTruncatedStep, kExactStep };
 
-// A picture of `source_size` stretched over [start, start + size), on a canvas of side_px.
-AxisSteps StretchedSteps(double start, double size, int source_size, int side_px,
+// A picture of `source_size` stretched over [start, start + size), on a canvas of size_px.
+AxisSteps StretchedSteps(double start, double size, int source_size, int size_px,
                          FirstPosition first_position);
 // The same for a half turn: [start, start + size) is where the reversed picture stands.
-AxisSteps ReversedSteps(double start, double size, int source_size, int side_px,
+AxisSteps ReversedSteps(double start, double size, int source_size, int size_px,
                         FirstPosition first_position);
 // A picture of exactly the size drawn, copied one to one; nothing if it starts beyond the last
 // pixel's near edge.
-AxisSteps CopiedSteps(double start, int source_size, int side_px);
+AxisSteps CopiedSteps(double start, int source_size, int size_px);
 
 }  // namespace procgen
 

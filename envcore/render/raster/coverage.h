@@ -21,12 +21,12 @@ struct CoveredRange {
   }
 };
 
-// The columns of [0, side_px) that the interval from `start`, `size` long, touches; a negative size
+// The columns of [0, size_px) that the interval from `start`, `size` long, touches; a negative size
 // swaps its ends.
-inline CoveredRange CoveredColumns(double start, double size, int side_px) {
+inline CoveredRange CoveredColumns(double start, double size, int size_px) {
   CoveredRange range;
-  range.from = std::clamp(std::min(start, start + size), 0.0, static_cast<double>(side_px));
-  range.to = std::clamp(std::max(start, start + size), 0.0, static_cast<double>(side_px));
+  range.from = std::clamp(std::min(start, start + size), 0.0, static_cast<double>(size_px));
+  range.to = std::clamp(std::max(start, start + size), 0.0, static_cast<double>(size_px));
   range.first = static_cast<int>(std::floor(range.from));
   range.end = static_cast<int>(std::ceil(range.to));
   return range;

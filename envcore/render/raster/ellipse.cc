@@ -32,21 +32,21 @@ std::optional<MidpointEllipse> WholePixels(const ScreenRect& rect) {
 
 }  // namespace
 
-void EmitEllipse(const ScreenRect& rect, int side_px, RunSink inside, RunSink outline) {
+void EmitEllipse(const ScreenRect& rect, int size_px, RunSink inside, RunSink outline) {
   if (!IsDrawable(rect)) {
     return;
   }
   if (const auto whole = WholePixels(rect)) {
-    EmitMidpointEllipse(*whole, side_px, inside, outline);
+    EmitMidpointEllipse(*whole, size_px, inside, outline);
     return;
   }
   const std::array<Curve, 4> curves = EllipseCurves(rect);
-  EmitInside(curves, side_px, inside);
-  EmitOutline(curves, side_px, outline);
+  EmitInside(curves, size_px, inside);
+  EmitOutline(curves, size_px, outline);
 }
 
-void EmitEllipseInside(const ScreenRect& rect, int side_px, RunSink inside) {
-  EmitEllipse(rect, side_px, inside, [](int /*row*/, int /*first*/, int /*end*/) {});
+void EmitEllipseInside(const ScreenRect& rect, int size_px, RunSink inside) {
+  EmitEllipse(rect, size_px, inside, [](int /*row*/, int /*first*/, int /*end*/) {});
 }
 
 }  // namespace procgen

@@ -7,12 +7,12 @@
 namespace procgen {
 
 // Emits the inside and the outline, one pixel wide, of the ellipse in `rect` on a canvas of
-// side_px x side_px, in the order that they are to be painted in; a pixel may be emitted to both
+// size_px x size_px, in the order that they are to be painted in; a pixel may be emitted to both
 // and more than once. Rectangles of whole pixels follow rules of their own (MidpointEllipse). A
 // size that is not positive: nothing.
-void EmitEllipse(const ScreenRect& rect, int side_px, RunSink inside, RunSink outline);
+void EmitEllipse(const ScreenRect& rect, int size_px, RunSink inside, RunSink outline);
 // Emits the inside of an ellipse that has no outline.
-void EmitEllipseInside(const ScreenRect& rect, int side_px, RunSink inside);
+void EmitEllipseInside(const ScreenRect& rect, int size_px, RunSink inside);
 
 }  // namespace procgen
 

@@ -34,7 +34,7 @@ Rgba PremultipliedFlat(const Rgba& plain) {
 }
 
 void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
-  const PixelBox box = CoveredPixels(rect, frame.side_px, frame.side_px);
+  const PixelBox box = CoveredPixels(rect, frame.size_px, frame.size_px);
   if (plain.alpha == 255) {
     FillPixels(box, plain, frame);
     return;
@@ -50,8 +50,8 @@ void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& fra
 
 void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame) {
   const int left = std::max(box.left, 0);
-  const int right = std::min(box.right, frame.side_px);
-  const int bottom = std::min(box.bottom, frame.side_px);
+  const int right = std::min(box.right, frame.size_px);
+  const int bottom = std::min(box.bottom, frame.size_px);
   for (int y = std::max(box.top, 0); y < bottom && left < right; ++y) {
     FillRun(frame.At(left, y), static_cast<size_t>(right - left), color);
   }
@@ -59,8 +59,8 @@ void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame) {
 
 void DrawFlatAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame& frame) {
   const Rgba color = PremultipliedFlat(plain);
-  const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.side_px);
-  const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.side_px);
+  const CoveredRange columns = CoveredColumns(rect.x, rect.width, frame.size_px);
+  const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.size_px);
   for (int y = rows.first; y < rows.end; ++y) {
     const double row_share = rows.ShareOf(y);
     Rgba* pixel = frame.At(columns.first, y);

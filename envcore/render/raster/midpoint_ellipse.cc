@@ -73,15 +73,15 @@ void WalkOutline(const MidpointEllipse& ellipse, RowPairSink sink) {
 
 }  // namespace
 
-void EmitMidpointEllipse(const MidpointEllipse& ellipse, int side_px, RunSink inside,
+void EmitMidpointEllipse(const MidpointEllipse& ellipse, int size_px, RunSink inside,
                          RunSink outline) {
   WalkOutline(ellipse, [&](const RowPair& pair) {
     const auto emit_inside = [&](int row) {
-      EmitClipped(row, pair.left_end - 1, pair.right_first, side_px, side_px, inside);
+      EmitClipped(row, pair.left_end - 1, pair.right_first, size_px, size_px, inside);
     };
     const auto emit_outline = [&](int row) {
-      EmitClipped(row, pair.left_first, pair.left_end, side_px, side_px, outline);
-      EmitClipped(row, pair.right_first, pair.right_end, side_px, side_px, outline);
+      EmitClipped(row, pair.left_first, pair.left_end, size_px, size_px, outline);
+      EmitClipped(row, pair.right_first, pair.right_end, size_px, size_px, outline);
     };
     const bool two_rows = pair.upper_row < pair.lower_row;
     if (pair.left_end < pair.right_first) {

@@ -13,10 +13,10 @@ struct MidpointEllipse {
   int height = 0;
 };
 
-// Emits its inside and its outline on a canvas of side_px x side_px, row by row as they are to be
+// Emits its inside and its outline on a canvas of size_px x size_px, row by row as they are to be
 // painted: in flat ellipses the inside of a later row covers the outline of an earlier one. The
 // inside ends where the outline's runs begin, whether an outline is painted or not.
-void EmitMidpointEllipse(const MidpointEllipse& ellipse, int side_px, RunSink inside,
+void EmitMidpointEllipse(const MidpointEllipse& ellipse, int size_px, RunSink inside,
                          RunSink outline);
 
 }  // namespace procgen

@@ -14,20 +14,20 @@ namespace procgen {
 class PixelSet {
  public:
   // The side of the largest frame whose pixels can be told.
-  static constexpr int kSidePxMax = kWordBits;
+  static constexpr int kSizePxMax = kWordBits;
 
-  // REQUIRES: 0 <= row < kSidePxMax.
+  // REQUIRES: 0 <= row < kSizePxMax.
   void Add(int row, uint64_t columns) { rows_[static_cast<size_t>(row)] |= columns; }
 
   // Calls `use(first, end)` for the runs of [first, end) in `row` that are not in the set.
-  // REQUIRES: 0 <= row < kSidePxMax.
+  // REQUIRES: 0 <= row < kSizePxMax.
   template <typename Use>
   void ForEachRunOutside(int row, int first, int end, Use use) const {
     ForEachBitRun(BitRange(first, end) & ~rows_[static_cast<size_t>(row)], use);
   }
 
  private:
-  std::array<uint64_t, kSidePxMax> rows_ = {};
+  std::array<uint64_t, kSizePxMax> rows_ = {};
 };
 
 // What drawing a background may leave out, and what it has seen to.

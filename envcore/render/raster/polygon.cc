@@ -51,7 +51,7 @@ bool IsFlat(const Curve& curve) {
 
 class Polygon {
  public:
-  explicit Polygon(int side_px) : side_px_(side_px), rows_(static_cast<size_t>(side_px)) {}
+  explicit Polygon(int size_px) : size_px_(size_px), rows_(static_cast<size_t>(size_px)) {}
 
   void AddCurve(const Curve& curve, int halvings) {  // NOLINT(misc-no-recursion): kHalvingsMax deep
     if (halvings == 0 || IsFlat(curve)) {
@@ -64,11 +64,11 @@ class Polygon {
   }
 
   void Emit(RunSink sink) const {
-    for (int row = 0; row < side_px_; ++row) {
+    for (int row = 0; row < size_px_; ++row) {
       const RowExtent& extent = rows_[static_cast<size_t>(row)];
       if (extent.left <= extent.right) {
         EmitClipped(row, static_cast<int>(extent.left >> 16), static_cast<int>(extent.right >> 16),
-                    side_px_, side_px_, sink);
+                    size_px_, size_px_, sink);
       }
     }
   }
@@ -79,7 +79,7 @@ class Polygon {
       std::swap(a, b);
     }
     const int64_t first = std::max<int64_t>(0, (a.y + 32) >> 6);
-    const int64_t last = std::min<int64_t>(side_px_ - 1, (b.y - 32) >> 6);
+    const int64_t last = std::min<int64_t>(size_px_ - 1, (b.y - 32) >> 6);
     if (first > last) {
       return;
     }
@@ -88,7 +88,7 @@ class Polygon {
     int64_t x = a.x * (kOne / 64) + kOne / 2 +
                 ((step * (first * kOne + kOne / 2 - a.y * (kOne / 64))) >> 16);
     for (int64_t row = first; row <= last; ++row) {
-      const int64_t place = std::clamp<int64_t>(x, 0, side_px_ * kOne);
+      const int64_t place = std::clamp<int64_t>(x, 0, size_px_ * kOne);
       RowExtent& extent = rows_[static_cast<size_t>(row)];
       extent.left = std::min(extent.left, place);
       extent.right = std::max(extent.right, place);
@@ -96,14 +96,14 @@ class Polygon {
     }
   }
 
-  int side_px_;
+  int size_px_;
   absl::InlinedVector<RowExtent, kRowsInPlace> rows_;
 };
 
 }  // namespace
 
-void EmitInside(absl::Span<const Curve> curves, int side_px, RunSink sink) {
-  Polygon polygon(side_px);
+void EmitInside(absl::Span<const Curve> curves, int size_px, RunSink sink) {
+  Polygon polygon(size_px);
   for (const Curve& curve : curves) {
     polygon.AddCurve(curve, kHalvingsMax);
   }

@@ -7,9 +7,9 @@
 
 namespace procgen {
 
-// Emits the pixels of a canvas of side_px x side_px whose centre lies inside of the closed outline
+// Emits the pixels of a canvas of size_px x size_px whose centre lies inside of the closed outline
 // that `curves` make. REQUIRES: the outline is convex.
-void EmitInside(absl::Span<const Curve> curves, int side_px, RunSink sink);
+void EmitInside(absl::Span<const Curve> curves, int size_px, RunSink sink);
 
 }  // namespace procgen
 

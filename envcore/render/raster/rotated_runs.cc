@@ -38,18 +38,18 @@ struct Edge {
 };
 
 // Emits the rows between the heights y1 and y2, from the left edge to the right one.
-void EmitBand(double y1, double y2, const Edge& left_edge, const Edge& right_edge, int side_px,
+void EmitBand(double y1, double y2, const Edge& left_edge, const Edge& right_edge, int size_px,
               RunSink sink) {
   const int first = std::max(0, RoundPx(y1));
-  const int end = std::min(side_px, RoundPx(y2));
+  const int end = std::min(size_px, RoundPx(y2));
   if (first >= end) {
     return;
   }
   Boundary left = EdgeAt(left_edge.upper, left_edge.lower, first);
   Boundary right = EdgeAt(right_edge.upper, right_edge.lower, first);
   for (int row = first; row < end; ++row) {
-    EmitClipped(row, static_cast<int>(left.x >> 16), static_cast<int>(right.x >> 16), side_px,
-                side_px, sink);
+    EmitClipped(row, static_cast<int>(left.x >> 16), static_cast<int>(right.x >> 16), size_px,
+                size_px, sink);
     left.x += left.step;
     right.x += right.step;
   }
@@ -81,11 +81,11 @@ double SquaredLength(const ThickLine& line) {
 }
 
 // Cuts the line where no part of it can be seen; false: nothing is left.
-bool CutToCanvas(int side_px, ThickLine& line) {
+bool CutToCanvas(int size_px, ThickLine& line) {
   const double margin_x = std::abs(line.b.y - line.a.y) * line.thickness * 0.5;
   const double margin_y = std::abs(line.b.x - line.a.x) * line.thickness * 0.5;
   const std::array<double, 2> low = {-margin_x, -margin_y};
-  const std::array<double, 2> high = {side_px + margin_x, side_px + margin_y};
+  const std::array<double, 2> high = {size_px + margin_x, size_px + margin_y};
   const auto inside = [&](const Point& p) {
     return p.x >= low[0] && p.x <= high[0] && p.y >= low[1] && p.y <= high[1];
   };
@@ -125,12 +125,12 @@ bool CutToCanvas(int side_px, ThickLine& line) {
   return true;
 }
 
-void EmitUprightLine(ThickLine line, int side_px, RunSink sink) {
+void EmitUprightLine(ThickLine line, int size_px, RunSink sink) {
   if (line.a.y > line.b.y) {
     std::swap(line.a, line.b);
   }
   const double half_width = 0.5 * line.thickness * (line.b.y - line.a.y);
-  const double side = side_px;
+  const double side = size_px;
   const double left = std::clamp(line.a.x - half_width, 0.0, side);
   const double right = std::clamp(line.a.x + half_width, 0.0, side);
   const double top = std::clamp(line.a.y, 0.0, side);
@@ -141,7 +141,7 @@ void EmitUprightLine(ThickLine line, int side_px, RunSink sink) {
   const int first = FirstRowFrom(left);
   const int last = LastRowAbove(right);
   for (int row = FirstRowFrom(top); row <= LastRowAbove(bottom); ++row) {
-    EmitClipped(row, first, last + 1, side_px, side_px, sink);
+    EmitClipped(row, first, last + 1, size_px, size_px, sink);
   }
 }
 
@@ -171,7 +171,7 @@ double SlopeOf(const Point& upper, const Point& lower) {
   return y == 0 ? std::copysign(kLevelSlope, x) : x / y;
 }
 
-void EmitSlanted(ThickLine line, int side_px, RunSink sink) {
+void EmitSlanted(ThickLine line, int size_px, RunSink sink) {
   if (line.a.y > line.b.y) {
     std::swap(line.a, line.b);
   }
@@ -194,7 +194,7 @@ void EmitSlanted(ThickLine line, int side_px, RunSink sink) {
     Boundary& on_left = row > left_turn ? lower_left : left;
     Boundary& on_right = row > right_turn ? lower_right : right;
     EmitClipped(row, static_cast<int>(on_left.x >> 16), static_cast<int>(on_right.x >> 16) + 1,
-                side_px, side_px, sink);
+                size_px, size_px, sink);
     on_left.x += on_left.step;
     on_right.x += on_right.step;
   }
@@ -202,7 +202,7 @@ void EmitSlanted(ThickLine line, int side_px, RunSink sink) {
 
 }  // namespace
 
-void EmitLargeRotated(const RotatedRect& rotated, int side_px, RunSink sink) {
+void EmitLargeRotated(const RotatedRect& rotated, int size_px, RunSink sink) {
   const std::array<Point, 4> corners = rotated.Corners();
   const auto top = static_cast<size_t>(
       std::min_element(corners.begin(), corners.end(),
@@ -216,22 +216,22 @@ void EmitLargeRotated(const RotatedRect& rotated, int side_px, RunSink sink) {
     std::swap(p1, p3);
   }
   if (p1.y < p3.y) {
-    EmitBand(p0.y, p1.y, {p0, p1}, {p0, p3}, side_px, sink);
-    EmitBand(p1.y, p3.y, {p1, p2}, {p0, p3}, side_px, sink);
-    EmitBand(p3.y, p2.y, {p1, p2}, {p3, p2}, side_px, sink);
+    EmitBand(p0.y, p1.y, {p0, p1}, {p0, p3}, size_px, sink);
+    EmitBand(p1.y, p3.y, {p1, p2}, {p0, p3}, size_px, sink);
+    EmitBand(p3.y, p2.y, {p1, p2}, {p3, p2}, size_px, sink);
   } else {
-    EmitBand(p0.y, p3.y, {p0, p1}, {p0, p3}, side_px, sink);
-    EmitBand(p3.y, p1.y, {p0, p1}, {p3, p2}, side_px, sink);
-    EmitBand(p1.y, p2.y, {p1, p2}, {p3, p2}, side_px, sink);
+    EmitBand(p0.y, p3.y, {p0, p1}, {p0, p3}, size_px, sink);
+    EmitBand(p3.y, p1.y, {p0, p1}, {p3, p2}, size_px, sink);
+    EmitBand(p1.y, p2.y, {p1, p2}, {p3, p2}, size_px, sink);
   }
 }
 
-void EmitThickLine(Point a, Point b, double thickness, int side_px, RunSink sink) {
+void EmitThickLine(Point a, Point b, double thickness, int size_px, RunSink sink) {
   if (a == b || !(thickness > 0)) {
     return;
   }
   ThickLine line = {a, b, thickness};
-  if (!CutToCanvas(side_px, line)) {
+  if (!CutToCanvas(size_px, line)) {
     return;
   }
   if (EqualIn64ths(line.a.y, line.b.y)) {
@@ -240,9 +240,9 @@ void EmitThickLine(Point a, Point b, double thickness, int side_px, RunSink sink
     line = {{x, line.a.y - half_length}, {x, line.a.y + half_length}, 1 / line.thickness};
   }
   if (EqualIn64ths(line.a.x, line.b.x)) {
-    EmitUprightLine(line, side_px, sink);
+    EmitUprightLine(line, size_px, sink);
   } else {
-    EmitSlanted(line, side_px, sink);
+    EmitSlanted(line, size_px, sink);
   }
 }
 

@@ -65,7 +65,7 @@ struct Piece {
 // Draws the pieces of a line or an outline, remembering the piece before.
 class Pen {
  public:
-  Pen(int side_px, RunSink sink) : side_px_(side_px), sink_(sink) {}
+  Pen(int size_px, RunSink sink) : size_px_(size_px), sink_(sink) {}
 
   // Remembers what the piece would leave behind, without drawing it.
   void Remember(Point start, Point end) {
@@ -101,7 +101,7 @@ class Pen {
   // Cuts the piece near the canvas; false: nothing is left of it.
   bool Clip(Point& start, Point& end) {
     const double low = -1;
-    const double high = side_px_ + 1;
+    const double high = size_px_ + 1;
     return ClipAxis(&Point::x, &Point::y, low, high, start, end) &&
            ClipAxis(&Point::y, &Point::x, low, high, start, end);
   }
@@ -212,10 +212,10 @@ class Pen {
   void EmitPixel(bool steep, const AxisPixel& pixel) {
     const int x = static_cast<int>(steep ? pixel.minor : pixel.main);
     const int y = static_cast<int>(steep ? pixel.main : pixel.minor);
-    EmitClipped(y, x, x + 1, side_px_, side_px_, sink_);
+    EmitClipped(y, x, x + 1, size_px_, size_px_, sink_);
   }
 
-  int side_px_;
+  int size_px_;
   RunSink sink_;
   int64_t memory_x_ = kCleared;  // the last pixel; clearing it forgets the column only
   int64_t memory_y_ = kCleared;
@@ -246,19 +246,19 @@ void DrawCurve(const Curve& curve, int halvings, Pen& pen) {  // NOLINT(misc-no-
 
 }  // namespace
 
-void EmitLine(const Point& start, const Point& end, int side_px, RunSink sink) {
+void EmitLine(const Point& start, const Point& end, int size_px, RunSink sink) {
   if (start == end) {
-    EmitClipped(RoundPx(start.y), RoundPx(start.x), RoundPx(start.x) + 1, side_px, side_px, sink);
+    EmitClipped(RoundPx(start.y), RoundPx(start.x), RoundPx(start.x) + 1, size_px, size_px, sink);
     return;
   }
-  Pen(side_px, sink).Draw(start, end, {true, true});
+  Pen(size_px, sink).Draw(start, end, {true, true});
 }
 
-void EmitOutline(absl::Span<const Curve> curves, int side_px, RunSink sink) {
+void EmitOutline(absl::Span<const Curve> curves, int size_px, RunSink sink) {
   if (curves.empty()) {
     return;
   }
-  Pen pen(side_px, sink);
+  Pen pen(size_px, sink);
   pen.Remember(curves.back().p[2], curves.back().p[3]);
   for (const Curve& curve : curves) {
     DrawCurve(curve, kHalvingsMax, pen);

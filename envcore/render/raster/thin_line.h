@@ -8,12 +8,12 @@
 namespace procgen {
 
 // Emits the pixels of a straight line one pixel wide, both ends included, on a canvas of
-// side_px x side_px.
-void EmitLine(const Point& start, const Point& end, int side_px, RunSink sink);
+// size_px x size_px.
+void EmitLine(const Point& start, const Point& end, int size_px, RunSink sink);
 
 // Emits the pixels of a closed outline one pixel wide, piece by piece. A pixel may be emitted
 // twice.
-void EmitOutline(absl::Span<const Curve> curves, int side_px, RunSink sink);
+void EmitOutline(absl::Span<const Curve> curves, int size_px, RunSink sink);
 
 }  // namespace procgen
 

@@ -76,7 +76,7 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
   }
   dot_.color = {dots.color[0], dots.color[1], dots.color[2], 255};
   const auto least = [](const std::vector<PixelRange>& ranges) {
-    int size = ScaledImageCache::kSidePxMax;
+    int size = ScaledImageCache::kSizePxMax;
     for (const PixelRange& range : ranges) {
       size = std::min(size, range.end - range.first);
     }
@@ -85,8 +85,8 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
   width_min_ = least(columns_);
   height_min_ = least(rows_);
   // No two ranges of one axis differ by more than a pixel.
-  scales_ = width_min_ > 0 && width_min_ < ScaledImageCache::kSidePxMax && height_min_ > 0 &&
-            height_min_ < ScaledImageCache::kSidePxMax;
+  scales_ = width_min_ > 0 && width_min_ < ScaledImageCache::kSizePxMax && height_min_ > 0 &&
+            height_min_ < ScaledImageCache::kSizePxMax;
 }
 
 CellDrawing::Look CellDrawing::FindLook(int kind) const {
@@ -154,7 +154,7 @@ void CellDrawing::AddHidden(PixelSet* hidden) {
     }
   }
   for (size_t row = 0; row < rows_.size(); ++row) {
-    const int end = std::min(rows_[row].end, frame_->side_px);
+    const int end = std::min(rows_[row].end, frame_->size_px);
     for (int y = std::max(rows_[row].first, 0); y < end; ++y) {
       hidden->Add(y, hidden_of_rows_[row]);
     }

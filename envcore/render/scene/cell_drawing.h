@@ -26,7 +26,7 @@ class CellDrawing {
   // REQUIRES: scene.cells.grid is not null.
   void Begin(const Scene& scene, const GameArt& art, const Viewport& viewport, const Frame& frame);
 
-  // Which pixels the cells will cover wholly. REQUIRES: the frame's side is PixelSet::kSidePxMax at
+  // Which pixels the cells will cover wholly. REQUIRES: the frame's side is PixelSet::kSizePxMax at
   // most.
   void AddHidden(PixelSet* hidden);
 

@@ -2,9 +2,9 @@
 
 namespace procgen {
 
-void CopyOnWriteRows::ShareAll(const StaticLayerCache& layer, int side_px) {
+void CopyOnWriteRows::ShareAll(const StaticLayerCache& layer, int size_px) {
   layer_ = &layer;
-  shared_ = BitRange(0, side_px);
+  shared_ = BitRange(0, size_px);
 }
 
 void CopyOnWriteRows::Materialize(int first, int end, const Frame& frame) {

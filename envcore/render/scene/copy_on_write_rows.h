@@ -16,13 +16,13 @@ namespace procgen {
 class CopyOnWriteRows {
  public:
   // The side of the largest frame whose rows can be shared.
-  static constexpr int kSidePxMax = kWordBits;
+  static constexpr int kSizePxMax = kWordBits;
 
   // No row is shared.
   void Clear() { shared_ = 0; }
-  // All rows are. REQUIRES: `layer` keeps a frame of this side, at most kSidePxMax, and stays until
+  // All rows are. REQUIRES: `layer` keeps a frame of this side, at most kSizePxMax, and stays until
   // no row is shared.
-  void ShareAll(const StaticLayerCache& layer, int side_px);
+  void ShareAll(const StaticLayerCache& layer, int size_px);
   // Gives the rows [first, end) their pixels, as far as they lie in the frame and are shared.
   void Materialize(int first, int end, const Frame& frame);
 

@@ -52,8 +52,8 @@ template <typename Inside>
 void FillAntialiased(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
                      Inside inside) {
   const Rgba color = PremultipliedFlat(plain);
-  const CoveredRange columns = CoveredColumns(bounds.x, bounds.width, frame.side_px);
-  const CoveredRange rows = CoveredColumns(bounds.y, bounds.height, frame.side_px);
+  const CoveredRange columns = CoveredColumns(bounds.x, bounds.width, frame.size_px);
+  const CoveredRange rows = CoveredColumns(bounds.y, bounds.height, frame.size_px);
   for (int y = rows.first; y < rows.end; ++y) {
     for (int x = columns.first; x < columns.end; ++x) {
       uint32_t hits = 0;
@@ -109,10 +109,10 @@ void DrawNeedleAntialiased(const Needle& needle, double width, const Rgba& plain
 
 RowRange RowsOf(const Overlay& overlay, const Viewport& viewport) {
   if (overlay.shape != Overlay::Shape::kRectangle) {
-    return {0, viewport.side_px()};
+    return {0, viewport.size_px()};
   }
   const ScreenRect rect = RectOf(overlay, viewport);
-  const PixelBox box = CoveredPixels(rect, viewport.side_px(), viewport.side_px());
+  const PixelBox box = CoveredPixels(rect, viewport.size_px(), viewport.size_px());
   return {box.top, box.bottom};
 }
 
@@ -130,15 +130,15 @@ void DrawOverlayAliased(const Overlay& overlay, const Viewport& viewport, const 
       DrawFlatAliased(rect, ColorOf(overlay), frame);
       break;
     case Overlay::Shape::kDisc:
-      EmitEllipse(rect, frame.side_px, lay(ColorOf(overlay)), lay(ColorOf(overlay)));
+      EmitEllipse(rect, frame.size_px, lay(ColorOf(overlay)), lay(ColorOf(overlay)));
       break;
     case Overlay::Shape::kNeedle: {
       const Needle needle = NeedleOf(overlay, rect);
-      EmitLine(needle.start, needle.end, frame.side_px, lay(ColorOf(overlay)));
+      EmitLine(needle.start, needle.end, frame.size_px, lay(ColorOf(overlay)));
       break;
     }
     case Overlay::Shape::kJumpMark:
-      EmitEllipseInside(JumpMarkRectOf(overlay, viewport), frame.side_px, lay(kJumpMarkColor));
+      EmitEllipseInside(JumpMarkRectOf(overlay, viewport), frame.size_px, lay(kJumpMarkColor));
       break;
   }
 }
@@ -155,7 +155,7 @@ void DrawOverlayAntialiased(const Overlay& overlay, const Viewport& viewport, co
       break;
     case Overlay::Shape::kNeedle: {
       const double width =
-          std::max(1.0, std::trunc(frame.side_px / (256.0 / static_cast<double>(overlay.width))));
+          std::max(1.0, std::trunc(frame.size_px / (256.0 / static_cast<double>(overlay.width))));
       DrawNeedleAntialiased(NeedleOf(overlay, rect), width, ColorOf(overlay), frame);
       break;
     }

@@ -15,7 +15,7 @@ constexpr uint64_t kMultiplier = 0x9E3779B97F4A7C15;  // spreads bits
 
 // Tells the art of one level from that of another.
 uint64_t FingerprintOf(const GeneratedArt& art) {
-  uint64_t hash = static_cast<uint64_t>(art.side_px);
+  uint64_t hash = static_cast<uint64_t>(art.size_px);
   const auto add = [&hash](uint64_t value) {
     hash = (hash ^ value) * kMultiplier;
     hash ^= hash >> 29;
@@ -41,13 +41,13 @@ uint64_t FingerprintOf(const GeneratedArt& art) {
 void Rasteriser::DrawAgentView(const Scene& scene, const GameArt& art,
                                StaticLayerCache* static_layer, const FrameFormat& format,
                                absl::Span<uint8_t> frame) {
-  const Frame canvas = CanvasOf(format.side_px);
+  const Frame canvas = CanvasOf(format.size_px);
   DrawNearestScene(scene, art, BackgroundOf(scene, art), &cells_, static_layer, &rows_, canvas);
   Pack(canvas, format, frame);
 }
 
 void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame) {
-  const int side = canvas.side_px;
+  const int side = canvas.size_px;
   if (format.color != Color::kRgb || format.layout != Layout::kHwc) {
     rows_.Materialize(0, side, canvas);
   }
@@ -68,16 +68,16 @@ void Rasteriser::Pack(const Frame& canvas, const FrameFormat& format, absl::Span
   });
 }
 
-void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
+void Rasteriser::DrawHumanView(const Scene& scene, const GameArt& art, int32_t size_px,
                                absl::Span<uint8_t> frame) {
-  const Frame canvas = CanvasOf(side_px);
+  const Frame canvas = CanvasOf(size_px);
   DrawAntialiasedScene(scene, art, BackgroundOf(scene, art), canvas);
   PackFrame(pixels_, Color::kRgb, Layout::kHwc, frame);
 }
 
-Frame Rasteriser::CanvasOf(int32_t side_px) {
-  pixels_.resize(static_cast<size_t>(side_px) * static_cast<size_t>(side_px));
-  return {pixels_.data(), side_px};
+Frame Rasteriser::CanvasOf(int32_t size_px) {
+  pixels_.resize(static_cast<size_t>(size_px) * static_cast<size_t>(size_px));
+  return {pixels_.data(), size_px};
 }
 
 const MipmappedImage* Rasteriser::BackgroundOf(const Scene& scene, const GameArt& art) {

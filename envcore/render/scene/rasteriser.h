@@ -24,14 +24,13 @@ class Rasteriser {
   // Draws what the agent sees; at 64 x 64 pixel by pixel as Procgen 0.10.7 does where the
   // art is the same, and by the same rules at any other side: nothing is rescaled. `static_layer`:
   // what this environment's scenes showed before, of the same art and at the same side; null:
-  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.side_px <= kFrameSidePxMax
-  // and frame.size() == format.bytes().
+  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.size_px <= kFrameSizePxMax and frame.size() == format.bytes().
   void DrawAgentView(const Scene& scene, const GameArt& art, StaticLayerCache* static_layer,
                      const FrameFormat& format, absl::Span<uint8_t> frame);
-  // Draws the same scene for the eye, antialiased. `frame`: uint8 [side_px, side_px, 3], red,
+  // Draws the same scene for the eye, antialiased. `frame`: uint8 [size_px, size_px, 3], red,
   // green, blue, top row first.
-  // REQUIRES: 0 < side_px <= kFrameSidePxMax and `frame` has that size.
-  void DrawHumanView(const Scene& scene, const GameArt& art, int32_t side_px,
+  // REQUIRES: 0 < size_px <= kFrameSizePxMax and `frame` has that size.
+  void DrawHumanView(const Scene& scene, const GameArt& art, int32_t size_px,
                      absl::Span<uint8_t> frame);
 
  private:
@@ -42,7 +41,7 @@ class Rasteriser {
     MipmappedImage picture;
   };
 
-  Frame CanvasOf(int32_t side_px);
+  Frame CanvasOf(int32_t size_px);
   // Writes the picture on the canvas, and what is shared, to `frame`.
   void Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame);
   const MipmappedImage* BackgroundOf(const Scene& scene, const GameArt& art);

@@ -31,14 +31,14 @@ class Drawing {
       : scene_(scene),
         art_(art),
         frame_(frame),
-        viewport_(scene.camera, frame.side_px),
+        viewport_(scene.camera, frame.size_px),
         cells_(scene.cells.grid == nullptr ? nullptr : cells),
         rows_(rows) {}
 
   // The background, the sprites below the cells and the cells.
   void DrawStatic(const MipmappedImage* background) const {
     BeginCells();
-    if (kSampling == Sampling::kNearest && frame_.side_px <= PixelSet::kSidePxMax) {
+    if (kSampling == Sampling::kNearest && frame_.size_px <= PixelSet::kSizePxMax) {
       DrawNeededBackground(background);
     } else {
       FillPixels(Whole(), kBlack, frame_);
@@ -104,7 +104,7 @@ class Drawing {
   bool IsInSight(const ScreenRect& rect, float rotation) const {
     const double margin = MarginOf(rect, rotation);
     const auto meets = [&](double from, double to) {
-      return std::min(from, to) < frame_.side_px + margin && std::max(from, to) > -margin;
+      return std::min(from, to) < frame_.size_px + margin && std::max(from, to) > -margin;
     };
     return meets(rect.x, rect.x + rect.width) && meets(rect.y, rect.y + rect.height);
   }
@@ -116,7 +116,7 @@ class Drawing {
       const double top = std::min(rect.y, rect.y + rect.height) - margin;
       const double bottom = std::max(rect.y, rect.y + rect.height) + margin + 1;
       rows_->Materialize(static_cast<int>(std::max(top, 0.0)),
-                         static_cast<int>(std::min<double>(bottom, frame_.side_px)), frame_);
+                         static_cast<int>(std::min<double>(bottom, frame_.size_px)), frame_);
     }
   }
 
@@ -129,7 +129,7 @@ class Drawing {
     });
   }
 
-  PixelBox Whole() const { return {0, 0, frame_.side_px, frame_.side_px}; }
+  PixelBox Whole() const { return {0, 0, frame_.size_px, frame_.size_px}; }
 
   void DrawBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
                     BackdropPixels* pixels) const {
@@ -148,8 +148,8 @@ class Drawing {
       pixels.done = pixels.hidden;
     }
     DrawBackground(picture, &pixels);
-    for (int row = 0; row < frame_.side_px; ++row) {
-      pixels.done.ForEachRunOutside(row, 0, frame_.side_px, [&](int first, int end) {
+    for (int row = 0; row < frame_.size_px; ++row) {
+      pixels.done.ForEachRunOutside(row, 0, frame_.size_px, [&](int first, int end) {
         FillRun(frame_.At(first, row), static_cast<size_t>(end - first), kBlack);
       });
     }
@@ -189,10 +189,10 @@ class Drawing {
 
   // The strip of a background that scrolls; the view shows the middle third of its height.
   void DrawStrip(const MipmappedImage& picture, BackdropPixels* pixels) const {
-    const int pixels_per_cell = frame_.side_px / kStripCellsInView;  // truncated
+    const int pixels_per_cell = frame_.size_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);
     const float left = (((-steps * static_cast<float>(pixels_per_cell)) * 0.5F) * 2) / 5;
-    const double side = frame_.side_px;
+    const double side = frame_.size_px;
     ForEachTileInSight({static_cast<double>(left), -side, kStripWidth * side, kStripHeight * side},
                        1, [&](const ScreenRect& tile) { DrawBackdrop(picture, tile, pixels); });
   }
@@ -274,7 +274,7 @@ class Drawing {
   void DrawVelocity() const {
     const VelocityDisplay& velocity = scene_.velocity;
     const auto side =
-        static_cast<double>(static_cast<float>(frame_.side_px * kVelocitySquareShare));
+        static_cast<double>(static_cast<float>(frame_.size_px * kVelocitySquareShare));
     MaterializeRows({0, 0, side, side}, 0);
     DrawFlat({0, 0, side, side}, VelocityGrey(velocity.vx, velocity.vx_max));
     DrawFlat({side, 0, side, side}, VelocityGrey(velocity.vy, velocity.vy_max));
@@ -307,10 +307,10 @@ void DrawNearestScene(const Scene& scene, const GameArt& art, const MipmappedIma
   rows->Clear();
   if (use != StaticLayerCache::Use::kCopy) {
     drawing.DrawStatic(background);
-  } else if (frame.side_px <= CopyOnWriteRows::kSidePxMax) {
-    rows->ShareAll(*static_layer, frame.side_px);
+  } else if (frame.size_px <= CopyOnWriteRows::kSizePxMax) {
+    rows->ShareAll(*static_layer, frame.size_px);
   } else {
-    static_layer->CopyRows(0, frame.side_px, frame);
+    static_layer->CopyRows(0, frame.size_px, frame);
   }
   if (use == StaticLayerCache::Use::kKeep) {
     static_layer->Keep(frame);

@@ -57,8 +57,8 @@ StaticLayerCache::Use StaticLayerCache::Meet(const Scene& scene) {
 }
 
 void StaticLayerCache::Keep(const Frame& frame) {
-  side_px_ = frame.side_px;
-  const absl::Span<const Rgba> pixels = frame.Rows(0, side_px_);
+  size_px_ = frame.size_px;
+  const absl::Span<const Rgba> pixels = frame.Rows(0, size_px_);
   rgb_.resize(3 * pixels.size());
   PackFrame(pixels, Color::kRgb, Layout::kHwc, absl::MakeSpan(rgb_));
 }
@@ -68,7 +68,7 @@ void StaticLayerCache::CopyRows(int first, int end, const Frame& frame) const {
 }
 
 absl::Span<const uint8_t> StaticLayerCache::Rows(int first, int end) const {
-  const size_t row_bytes = 3 * static_cast<size_t>(side_px_);
+  const size_t row_bytes = 3 * static_cast<size_t>(size_px_);
   return absl::MakeConstSpan(rgb_).subspan(static_cast<size_t>(first) * row_bytes,
                                            static_cast<size_t>(end - first) * row_bytes);
 }

@@ -30,7 +30,7 @@ class StaticLayerCache {
   void Keep(const Frame& frame);
   // The kept pixels of the rows [first, end). REQUIRES: Meet said kCopy; the rows lie in the frame.
   void CopyRows(int first, int end, const Frame& frame) const;
-  // The same as red, green, blue: uint8 [end - first, side_px, 3].
+  // The same as red, green, blue: uint8 [end - first, size_px, 3].
   absl::Span<const uint8_t> Rows(int first, int end) const;
 
  private:
@@ -53,7 +53,7 @@ class StaticLayerCache {
 
   int repeat_count_ = 0;  // scenes that met it again and did not find it kept
 
-  int side_px_ = 0;           // of what is kept
+  int size_px_ = 0;           // of what is kept
   std::vector<uint8_t> rgb_;  // what is kept, packed as most observations are; empty: nothing
 };
 

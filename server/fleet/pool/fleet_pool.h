@@ -63,7 +63,7 @@ class FleetPool final : public HostedPool {
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
   // The nodes draw at once.
-  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      CaptureDone done) override;
 
  private:

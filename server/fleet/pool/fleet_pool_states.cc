@@ -192,9 +192,9 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void FleetPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+void FleetPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                               CaptureDone done) {
-  const size_t frame_bytes = static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3;
+  const size_t frame_bytes = static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3;
   auto drawn = std::make_shared<std::vector<uint8_t>>(environments.size() * frame_bytes);
   const std::vector<Chosen> chosen = Choose(environments);
   size_t count = 0;
@@ -221,7 +221,7 @@ void FleetPool::CaptureScenes(const std::vector<int32_t>& environments, View vie
     for (const size_t place : chosen[i].places) {
       own.push_back(absl::MakeSpan(*drawn).subspan(place * frame_bytes, frame_bytes));
     }
-    shards_[i]->Render(chosen[i].environments, view, side_px, std::move(own),
+    shards_[i]->Render(chosen[i].environments, view, size_px, std::move(own),
                        [countdown](const absl::Status& status) { countdown->Count(status); });
   }
 }

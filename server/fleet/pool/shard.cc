@@ -99,13 +99,13 @@ void Shard::Save(std::vector<int32_t> environments, std::vector<std::string>* sn
   Start({std::nullopt, save, std::move(done)});
 }
 
-void Shard::Render(std::vector<int32_t> environments, View view, int32_t side_px,
+void Shard::Render(std::vector<int32_t> environments, View view, int32_t size_px,
                    std::vector<absl::Span<uint8_t>> frames, Done done) {
-  const auto render = [this, environments = std::move(environments), view, side_px,
+  const auto render = [this, environments = std::move(environments), view, size_px,
                        frames = std::move(frames)]() -> absl::Status {
     for (size_t i = 0; i < environments.size(); ++i) {
       const auto rendered = placement_->node->client->RenderEnvironments(
-          placement_->pool, {&environments[i], 1}, side_px, v1::FRAME_FORMAT_RGB,
+          placement_->pool, {&environments[i], 1}, size_px, v1::FRAME_FORMAT_RGB,
           view == View::kAgent ? v1::FRAME_VIEW_AGENT : v1::FRAME_VIEW_HUMAN);
       if (!rendered.ok()) {
         return rendered.status();

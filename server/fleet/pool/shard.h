@@ -84,9 +84,9 @@ class Shard {
   const procgen_client::Batch& answer() const { return answer_; }
   // Snapshots of environments, in the shard's numbers. Errors: as Run.
   void Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots, Done done);
-  // Has environments drawn, in the shard's numbers; `frames`: uint8 [side_px, side_px, 3],
+  // Has environments drawn, in the shard's numbers; `frames`: uint8 [size_px, size_px, 3],
   // one for each. Errors: as Run.
-  void Render(std::vector<int32_t> environments, View view, int32_t side_px,
+  void Render(std::vector<int32_t> environments, View view, int32_t size_px,
               std::vector<absl::Span<uint8_t>> frames, Done done);
   // Goes back to `number`, as if nothing after it had been carried out.
   void Forget(int64_t number);

@@ -16,15 +16,14 @@ namespace {
 using RenderCall = UnaryCall<v1::RenderEnvironmentsRequest, v1::RenderEnvironmentsResponse>;
 
 // Draws straight into the response.
-void Draw(HostedPool::Draw draw, int32_t side, RenderCall* call) {
+void Draw(HostedPool::Draw draw, int32_t size_px, RenderCall* call) {
   std::vector<absl::Span<uint8_t>> images;
   for (const int32_t environment : call->request().environments()) {
     v1::Frame* frame = call->response()->add_frames();
     frame->set_environment(environment);
-    frame->set_width_px(side);
-    frame->set_height_px(side);
+    frame->set_size_px(size_px);
     std::string* image = frame->mutable_image();
-    image->resize(static_cast<size_t>(side) * static_cast<size_t>(side) * 3);
+    image->resize(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
     images.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image->data()), image->size()));
   }
   draw(images);
@@ -39,15 +38,15 @@ void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* execut
   const FrameLook look = LookOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->CaptureScenes(
-      {request.environments().begin(), request.environments().end()}, look.view, look.side_px,
-      [pool, side = look.side_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
+      {request.environments().begin(), request.environments().end()}, look.view, look.size_px,
+      [pool, size_px = look.size_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
         pool->EndTurn();
         if (!draw.ok()) {
           call->Finish(draw.status());
           return;
         }
-        executor->Run(call->owner(), [draw = *std::move(draw), side, call]() mutable {
-          Draw(std::move(draw), side, call);
+        executor->Run(call->owner(), [draw = *std::move(draw), size_px, call]() mutable {
+          Draw(std::move(draw), size_px, call);
         });
       });
 }

@@ -20,7 +20,7 @@ namespace procgen {
 // How an environment is drawn.
 enum class View : uint8_t {
   kHuman,  // antialiased, as Pool::Render does
-  kAgent,  // as an observation in the default format, and so at kObservationSidePx
+  kAgent,  // as an observation in the default format, and so at kObservationSizePx
 };
 
 // The environments of one pool, wherever they are: in this process (LocalPool), or on the nodes of
@@ -35,7 +35,7 @@ class HostedPool {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
   // Draws what environments showed when it was made: once, on any thread, also while the pool does
-  // something else or is gone. `frames`: uint8 [side_px, side_px, 3], one for each environment.
+  // something else or is gone. `frames`: uint8 [size_px, size_px, 3], one for each environment.
   using Draw = absl::AnyInvocable<void(const std::vector<absl::Span<uint8_t>>& frames)>;
   using CaptureDone = absl::AnyInvocable<void(absl::StatusOr<Draw>)>;
   // Is handed a snapshot of an environment; false: no more are wanted.
@@ -66,7 +66,7 @@ class HostedPool {
   virtual void CloneStates(std::vector<StateToClone> pairs, Done done) = 0;
   // What environments show, to be drawn later at a size, in `view`. An environment may be named
   // several times.
-  virtual void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  virtual void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                              CaptureDone done) = 0;
 };
 

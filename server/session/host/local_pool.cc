@@ -84,19 +84,19 @@ void LocalPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void LocalPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+void LocalPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                               CaptureDone done) {
   if (environments.size() <= kScenesHereMax) {
-    CaptureScenesHere(environments, view, side_px, std::move(done));
+    CaptureScenesHere(environments, view, size_px, std::move(done));
     return;
   }
-  executor_->Run(owner_, [this, environments, view, side_px, done = std::move(done)]() mutable {
-    CaptureScenesHere(environments, view, side_px, std::move(done));
+  executor_->Run(owner_, [this, environments, view, size_px, done = std::move(done)]() mutable {
+    CaptureScenesHere(environments, view, size_px, std::move(done));
   });
 }
 
 void LocalPool::CaptureScenesHere(const std::vector<int32_t>& environments, View view,
-                                  int32_t side_px, CaptureDone done) {
+                                  int32_t size_px, CaptureDone done) {
   std::vector<SceneSnapshot> scenes;
   std::map<int32_t, size_t> places;  // in scenes, by environment
   std::vector<size_t> shown;         // places in the order of `environments`
@@ -113,14 +113,14 @@ void LocalPool::CaptureScenesHere(const std::vector<int32_t>& environments, View
     }
     scenes.push_back(*std::move(scene));
   }
-  done(Draw([scenes = std::move(scenes), shown = std::move(shown), view, side_px,
+  done(Draw([scenes = std::move(scenes), shown = std::move(shown), view, size_px,
              renderers = renderers_](const std::vector<absl::Span<uint8_t>>& frames) {
     std::unique_ptr<SceneSnapshotRenderer> renderer = renderers->Take();
     for (size_t i = 0; i < frames.size(); ++i) {
       if (view == View::kAgent) {
         renderer->DrawAgentView(scenes[shown[i]], frames[i]);
       } else {
-        renderer->DrawHumanView(scenes[shown[i]], side_px, frames[i]);
+        renderer->DrawHumanView(scenes[shown[i]], size_px, frames[i]);
       }
     }
     renderers->PutBack(std::move(renderer));

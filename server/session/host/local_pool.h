@@ -29,13 +29,13 @@ class LocalPool final : public HostedPool {
   void SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) override;
   void RestoreStates(std::vector<StateToRestore> states, Done done) override;
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
-  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      CaptureDone done) override;
 
  private:
   class Renderers;
 
-  void CaptureScenesHere(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  void CaptureScenesHere(const std::vector<int32_t>& environments, View view, int32_t size_px,
                          CaptureDone done);
 
   const std::unique_ptr<Pool> pool_;

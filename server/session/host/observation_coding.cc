@@ -5,8 +5,8 @@ namespace procgen {
 PictureShape ShapeOf(const ObservationFormat& format) {
   const bool planes = format.frame.layout == Layout::kChw;
   const int32_t channels = format.frame.channels();
-  return {.rows = format.frame.side_px * format.frame_stack * (planes ? channels : 1),
-          .columns = format.frame.side_px,
+  return {.rows = format.frame.size_px * format.frame_stack * (planes ? channels : 1),
+          .columns = format.frame.size_px,
           .pixel_bytes = planes ? 1 : channels,
           .stack = format.frame_stack};
 }

@@ -203,8 +203,8 @@ void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone d
 }
 
 void PoolSession::CaptureScenes(const std::vector<int32_t>& environments, View view,
-                                int32_t side_px, HostedPool::CaptureDone done) {
-  pool_->CaptureScenes(environments, view, side_px, std::move(done));
+                                int32_t size_px, HostedPool::CaptureDone done) {
+  pool_->CaptureScenes(environments, view, size_px, std::move(done));
 }
 
 void PoolSession::NoteCapture(absl::Time begin_time) {

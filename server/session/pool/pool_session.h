@@ -174,7 +174,7 @@ class PoolSession {
   using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
   void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
   // As HostedPool::CaptureScenes. `done` is where the turn ends, most often.
-  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      HostedPool::CaptureDone done);
   // Notes that capturing took until now. Threads: this and next_capture_time any, at any time.
   void NoteCapture(absl::Time begin_time);

@@ -20,7 +20,7 @@ PoolView::PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMo
       order_(std::move(order)),
       encode_(std::move(encode)),
       drawing_(drawing),
-      can_copy_(order_.side_px == kObservationSidePx &&
+      can_copy_(order_.size_px == kObservationSizePx &&
                 pool_->options().observation_format.frame == FrameFormat()) {}
 
 std::optional<absl::Cord> PoolView::Join(std::shared_ptr<Watcher> watcher) {
@@ -130,9 +130,9 @@ void PoolView::OnTurn(const absl::Status& turn) {
     }
     return;
   }
-  const View view = order_.side_px == kObservationSidePx ? View::kAgent : View::kHuman;
+  const View view = order_.size_px == kObservationSizePx ? View::kAgent : View::kHuman;
   pool_->CaptureScenes(
-      order_.environments, view, order_.side_px,
+      order_.environments, view, order_.size_px,
       [self = shared_from_this(), begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
         self->OnCaptured(std::move(draw), begin_time);
       });
@@ -141,7 +141,7 @@ void PoolView::OnTurn(const absl::Status& turn) {
 Moment PoolView::BeginMoment() const {
   return {.environments = order_.environments,
           .images = {},
-          .side_px = order_.side_px,
+          .size_px = order_.size_px,
           .sequence_number = 0,
           .time = absl::Now()};
 }
@@ -161,11 +161,11 @@ void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begi
                                  draw = *std::move(draw)]() mutable {
     const CoreUse use;
     const int64_t sequence_number = moment.sequence_number;
-    const auto side = static_cast<size_t>(self->order_.side_px);
+    const auto size_px = static_cast<size_t>(self->order_.size_px);
     std::vector<absl::Span<uint8_t>> frames;
     moment.images.resize(moment.environments.size());
     for (std::string& image : moment.images) {
-      image.resize(side * side * 3);
+      image.resize(size_px * size_px * 3);
       frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
     }
     draw(frames);

@@ -16,21 +16,21 @@ namespace procgen {
 // What somebody wants to see of a pool.
 struct WatchOrder {
   std::vector<int32_t> environments;  // in the order wanted
-  int32_t side_px = 0;                // kObservationSidePx: what the agent sees
+  int32_t size_px = 0;                // kObservationSizePx: what the agent sees
   absl::Duration interval;            // between two moments at least
   int32_t format = 0;                 // of what Encode makes; means nothing here
 
   bool operator<(const WatchOrder& other) const {
-    return std::tie(environments, side_px, interval, format) <
-           std::tie(other.environments, other.side_px, other.interval, other.format);
+    return std::tie(environments, size_px, interval, format) <
+           std::tie(other.environments, other.size_px, other.interval, other.format);
   }
 };
 
 // What a pool showed between two requests.
 struct Moment {
   std::vector<int32_t> environments;
-  std::vector<std::string> images;  // uint8 [side_px, side_px, 3], one for each
-  int32_t side_px = 0;
+  std::vector<std::string> images;  // uint8 [size_px, size_px, 3], one for each
+  int32_t size_px = 0;
   int64_t sequence_number = 0;  // of the last request before it
   absl::Time time;
 };

@@ -7,7 +7,7 @@ import { drawPart } from "./pictures.js";
 
 const SAMPLE_COUNT = 4;     // levels of a game in the overview
 const PAGE_COUNT = 24;      // levels of a page
-const SIDE_PX = 256;
+const SIZE_PX = 256;
 const LEVEL_MAX = 2147483646;
 
 const parameters = new URLSearchParams(location.search);
@@ -91,7 +91,7 @@ function turnTo(link, choice, isThere, by) {
 // The levels of a page, each a link to play it; null if the server did not answer.
 async function drawPage(connection, { game, mode, level, options = {} }, count, caption) {
   const page = await attempt(() => connection.call("gallery.page", {
-    game, mode, options, first_level_seed: level, count, side_px: SIDE_PX,
+    game, mode, options, first_level_seed: level, count, size_px: SIZE_PX,
   }));
   if (!page) {
     return null;

@@ -5,7 +5,7 @@ import { Watch } from "./live_watch.js";
 import { drawPart, partOf } from "./pictures.js";
 import { replayTrace } from "./traces.js";
 
-const SIDE_PX = 512;
+const SIZE_PX = 512;
 const FRAMES_PER_SECOND = 15;
 
 export class EnlargedView {
@@ -54,7 +54,7 @@ export class EnlargedView {
     this.#say("");
     setText(byId("large-title"), `${this.#pool.name}, environment ${this.#environment}`);
     const request = {
-      pool: this.#pool.name, environments: [this.#environment], side_px: SIDE_PX, frames_per_second_max: FRAMES_PER_SECOND,
+      pool: this.#pool.name, environments: [this.#environment], size_px: SIZE_PX, frames_per_second_max: FRAMES_PER_SECOND,
     };
     this.#watch = new Watch(this.#connection, request,
       ([part]) => drawPart(byId("large-picture"), part), (message) => this.#say(message));

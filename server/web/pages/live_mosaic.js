@@ -5,7 +5,7 @@ import { Watch } from "./live_watch.js";
 import { notify } from "./page.js";
 import { drawPart } from "./pictures.js";
 
-const AGENT_SIDE_PX = 64;
+const AGENT_SIZE_PX = 64;
 
 export class Mosaic {
   #connection = null;
@@ -21,7 +21,7 @@ export class Mosaic {
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) {
       byId("rate").value = "1";
     }
-    for (const control of [byId("shown"), byId("rate"), ...document.querySelectorAll("[name=side]")]) {
+    for (const control of [byId("shown"), byId("rate"), ...document.querySelectorAll("[name=size]")]) {
       control.addEventListener("change", () => this.#begin());
     }
     byId("earlier").addEventListener("click", () => this.#turnTo(this.#first - this.#shown));
@@ -67,19 +67,19 @@ export class Mosaic {
     }
     const { name, env_count: all } = this.#pool;
     const environments = Array.from({ length: Math.min(this.#shown, all - this.#first) }, (_, i) => this.#first + i);
-    const side = Number(document.querySelector("[name=side]:checked").value);
-    this.#layOut(environments, side, all);
+    const size = Number(document.querySelector("[name=size]:checked").value);
+    this.#layOut(environments, size, all);
     const isHeld = byId("hold").getAttribute("aria-pressed") === "true";
     if (isHeld || document.hidden) {
       return;
     }
-    const request = { pool: name, environments, side_px: side, frames_per_second_max: Number(byId("rate").value) };
+    const request = { pool: name, environments, size_px: size, frames_per_second_max: Number(byId("rate").value) };
     this.#watch = new Watch(this.#connection, request,
       (parts) => parts.forEach((part) => drawPart(this.#canvases.get(part.environment), part)),
       (message) => notify(message, "warn"));
   }
 
-  #layOut(environments, side, all) {
+  #layOut(environments, size, all) {
     const last = environments.at(-1);
     byId("first").value = environments[0];
     byId("first").max = all - 1;
@@ -93,13 +93,13 @@ export class Mosaic {
     if (!isSame) {
       list.dataset.pool = this.#pool.name;
       this.#canvases = new Map(environments.map((environment) =>
-        [environment, element("canvas", { width: AGENT_SIDE_PX, height: AGENT_SIDE_PX })]));
+        [environment, element("canvas", { width: AGENT_SIZE_PX, height: AGENT_SIZE_PX })]));
       list.replaceChildren(...[...this.#canvases].map(([environment, canvas]) => element("li", {},
         element("button", {
           type: "button", title: `Environment ${environment}`, "aria-label": `Enlarge environment ${environment}`,
           onclick: () => this.#onChoose(this.#pool, environment),
         }, canvas))));
     }
-    this.#canvases.forEach((canvas) => canvas.classList.toggle("pixels", side === AGENT_SIDE_PX));
+    this.#canvases.forEach((canvas) => canvas.classList.toggle("pixels", size === AGENT_SIZE_PX));
   }
 }

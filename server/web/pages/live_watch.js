@@ -10,7 +10,7 @@ export class Watch {
   #onFrames;
   #onEnd;
 
-  // `request`: pool, environments, side_px, frames_per_second_max. `onFrames(parts)` is called with each new picture,
+  // `request`: pool, environments, size_px, frames_per_second_max. `onFrames(parts)` is called with each new picture,
   // `onEnd(message)` if the server ends it.
   constructor(connection, request, onFrames, onEnd) {
     this.#connection = connection;

@@ -12,13 +12,13 @@ namespace procgen::web {
 
 // Levels of one page of the gallery, and their sides in pixels.
 inline constexpr int32_t kGalleryCountMax = 24;
-inline constexpr int32_t kGallerySidePxMin = 64;
-inline constexpr int32_t kGallerySidePxMax = 512;
+inline constexpr int32_t kGallerySizePxMin = 64;
+inline constexpr int32_t kGallerySizePxMax = 512;
 
 // The first moment of `count` levels from that of `choice` on, each as a PNG file. Blocks. Errors:
 // those of the server.
 absl::StatusOr<Answer> GalleryPage(procgen_client::Client* client, const LevelChoice& choice,
-                                   int32_t count, int32_t side_px);
+                                   int32_t count, int32_t size_px);
 
 }  // namespace procgen::web
 

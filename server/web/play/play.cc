@@ -24,33 +24,33 @@ absl::StatusOr<Recording> RecordingOf(const SoloPool& pool) {
 
 }  // namespace
 
-int32_t ReadHumanSide(Fields* fields) {
-  const int32_t side =
-      fields->Integer32Or("human_side_px", kHumanSidePxDefault, 0, kHumanSidePxMax);
-  if (side != 0 && side < kHumanSidePxMin) {
-    fields->Refuse(absl::StrCat("human_side_px is ", side, ", allowed: 0, or integers from ",
-                                kHumanSidePxMin, " to ", kHumanSidePxMax));
+int32_t ReadHumanSize(Fields* fields) {
+  const int32_t size_px =
+      fields->Integer32Or("human_size_px", kHumanSizePxDefault, 0, kHumanSizePxMax);
+  if (size_px != 0 && size_px < kHumanSizePxMin) {
+    fields->Refuse(absl::StrCat("human_size_px is ", size_px, ", allowed: 0, or integers from ",
+                                kHumanSizePxMin, " to ", kHumanSizePxMax));
   }
-  return side;
+  return size_px;
 }
 
-absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_side_px) {
+absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_size_px) {
   Answer answer{std::move(view), {}};
-  const auto size = [](int32_t side) { return Json{{"width", side}, {"height", side}}; };
-  answer.parts.push_back({"agent", "rgb", std::move(row.picture), size(kObservationSidePx)});
-  if (human_side_px > 0) {
-    absl::StatusOr<std::string> human = pool->Draw(human_side_px);
+  const auto size = [](int32_t size_px) { return Json{{"width", size_px}, {"height", size_px}}; };
+  answer.parts.push_back({"agent", "rgb", std::move(row.picture), size(kObservationSizePx)});
+  if (human_size_px > 0) {
+    absl::StatusOr<std::string> human = pool->Draw(human_size_px);
     if (!human.ok()) {
       return human.status();
     }
-    answer.parts.push_back({"human", "png", *std::move(human), size(human_side_px)});
+    answer.parts.push_back({"human", "png", *std::move(human), size(human_size_px)});
   }
   return answer;
 }
 
 absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client::Client> client,
                                                   const LevelChoice& choice,
-                                                  int32_t human_side_px) {
+                                                  int32_t human_size_px) {
   absl::StatusOr<std::unique_ptr<SoloPool>> pool = SoloPool::Make(client, "play", SpecOf(choice));
   if (!pool.ok()) {
     return pool.status();
@@ -60,7 +60,7 @@ absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client
     return recording.status();
   }
   std::unique_ptr<Play> play(
-      new Play(std::move(client), choice, human_side_px, *std::move(pool), *std::move(recording)));
+      new Play(std::move(client), choice, human_size_px, *std::move(pool), *std::move(recording)));
   if (absl::Status status = play->Begin(); !status.ok()) {
     return status;
   }
@@ -68,10 +68,10 @@ absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client
 }
 
 Play::Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice,
-           int32_t human_side_px, std::unique_ptr<SoloPool> pool, Recording recording)
+           int32_t human_size_px, std::unique_ptr<SoloPool> pool, Recording recording)
     : client_(std::move(client)),
       choice_(std::move(choice)),
-      human_side_px_(human_side_px),
+      human_size_px_(human_size_px),
       pool_(std::move(pool)),
       recording_(std::move(recording)) {}
 
@@ -92,7 +92,7 @@ absl::Status Play::Begin() {
 
 absl::StatusOr<Answer> Play::View() {
   return ViewAnswer(recording_.ViewOf(recording_.row_count() - 1), row_, pool_.get(),
-                    human_side_px_);
+                    human_size_px_);
 }
 
 absl::StatusOr<Answer> Play::Step(int32_t action) {

@@ -13,15 +13,15 @@
 namespace procgen::web {
 
 // The sides that the human view may have in a page, in pixels; 0: there is none.
-inline constexpr int32_t kHumanSidePxMin = 64;
-inline constexpr int32_t kHumanSidePxMax = 1024;
-inline constexpr int32_t kHumanSidePxDefault = 512;
+inline constexpr int32_t kHumanSizePxMin = 64;
+inline constexpr int32_t kHumanSizePxMax = 1024;
+inline constexpr int32_t kHumanSizePxDefault = 512;
 
-// The pictures of a view: the agent's, and the human one of that side.
-absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_side_px);
+// The pictures of a view: the agent's, and the human one of that size.
+absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_size_px);
 
-// Takes human_side_px of a request.
-int32_t ReadHumanSide(Fields* fields);
+// Takes human_size_px of a request.
+int32_t ReadHumanSize(Fields* fields);
 
 // A level that somebody plays, and what they did in it. All methods block. Threads: one at a time.
 class Play {
@@ -32,7 +32,7 @@ class Play {
   // Errors: those of the server.
   static absl::StatusOr<std::unique_ptr<Play>> Start(std::shared_ptr<procgen_client::Client> client,
                                                      const LevelChoice& choice,
-                                                     int32_t human_side_px);
+                                                     int32_t human_size_px);
 
   // Each answers a view. Errors: those of the server; RESOURCE_EXHAUSTED the recording is full;
   // FAILED_PRECONDITION there is no next level.
@@ -44,14 +44,14 @@ class Play {
   const Recording& recording() const { return recording_; }
 
  private:
-  Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice, int32_t human_side_px,
+  Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice, int32_t human_size_px,
        std::unique_ptr<SoloPool> pool, Recording recording);
   // Begins the recording where the pool stands.
   absl::Status Begin();
 
   const std::shared_ptr<procgen_client::Client> client_;
   LevelChoice choice_;
-  const int32_t human_side_px_;
+  const int32_t human_size_px_;
   std::unique_ptr<SoloPool> pool_;
   Recording recording_;
   procgen::v1::State start_;

@@ -162,7 +162,7 @@ Json HeaderOf(const ReplaySource& source, const Recording& recording) {
 
 absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_client::Client> client,
                                                      const ReplaySource& source,
-                                                     int32_t human_side_px,
+                                                     int32_t human_size_px,
                                                      const std::atomic<bool>& is_stopping) {
   if (absl::Status status = CheckSource(source); !status.ok()) {
     return status;
@@ -176,7 +176,7 @@ absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_cli
   const int32_t snapshot_rows =
       std::max(kSnapshotRowsMin, expected.step_count / kSnapshotCountMax + 1);
   std::unique_ptr<Replay> replay(new Replay(
-      *std::move(pool), Recording(expected.games, expected.options), human_side_px, snapshot_rows));
+      *std::move(pool), Recording(expected.games, expected.options), human_size_px, snapshot_rows));
   if (absl::Status status = replay->PlayAll(expected, is_stopping); !status.ok()) {
     return status;
   }
@@ -187,10 +187,10 @@ absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_cli
   return replay;
 }
 
-Replay::Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_side_px,
+Replay::Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_size_px,
                int32_t snapshot_rows)
     : pool_(std::move(pool)),
-      human_side_px_(human_side_px),
+      human_size_px_(human_size_px),
       snapshot_rows_(snapshot_rows),
       recording_(std::move(recording)) {}
 
@@ -259,7 +259,7 @@ absl::StatusOr<Answer> Replay::Seek(int32_t row) {
   if (!shown.ok()) {
     return shown.status();
   }
-  return ViewAnswer(recording_.ViewOf(row), *std::move(shown), pool_.get(), human_side_px_);
+  return ViewAnswer(recording_.ViewOf(row), *std::move(shown), pool_.get(), human_size_px_);
 }
 
 }  // namespace procgen::web

@@ -30,7 +30,7 @@ class Replay {
   // or actions that there are not; those of the server; CANCELLED `is_stopping`.
   static absl::StatusOr<std::unique_ptr<Replay>> Open(
       std::shared_ptr<procgen_client::Client> client, const ReplaySource& source,
-      int32_t human_side_px, const std::atomic<bool>& is_stopping);
+      int32_t human_size_px, const std::atomic<bool>& is_stopping);
 
   // What is known of it, as replay.open answers.
   const Json& facts() const { return facts_; }
@@ -41,7 +41,7 @@ class Replay {
   absl::StatusOr<Answer> Seek(int32_t row);
 
  private:
-  Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_side_px,
+  Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_size_px,
          int32_t snapshot_rows);
   absl::Status PlayAll(const Trace& trace, const std::atomic<bool>& is_stopping);
   absl::Status TakeSnapshot(int32_t row);
@@ -49,7 +49,7 @@ class Replay {
   absl::StatusOr<Row> GoTo(int32_t row);
 
   const std::unique_ptr<SoloPool> pool_;
-  const int32_t human_side_px_;
+  const int32_t human_size_px_;
   const int32_t snapshot_rows_;  // from one to the next
   Recording recording_;
   std::map<int32_t, procgen::v1::State> snapshots_;  // by row

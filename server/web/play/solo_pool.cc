@@ -145,13 +145,13 @@ absl::Status SoloPool::Restore(const v1::State& state) {
   return client_->RestoreStates(name_, {state});
 }
 
-absl::StatusOr<std::string> SoloPool::Draw(int32_t side_px) {
-  return DrawPng(client_.get(), name_, 0, side_px);
+absl::StatusOr<std::string> SoloPool::Draw(int32_t size_px) {
+  return DrawPng(client_.get(), name_, 0, size_px);
 }
 
 absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
-                                    int32_t environment, int32_t side_px) {
-  auto response = client->RenderEnvironments(pool, {environment}, side_px, v1::FRAME_FORMAT_PNG);
+                                    int32_t environment, int32_t size_px) {
+  auto response = client->RenderEnvironments(pool, {environment}, size_px, v1::FRAME_FORMAT_PNG);
   if (!response.ok()) {
     return response.status();
   }

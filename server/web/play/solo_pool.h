@@ -47,7 +47,7 @@ class SoloPool {
   absl::StatusOr<procgen::v1::State> Save();
   absl::Status Restore(const procgen::v1::State& state);
   // As people see it: a PNG file.
-  absl::StatusOr<std::string> Draw(int32_t side_px);
+  absl::StatusOr<std::string> Draw(int32_t size_px);
 
  private:
   SoloPool(std::shared_ptr<procgen_client::Client> client, procgen::v1::Pool pool);
@@ -63,7 +63,7 @@ class SoloPool {
 
 // One environment of a pool as people see it: a PNG file. Blocks.
 absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::string& pool,
-                                    int32_t environment, int32_t side_px);
+                                    int32_t environment, int32_t size_px);
 
 }  // namespace procgen::web
 

@@ -11,8 +11,8 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Frames of this side and below are sent as they are: they are small, and written often.
-constexpr int32_t kRawSidePxMax = 64;
+// Frames of this size and below are sent as they are: they are small, and written often.
+constexpr int32_t kRawSizePxMax = 64;
 constexpr double kFramesPerSecondDefault = 15;
 constexpr double kFramesPerSecondMin = 0.1;
 // What WatchPool sends at most, and what a frame has there besides its pixels.
@@ -28,8 +28,8 @@ Wire FramesWire(int64_t number, v1::WatchPoolResponse response, bool is_png) {
                      is_png ? "png" : "rgb",
                      std::move(*frame.mutable_image()),
                      {{"environment", frame.environment()},
-                      {"width", frame.width_px()},
-                      {"height", frame.height_px()}}});
+                      {"width", frame.size_px()},
+                      {"height", frame.size_px()}}});
   }
   return EventWire(
       {{"event", "frames"}, {"watch", number}, {"sequence_number", response.sequence_number()}},
@@ -56,22 +56,23 @@ v1::WatchPoolRequest ReadWatch(Fields* fields) {
        fields->Integers("environments", kWatchEnvironmentsMax, INT32_MAX)) {
     request.add_environments(environment);
   }
-  const int32_t side = fields->Integer32("side_px", kWatchSidePxMin, kWatchSidePxMax);
-  request.set_side_px(side);
+  const int32_t size_px = fields->Integer32("size_px", kWatchSizePxMin, kWatchSizePxMax);
+  request.set_size_px(size_px);
   request.set_frames_per_second_max(static_cast<float>(fields->NumberOr(
       "frames_per_second_max", kFramesPerSecondDefault, kFramesPerSecondMin, kFramesPerSecondMax)));
-  const std::string format = fields->Has("format")   ? fields->Choice("format", {"rgb", "png"})
-                             : side <= kRawSidePxMax ? "rgb"
-                                                     : "png";
+  const std::string format = fields->Has("format")      ? fields->Choice("format", {"rgb", "png"})
+                             : size_px <= kRawSizePxMax ? "rgb"
+                                                        : "png";
   request.set_format(format == "rgb" ? v1::FRAME_FORMAT_RGB : v1::FRAME_FORMAT_PNG);
   request.set_response_bytes_max(kResponseBytesMax);
   // PNG files are a part of that.
   const int64_t bytes_max = format == "rgb" ? kRawBytesMax : kResponseBytesMax;
-  const int64_t frame_bytes = int64_t{side} * side * 3 + kFrameOverheadBytes;
+  const int64_t frame_bytes = int64_t{size_px} * size_px * 3 + kFrameOverheadBytes;
   if (request.environments_size() * frame_bytes + kFrameOverheadBytes > bytes_max) {
-    fields->Refuse(absl::StrCat(
-        "environments has ", request.environments_size(), " entries, allowed: at most ",
-        (bytes_max - kFrameOverheadBytes) / frame_bytes, " with side_px ", side, " as ", format));
+    fields->Refuse(absl::StrCat("environments has ", request.environments_size(),
+                                " entries, allowed: at most ",
+                                (bytes_max - kFrameOverheadBytes) / frame_bytes, " with size_px ",
+                                size_px, " as ", format));
   }
   return request;
 }

@@ -16,8 +16,8 @@ namespace procgen::web {
 
 // Environments that a page may watch at a time, and their sides and rates.
 inline constexpr int32_t kWatchEnvironmentsMax = 64;
-inline constexpr int32_t kWatchSidePxMin = 16;
-inline constexpr int32_t kWatchSidePxMax = 512;
+inline constexpr int32_t kWatchSizePxMin = 16;
+inline constexpr int32_t kWatchSizePxMax = 512;
 inline constexpr double kFramesPerSecondMax = 60;
 
 // Takes the members of watch.start. What is wrong is told to `fields`.

@@ -261,11 +261,11 @@ absl::StatusOr<Answer> Viewer::ShowGallery(const Request& request) {
   const int32_t count_max =
       choice.has_one_level ? 1 : std::min(kGalleryCountMax, kLevelSeedMax - choice.level_seed + 1);
   const int32_t count = fields.Integer32("count", 1, count_max);
-  const int32_t side_px = fields.Integer32("side_px", kGallerySidePxMin, kGallerySidePxMax);
+  const int32_t size_px = fields.Integer32("size_px", kGallerySizePxMin, kGallerySizePxMax);
   if (absl::Status status = fields.CheckAll(); !status.ok()) {
     return status;
   }
-  return GalleryPage(client_.get(), choice, count, side_px);
+  return GalleryPage(client_.get(), choice, count, size_px);
 }
 
 }  // namespace procgen::web

@@ -62,14 +62,14 @@ absl::StatusOr<Viewer::OpenReplay*> Viewer::FindReplay(Fields* fields) {
 absl::StatusOr<Answer> Viewer::StartPlay(const Request& request) {
   Fields fields(request.members);
   const LevelChoice choice = ReadLevelChoice(catalog_, "level_seed", &fields);
-  const int32_t human_side_px = ReadHumanSide(&fields);
+  const int32_t human_size_px = ReadHumanSize(&fields);
   if (absl::Status status = fields.CheckAll(); !status.ok()) {
     return status;
   }
   if (plays_.size() >= kPlaysMax) {
     return TooMany("plays", kPlaysMax);
   }
-  absl::StatusOr<std::unique_ptr<Play>> play = Play::Start(client_, choice, human_side_px);
+  absl::StatusOr<std::unique_ptr<Play>> play = Play::Start(client_, choice, human_size_px);
   if (!play.ok()) {
     return play.status();
   }
@@ -180,7 +180,7 @@ absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fi
 
 absl::StatusOr<Answer> Viewer::OpenTrace(const Request& request) {
   Fields fields(request.members);
-  const int32_t human_side_px = ReadHumanSide(&fields);
+  const int32_t human_size_px = ReadHumanSize(&fields);
   absl::StatusOr<ReplaySource> source = SourceOf(request, &fields);
   if (!source.ok()) {
     return source.status();
@@ -189,7 +189,7 @@ absl::StatusOr<Answer> Viewer::OpenTrace(const Request& request) {
     return TooMany("replays", kReplaysMax);
   }
   absl::StatusOr<std::unique_ptr<Replay>> replay =
-      Replay::Open(client_, *source, human_side_px, is_stopping_);
+      Replay::Open(client_, *source, human_size_px, is_stopping_);
   if (!replay.ok()) {
     return replay.status();
   }

@@ -15,14 +15,14 @@ using procgen_client::ValidateFrames;
 using procgen_client::ValidateStates;
 using testing::HasSubstr;
 
-v1::RenderEnvironmentsResponse Frames(const std::vector<int32_t>& environments, int32_t side) {
+v1::RenderEnvironmentsResponse Frames(const std::vector<int32_t>& environments, int32_t size_px) {
   v1::RenderEnvironmentsResponse response;
   for (const int32_t environment : environments) {
     v1::Frame* frame = response.add_frames();
     frame->set_environment(environment);
-    frame->set_width_px(side);
-    frame->set_height_px(side);
-    frame->set_image(std::string(static_cast<size_t>(side) * static_cast<size_t>(side) * 3, 'i'));
+    frame->set_size_px(size_px);
+    frame->set_image(
+        std::string(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3, 'i'));
   }
   return response;
 }
@@ -69,11 +69,11 @@ TEST(AnswerValidationTest, FramesAreThoseAskedFor) {
   v1::RenderEnvironmentsResponse frames = Frames({4, 2}, 16);
   frames.mutable_frames(1)->mutable_image()->resize(10);
   EXPECT_THAT(StatusFor(frames), IsWrong("a frame in 10 bytes, expected: 768"));
-  frames.mutable_frames(1)->set_height_px(INT32_MAX);
-  EXPECT_THAT(StatusFor(frames), IsWrong("a frame of 16 x 2147483647 pixels"));
+  frames.mutable_frames(1)->set_size_px(INT32_MAX);
+  EXPECT_THAT(StatusFor(frames), IsWrong("a frame of 2147483647 x 2147483647 pixels"));
 }
 
-TEST(AnswerValidationTest, FramesOfAnySideAreSquares) {
+TEST(AnswerValidationTest, FramesOfAnySizeAreSquares) {
   const v1::RenderEnvironmentsResponse frames = Frames({0}, 512);
   EXPECT_THAT(ValidateFrames(frames.frames(), {0}, 0, v1::FRAME_FORMAT_RGB), IsOk());
   EXPECT_THAT(ValidateFrames(Frames({0}, 0).frames(), {0}, 0, v1::FRAME_FORMAT_RGB),

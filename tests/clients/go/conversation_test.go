@@ -62,7 +62,7 @@ func converse(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	ctx := testContext(t)
 	spec := easy(2, "maze")
 	spec.Options.UseMonochromeAssets = true
-	spec.ObservationFormat = &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, WidthPx: 16, HeightPx: 16}
+	spec.ObservationFormat = &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, SizePx: 16}
 	spec.Encoding = encoding
 	pool, err := client.CreatePool(ctx, "", spec, HoldOptions{})
 	must(t, err)

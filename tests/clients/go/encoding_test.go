@@ -17,8 +17,8 @@ func TestEncodedObservationsAreLossless(t *testing.T) {
 	client := connected(t, Options{})
 	for name, format := range map[string]*pb.ObservationFormat{
 		"default": nil,
-		"grey":    {Color: pb.Color_COLOR_GRAYSCALE, WidthPx: 84, FrameStack: 4},
-		"planes":  {Layout: pb.Layout_LAYOUT_CHW, WidthPx: 21, FrameStack: 2},
+		"grey":    {Color: pb.Color_COLOR_GRAYSCALE, SizePx: 84, FrameStack: 4},
+		"planes":  {Layout: pb.Layout_LAYOUT_CHW, SizePx: 21, FrameStack: 2},
 	} {
 		t.Run(name, func(t *testing.T) {
 			spec := easy(6, "bigfish", "jumper", "maze")
@@ -52,7 +52,7 @@ func decoder(t *testing.T) *ObservationDecoder {
 	decoder, err := NewObservationDecoder(&pb.Pool{Spec: &pb.PoolSpec{
 		EnvCount:          1,
 		Encoding:          pb.Encoding_ENCODING_ZSTD_DIFFERENCE,
-		ObservationFormat: &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, WidthPx: 16, HeightPx: 16},
+		ObservationFormat: &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, SizePx: 16},
 	}})
 	must(t, err)
 	return decoder

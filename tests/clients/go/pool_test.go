@@ -75,7 +75,7 @@ func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 	spec := easy(2, "maze")
 	spec.EpisodeEnd = pb.EpisodeEnd_EPISODE_END_DISABLED
 	spec.ObservationFormat = &pb.ObservationFormat{
-		Color: pb.Color_COLOR_GRAYSCALE, Layout: pb.Layout_LAYOUT_CHW, WidthPx: 32, FrameStack: 2,
+		Color: pb.Color_COLOR_GRAYSCALE, Layout: pb.Layout_LAYOUT_CHW, SizePx: 32, FrameStack: 2,
 	}
 	ctx := testContext(t)
 	pool := madePool(t, connected(t, Options{}), spec, HoldOptions{})

@@ -21,7 +21,7 @@ func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(4, "maze"), HoldOptions{})
 	var batch *Batch
 	var frames []*pb.Frame
-	options := WatchOptions{Environments: []int32{3, 0}, SidePx: 64, FramesPerSecondMax: 60}
+	options := WatchOptions{Environments: []int32{3, 0}, SizePx: 64, FramesPerSecondMax: 60}
 	must(t, pool.Watch(testContext(t), options, func(moment *pb.WatchPoolResponse) bool {
 		if frames = moment.Frames; moment.SequenceNumber == 0 {
 			batch = stepped(t, pool, []int32{7, 4, 5, 1}, StepOptions{})
@@ -29,8 +29,8 @@ func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
 		return moment.SequenceNumber < 1
 	}))
 	for i, environment := range options.Environments {
-		if frame := frames[i]; frame.Environment != environment || frame.WidthPx != 64 || frame.HeightPx != 64 {
-			t.Error(frame.Environment, frame.WidthPx, frame.HeightPx)
+		if frame := frames[i]; frame.Environment != environment || frame.SizePx != 64 {
+			t.Error(frame.Environment, frame.SizePx)
 		}
 		observed := batch.Observations[int(environment)*observationBytes:][:observationBytes]
 		if !bytes.Equal(frames[i].Image, observed) {
@@ -59,7 +59,7 @@ func TestFirst16EnvironmentsAreWatchedUnlessToldWhich(t *testing.T) {
 func TestWhoTakesLongBetweenTwoMomentsMissesThoseInBetween(t *testing.T) {
 	const steps = 20
 	pool := madePool(t, connected(t, Options{}), easy(1, "bigfish"), HoldOptions{})
-	options := WatchOptions{SidePx: 64, FramesPerSecondMax: 60}
+	options := WatchOptions{SizePx: 64, FramesPerSecondMax: 60}
 	isLong := make(chan struct{})
 	quickIsThere := make(chan struct{})
 	seen := make(chan int)
@@ -111,7 +111,7 @@ func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
 func TestMoreThanAServerSendsByDefaultIsWatched(t *testing.T) {
 	pool := madePool(t, connected(t, Options{}), easy(16, "maze"), HoldOptions{})
 	count := 0
-	must(t, pool.Watch(testContext(t), WatchOptions{SidePx: 512}, func(moment *pb.WatchPoolResponse) bool {
+	must(t, pool.Watch(testContext(t), WatchOptions{SizePx: 512}, func(moment *pb.WatchPoolResponse) bool {
 		count = len(moment.Frames)
 		return false
 	}))
@@ -131,8 +131,8 @@ func TestWatchEndsWithAnError(t *testing.T) {
 	expectError(t, err, codes.InvalidArgument, "environments")
 	err = pool.Watch(testContext(t), WatchOptions{FramesPerSecondMax: 61}, unseen)
 	expectError(t, err, codes.InvalidArgument, "frames_per_second_max")
-	err = pool.Watch(testContext(t), WatchOptions{SidePx: 8}, unseen)
-	expectError(t, err, codes.InvalidArgument, "side_px")
+	err = pool.Watch(testContext(t), WatchOptions{SizePx: 8}, unseen)
+	expectError(t, err, codes.InvalidArgument, "size_px")
 	err = pool.Watch(testContext(t), WatchOptions{}, func(*pb.WatchPoolResponse) bool {
 		must(t, client.DeletePool(testContext(t), pool.Name()))
 		return true

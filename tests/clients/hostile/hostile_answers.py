@@ -212,8 +212,8 @@ UNARY: dict[str, tuple[str, type, Callable]] = {
     "frames_none": ("RenderEnvironments", _FRAMES, lambda r: r.ClearField("frames")),
     "frames_of_others": ("RenderEnvironments", _FRAMES, _frame("environment", 5)),
     "frames_cut": ("RenderEnvironments", _FRAMES, _frame("image", b"\1" * 10)),
-    "frames_wide": ("RenderEnvironments", _FRAMES, _frame("width_px", 2**31 - 1)),
-    "frames_negative": ("RenderEnvironments", _FRAMES, _frame("height_px", -64)),
+    "frames_wide": ("RenderEnvironments", _FRAMES, _frame("size_px", 2**31 - 1)),
+    "frames_negative": ("RenderEnvironments", _FRAMES, _frame("size_px", -64)),
     "pools_without_end": (
         "ListPools",
         pools_pb2.ListPoolsResponse,

@@ -31,7 +31,7 @@ def _learn(address: str, encoding: str) -> int:
         pool.detach()
         for snapshot in pool.save_states([2, 0]):
             digest = zlib.crc32(len(snapshot).to_bytes(4, "little"), digest)
-        for frame in pool.render([1, 3], side_px=64):
+        for frame in pool.render([1, 3], size_px=64):
             digest = zlib.crc32(frame.tobytes(), digest)
         pool.read_episode(0, "current")
         client.list_pools()

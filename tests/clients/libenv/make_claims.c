@@ -30,11 +30,11 @@ void LayoutIsThatOfThePage(void) {
   CLAIM(offsetof(struct LibenvBuffers, actions) == 32);
 }
 
-static void ClaimIsPicture(const struct LibenvTensorType* type, int side_px) {
+static void ClaimIsPicture(const struct LibenvTensorType* type, int size_px) {
   CLAIM(strcmp(type->name, "rgb") == 0);
   CLAIM(type->scalar_type == kLibenvDiscrete && type->value_type == kLibenvUint8);
   CLAIM(type->dimension_count == 3);
-  CLAIM(type->shape[0] == side_px && type->shape[1] == side_px && type->shape[2] == 3);
+  CLAIM(type->shape[0] == size_px && type->shape[1] == size_px && type->shape[2] == 3);
   CLAIM(type->low.uint8 == 0 && type->high.uint8 == 255);
 }
 

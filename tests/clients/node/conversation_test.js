@@ -65,7 +65,7 @@ for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.ZSTD_DI
       games: ["maze"],
       envCount: 2,
       options: { distributionMode: DistributionMode.EASY, randSeed: 5n, useMonochromeAssets: true },
-      observationFormat: { color: Color.GRAYSCALE, widthPx: 16, heightPx: 16 },
+      observationFormat: { color: Color.GRAYSCALE, sizePx: 16 },
       encoding,
     });
     const batches = [

@@ -11,8 +11,8 @@ import { actionsOf, easy, withServer } from "./server.js";
 const it = withServer();
 const formats = [
   undefined,
-  { color: Color.GRAYSCALE, widthPx: 84, frameStack: 4 },
-  { layout: Layout.CHW, widthPx: 21, frameStack: 2 },
+  { color: Color.GRAYSCALE, sizePx: 84, frameStack: 4 },
+  { layout: Layout.CHW, sizePx: 21, frameStack: 2 },
 ];
 
 for (const [number, observationFormat] of formats.entries()) {
@@ -47,7 +47,7 @@ function zstdFrame(content) {
 }
 
 function decoder() {
-  const observationFormat = { color: Color.GRAYSCALE, widthPx: 16, heightPx: 16 };
+  const observationFormat = { color: Color.GRAYSCALE, sizePx: 16 };
   const spec = { games: ["maze"], envCount: 1, observationFormat, encoding: Encoding.ZSTD_DIFFERENCE };
   return new ObservationDecoder(create(PoolSchema, { spec }));
 }

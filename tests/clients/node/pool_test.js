@@ -70,7 +70,7 @@ test("answers of more than 4 MiB are joined", () =>
   }));
 
 test("formats, ends, resets, levels and samplers are the contract's", () => {
-  const observationFormat = { color: Color.GRAYSCALE, layout: Layout.CHW, widthPx: 32, frameStack: 2 };
+  const observationFormat = { color: Color.GRAYSCALE, layout: Layout.CHW, sizePx: 32, frameStack: 2 };
   const spec = easy(["maze"], 2, { observationFormat, episodeEnd: EpisodeEnd.DISABLED });
   return withPool(spec, async (pool) => {
     assert.deepEqual([...pool.observationShape], [2, 1, 32, 32]);

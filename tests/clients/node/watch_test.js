@@ -12,9 +12,9 @@ const it = withServer();
 
 test("a pool is watched while it is stepped", async () => {
   const pool = await it.client.createPool(easy(["maze"], 4));
-  const moments = pool.watch([3, 0], { sidePx: 64, framesPerSecondMax: 60 });
+  const moments = pool.watch([3, 0], { sizePx: 64, framesPerSecondMax: 60 });
   const { value: first } = await moments.next();
-  assert.deepEqual(first.frames.map((frame) => [frame.environment, frame.widthPx, frame.heightPx]), [[3, 64, 64], [0, 64, 64]]);
+  assert.deepEqual(first.frames.map((frame) => [frame.environment, frame.sizePx]), [[3, 64], [0, 64]]);
   assert.equal(first.sequenceNumber, 0n);
   const { observations } = await pool.step([7, 4, 5, 1]);
   const { value: second } = await moments.next();
@@ -37,7 +37,7 @@ test("unless told which, the first 16 environments are watched, for people", asy
 
 test("who takes long between two moments misses those in between", async () => {
   const pool = await it.client.createPool(easy(["bigfish"], 1));
-  const [slow, quick] = [0, 0].map(() => pool.watch([0], { sidePx: 64, framesPerSecondMax: 60 }));
+  const [slow, quick] = [0, 0].map(() => pool.watch([0], { sizePx: 64, framesPerSecondMax: 60 }));
   await slow.next();
   for await (const { sequenceNumber } of quick) {
     if (sequenceNumber >= 20n) {
@@ -76,7 +76,7 @@ test("frames are of the size that the server allows", async () => {
 
 test("more than a server sends by default is watched", async () => {
   const pool = await it.client.createPool(easy(["maze"], 16));
-  for await (const { frames } of pool.watch(undefined, { sidePx: 512 })) {
+  for await (const { frames } of pool.watch(undefined, { sizePx: 512 })) {
     assert.equal(frames.length, 16);
     break;
   }
@@ -89,7 +89,7 @@ test("a watch ends with an error", async () => {
     assert.rejects(moments.next(), (error) => error instanceof InvalidArgumentError && pattern.test(error.message));
   await refuses(pool.watch([1]), /environments/);
   await refuses(pool.watch([0], { framesPerSecondMax: 61 }), /frames_per_second_max/);
-  await refuses(pool.watch([0], { sidePx: 8 }), /sidePx is 8; it is in \[16, 2048\]/);
+  await refuses(pool.watch([0], { sizePx: 8 }), /sizePx is 8; it is in \[16, 2048\]/);
   const moments = pool.watch();
   await moments.next();
   await pool.close();

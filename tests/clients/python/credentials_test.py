@@ -68,7 +68,7 @@ def test_a_token_tells_the_owner_of_all_that_is_done(plain: ServerProcess) -> No
             assert client.list_pools()[0].owner == "alice"
             pool.step([4, 4])
             pool.restore_states(pool.save_states())
-            assert len(pool.render([0], side_px=64)) == 1
+            assert len(pool.render([0], size_px=64)) == 1
             with connect(plain.address, credentials=Credentials(token=f"bob-{_TOKEN}")) as other:
                 assert other.list_pools() == []
                 with pytest.raises(errors.NotFoundError):

@@ -351,11 +351,11 @@ def test_render_draws_at_any_size_and_changes_nothing(client: Client, pool: Pool
     if not client.catalog().features.render:
         pytest.skip("this server does not draw for people yet")
     before = pool.observe()
-    frames = pool.render(side_px=512)  # Six of them take more than one message.
+    frames = pool.render(size_px=512)  # Six of them take more than one message.
     assert [frame.shape for frame in frames] == [(512, 512, 3)] * 6
-    assert [frame.shape for frame in pool.render([5, 0], side_px=100)] == [(100, 100, 3)] * 2
+    assert [frame.shape for frame in pool.render([5, 0], size_px=100)] == [(100, 100, 3)] * 2
     assert_same(before, pool.observe())
-    with pytest.raises(errors.InvalidArgumentError, match="side_px is 4; it is in \\[16, 2048\\]"):
-        pool.render(side_px=4)
+    with pytest.raises(errors.InvalidArgumentError, match="size_px is 4; it is in \\[16, 2048\\]"):
+        pool.render(size_px=4)
     with pytest.raises(errors.InvalidArgumentError):
         pool.render([6])

@@ -17,7 +17,7 @@ from procgen_client.errors import (
 
 def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
     with client.create_pool("maze", 4, rand_seed=3, distribution_mode="easy") as pool:
-        moments = pool.watch([3, 0], side_px=64, frames_per_second_max=60)
+        moments = pool.watch([3, 0], size_px=64, frames_per_second_max=60)
         assert [frame.shape for frame in next(moments)] == [(64, 64, 3)] * 2
         batch = pool.step([7, 4, 5, 1])
         frames = next(moments)
@@ -29,7 +29,7 @@ def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
 
 def test_who_takes_long_between_two_moments_misses_those_in_between(client: Client) -> None:
     with client.create_pool("bigfish", 1) as pool:
-        slow, quick = (pool.watch([0], side_px=64, frames_per_second_max=60) for _ in range(2))
+        slow, quick = (pool.watch([0], size_px=64, frames_per_second_max=60) for _ in range(2))
         next(slow)
         next(quick)
         for _ in range(20):
@@ -45,7 +45,7 @@ def test_frames_are_of_the_size_that_the_server_allows() -> None:
     flags = ["--workers=1", "--response_bytes_max=1048576"]
     with ServerProcess(server_binary(), flags) as server, connect(server.address) as client:
         with client.create_pool("maze", 7) as pool:
-            assert len(pool.render(side_px=256)) == 7
+            assert len(pool.render(size_px=256)) == 7
             assert len(next(pool.watch([0, 1, 2, 3]))) == 4
             with pytest.raises(ResourceExhaustedError, match="room for 5 frames of 256 x 256"):
                 next(pool.watch())
@@ -53,7 +53,7 @@ def test_frames_are_of_the_size_that_the_server_allows() -> None:
 
 def test_more_than_a_server_sends_by_default_is_watched(client: Client) -> None:
     with client.create_pool("maze", 16) as pool:
-        assert len(next(pool.watch(side_px=512))) == 16
+        assert len(next(pool.watch(size_px=512))) == 16
 
 
 def test_a_watch_ends_with_an_error(client: Client) -> None:

@@ -67,8 +67,8 @@ TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndVeilItLast) {
       EXPECT_EQ(step.shape, PaintStep::Shape::kRectangle);
       EXPECT_EQ(step.x, 0);
       EXPECT_EQ(step.y, 0);
-      EXPECT_EQ(step.width, art.side_px);
-      EXPECT_EQ(step.height, art.side_px);
+      EXPECT_EQ(step.width, art.size_px);
+      EXPECT_EQ(step.height, art.size_px);
     }
     EXPECT_EQ(art.steps.front().alpha, 255);
     EXPECT_EQ(art.steps.back().alpha, 200);
@@ -84,7 +84,7 @@ TEST(GeneratedArtTest, BackgroundsHoldBlocksWithinTheBlock) {
   for (const PaintStep& step : art.steps) {
     veils += step.alpha == 200 ? 1 : 0;
   }
-  EXPECT_EQ(art.side_px, 500);
+  EXPECT_EQ(art.size_px, 500);
   EXPECT_GT(veils, 1);
   EXPECT_LE(veils, 100);
 }

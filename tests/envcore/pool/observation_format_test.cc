@@ -11,9 +11,9 @@ namespace {
 
 using ::testing::ElementsAre;
 
-ObservationFormat FormatOf(int32_t side_px, Color color, Layout layout, int32_t frame_stack) {
+ObservationFormat FormatOf(int32_t size_px, Color color, Layout layout, int32_t frame_stack) {
   ObservationFormat format;
-  format.frame = {.side_px = side_px, .color = color, .layout = layout};
+  format.frame = {.size_px = size_px, .color = color, .layout = layout};
   format.frame_stack = frame_stack;
   return format;
 }
@@ -21,7 +21,7 @@ ObservationFormat FormatOf(int32_t side_px, Color color, Layout layout, int32_t 
 TEST(ObservationFormatTest, TheDefaultIsTheUpstreamObservation) {
   EXPECT_THAT(ObservationFormat().Shape(), ElementsAre(64, 64, 3));
   EXPECT_EQ(ObservationFormat().bytes(), kObservationBytes);
-  EXPECT_EQ(ObservationFormat().frame.side_px, kObservationSidePx);
+  EXPECT_EQ(ObservationFormat().frame.size_px, kObservationSizePx);
 }
 
 TEST(ObservationFormatTest, ShapesFollowLayoutColorAndStack) {
@@ -51,9 +51,9 @@ TEST(ObservationFormatTest, ValuesOutOfRangeAreRefused) {
   const auto rgb = Color::kRgb;
   const auto hwc = Layout::kHwc;
   EXPECT_EQ(message(FormatOf(15, rgb, hwc, 1)),
-            "observation_format.frame.side_px is 15, must be in [16, 512]");
+            "observation_format.frame.size_px is 15, must be in [16, 512]");
   EXPECT_EQ(message(FormatOf(513, rgb, hwc, 1)),
-            "observation_format.frame.side_px is 513, must be in [16, 512]");
+            "observation_format.frame.size_px is 513, must be in [16, 512]");
   EXPECT_EQ(message(FormatOf(64, rgb, hwc, 0)),
             "observation_format.frame_stack is 0, must be in [1, 16]");
   EXPECT_EQ(message(FormatOf(64, rgb, hwc, 17)),

@@ -97,7 +97,7 @@ TEST_P(PoolStepAsyncAllocationTest, AStepInTheBackgroundAllocatesNothing) {
 
 ObservationFormat FourGreyFramesOf84() {
   ObservationFormat format;
-  format.frame = {.side_px = 84, .color = Color::kGrayscale};
+  format.frame = {.size_px = 84, .color = Color::kGrayscale};
   format.frame_stack = 4;
   return format;
 }

@@ -42,7 +42,7 @@ std::vector<Played> AllThatCanBePlayed() {
   }
   all.push_back({"joint", joint, DistributionMode::kEasy, {}});
   ObservationFormat stacked;
-  stacked.frame = {.side_px = 84, .color = Color::kGrayscale};
+  stacked.frame = {.size_px = 84, .color = Color::kGrayscale};
   stacked.frame_stack = 4;
   all.push_back({"stacked", joint, DistributionMode::kEasy, stacked});
   return all;

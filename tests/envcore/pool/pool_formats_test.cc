@@ -38,9 +38,9 @@ class PoolFormatTest
     : public testing::TestWithParam<std::tuple<std::string, int32_t, Color, Layout>> {};
 
 TEST_P(PoolFormatTest, FramesAreThoseOfRedGreenBlueInAnotherForm) {
-  const auto& [game, side_px, color, layout] = GetParam();
+  const auto& [game, size_px, color, layout] = GetParam();
   ObservationFormat format;
-  format.frame.side_px = side_px;
+  format.frame.size_px = size_px;
   const auto measure = FormattedPool(game, format);
   const size_t measure_bytes = format.bytes();
   format.frame.color = color;
@@ -64,8 +64,8 @@ TEST_P(PoolFormatTest, FramesAreThoseOfRedGreenBlueInAnotherForm) {
 
 std::string FormatName(
     const testing::TestParamInfo<std::tuple<std::string, int32_t, Color, Layout>>& info) {
-  const auto& [game, side_px, color, layout] = info.param;
-  return game + std::to_string(side_px) + (color == Color::kRgb ? "Rgb" : "Grayscale") +
+  const auto& [game, size_px, color, layout] = info.param;
+  return game + std::to_string(size_px) + (color == Color::kRgb ? "Rgb" : "Grayscale") +
          (layout == Layout::kHwc ? "Hwc" : "Chw");
 }
 
@@ -77,13 +77,13 @@ INSTANTIATE_TEST_SUITE_P(Formats, PoolFormatTest,
                          FormatName);
 
 // Means of blocks of `block` x `block` pixels of a square grey picture.
-std::vector<double> BlockMeans(const Pixels& grey, int side_px, int block) {
-  const int blocks = side_px / block;
+std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
+  const int blocks = size_px / block;
   std::vector<double> means(static_cast<size_t>(blocks) * static_cast<size_t>(blocks));
-  for (int y = 0; y < side_px; ++y) {
-    for (int x = 0; x < side_px; ++x) {
+  for (int y = 0; y < size_px; ++y) {
+    for (int x = 0; x < size_px; ++x) {
       const int cell = y / block * blocks + x / block;
-      const int pixel = y * side_px + x;
+      const int pixel = y * size_px + x;
       means[static_cast<size_t>(cell)] +=
           grey[static_cast<size_t>(pixel)] / static_cast<double>(block * block);
     }
@@ -94,12 +94,12 @@ std::vector<double> BlockMeans(const Pixels& grey, int side_px, int block) {
 // Flat colours, so that nothing but places can differ.
 TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
   for (const GameSpec& game : GameCatalog()) {
-    const auto view = [&](int32_t side_px) {
+    const auto view = [&](int32_t size_px) {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
       options.environment.rand_seed = 5;
       options.environment.use_monochrome_assets = true;
       options.environment.use_backgrounds = false;
-      options.observation_format.frame = {.side_px = side_px, .color = Color::kGrayscale};
+      options.observation_format.frame = {.size_px = size_px, .color = Color::kGrayscale};
       const auto pool = MadePool(options);
       for (int step = 0; step < 20; ++step) {
         Stepped(*pool, {7});
@@ -121,7 +121,7 @@ TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
 
 TEST(PoolSizeTest, LargeFramesAreDrawnAndNotRescaled) {
   ObservationFormat format;
-  format.frame.side_px = 512;
+  format.frame.size_px = 512;
   const auto pool = FormattedPool("coinrun", format);
   const Pixels frame = RowOf(Observed(*pool).observations, format.bytes(), 0);
   int alike = 0;
@@ -149,10 +149,10 @@ TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRefused) {
 
 TEST(PoolFormatErrorTest, AFormatOutOfRangeMakesNoPool) {
   PoolOptions options = OptionsOf({"maze"});
-  options.observation_format.frame.side_px = 15;
+  options.observation_format.frame.size_px = 15;
   const absl::Status status = Pool::Create(options, std::make_shared<WorkerPool>(0)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(status.message(), "observation_format.frame.side_px is 15, must be in [16, 512]");
+  EXPECT_EQ(status.message(), "observation_format.frame.size_px is 15, must be in [16, 512]");
 }
 
 }  // namespace

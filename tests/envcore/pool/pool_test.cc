@@ -434,9 +434,9 @@ TEST(PoolStepAsyncTest, PoolsOfOneWorkerPoolStepSideBySide) {
 TEST(PoolRenderTest, DrawsAtTheSizesThatItAllows) {
   const auto pool = MazePool();
   const BatchBuffers before = Observed(*pool);
-  for (const int32_t side_px : {kHumanViewSidePxMin, 100, 512}) {
-    std::vector<uint8_t> frame(static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3);
-    EXPECT_TRUE(pool->Render(1, side_px, absl::MakeSpan(frame)).ok()) << side_px;
+  for (const int32_t size_px : {kHumanViewSizePxMin, 100, 512}) {
+    std::vector<uint8_t> frame(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
+    EXPECT_TRUE(pool->Render(1, size_px, absl::MakeSpan(frame)).ok()) << size_px;
     EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U) << "something is seen";
   }
   EXPECT_TRUE(Observed(*pool) == before);
@@ -445,15 +445,15 @@ TEST(PoolRenderTest, DrawsAtTheSizesThatItAllows) {
 TEST(PoolRenderTest, RefusesWhatIsOutOfRange) {
   const auto pool = MazePool();
   std::vector<uint8_t> frame(64 * 64 * 3);
-  const auto message = [&](int32_t environment, int32_t side_px) {
-    const absl::Status status = pool->Render(environment, side_px, absl::MakeSpan(frame));
+  const auto message = [&](int32_t environment, int32_t size_px) {
+    const absl::Status status = pool->Render(environment, size_px, absl::MakeSpan(frame));
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     return std::string(status.message());
   };
   EXPECT_EQ(message(-1, 64), "environment -1 is not in [0, 4)");
   EXPECT_EQ(message(4, 64), "environment 4 is not in [0, 4)");
-  EXPECT_EQ(message(0, 15), "side_px is 15, must be in [16, 2048]");
-  EXPECT_EQ(message(0, 2049), "side_px is 2049, must be in [16, 2048]");
+  EXPECT_EQ(message(0, 15), "size_px is 15, must be in [16, 2048]");
+  EXPECT_EQ(message(0, 2049), "size_px is 2049, must be in [16, 2048]");
   EXPECT_EQ(message(0, 65), "frame has 12288 bytes, must have 12675");
 }
 

@@ -14,12 +14,12 @@ namespace procgen {
 // A canvas that shapes are drawn on, as text: '.' untouched, '#' drawn once, '2' twice and so on.
 class TextCanvas {
  public:
-  explicit TextCanvas(int side_px)
-      : side_px_(side_px), counts_(static_cast<size_t>(side_px) * static_cast<size_t>(side_px)) {}
+  explicit TextCanvas(int size_px)
+      : size_px_(size_px), counts_(static_cast<size_t>(size_px) * static_cast<size_t>(size_px)) {}
 
   void operator()(int row, int first, int end) const {
     for (int x = first; x < end; ++x) {
-      const int pixel = row * side_px_ + x;
+      const int pixel = row * size_px_ + x;
       ++counts_[static_cast<size_t>(pixel)];
     }
   }
@@ -28,7 +28,7 @@ class TextCanvas {
     std::string text = "\n";
     for (size_t i = 0; i < counts_.size(); ++i) {
       text += counts_[i] == 0 ? '.' : counts_[i] == 1 ? '#' : static_cast<char>('0' + counts_[i]);
-      if ((i + 1) % static_cast<size_t>(side_px_) == 0) {
+      if ((i + 1) % static_cast<size_t>(size_px_) == 0) {
         text += '\n';
       }
     }
@@ -36,7 +36,7 @@ class TextCanvas {
   }
 
  private:
-  int side_px_;
+  int size_px_;
   mutable std::vector<int> counts_;  // a run sink is called as const
 };
 
@@ -58,11 +58,11 @@ inline Image ImageOf(const std::vector<std::string_view>& rows) {
 // A black frame and its memory. As text: the letters of ImageOf, '.' black, '?' any other colour.
 class TextFrame {
  public:
-  explicit TextFrame(int side_px)
-      : side_px_(side_px),
-        pixels_(static_cast<size_t>(side_px) * static_cast<size_t>(side_px), Rgba{0, 0, 0, 255}) {}
+  explicit TextFrame(int size_px)
+      : size_px_(size_px),
+        pixels_(static_cast<size_t>(size_px) * static_cast<size_t>(size_px), Rgba{0, 0, 0, 255}) {}
 
-  Frame frame() { return {pixels_.data(), side_px_}; }
+  Frame frame() { return {pixels_.data(), size_px_}; }
   const Rgba& At(int x, int y) { return *frame().At(x, y); }
 
   std::string Text() const {
@@ -70,7 +70,7 @@ class TextFrame {
     for (size_t i = 0; i < pixels_.size(); ++i) {
       const uint8_t red = pixels_[i].red;
       text += red == 0 ? '.' : red >= 'a' && red <= 'z' ? static_cast<char>(red) : '?';
-      if ((i + 1) % static_cast<size_t>(side_px_) == 0) {
+      if ((i + 1) % static_cast<size_t>(size_px_) == 0) {
         text += '\n';
       }
     }
@@ -78,7 +78,7 @@ class TextFrame {
   }
 
  private:
-  int side_px_;
+  int size_px_;
   std::vector<Rgba> pixels_;
 };
 

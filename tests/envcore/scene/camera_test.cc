@@ -14,8 +14,8 @@ void ExpectRect(const ScreenRect& rect, float x, float y, float width, float hei
 }
 
 // A world of 16 x 16 cells seen as a whole: 4 pixels a cell.
-Viewport WholeWorld(int side_px = 64) {
-  return Viewport({.center_x = 8, .center_y = 8, .cells = 16}, side_px);
+Viewport WholeWorld(int size_px = 64) {
+  return Viewport({.center_x = 8, .center_y = 8, .cells = 16}, size_px);
 }
 
 TEST(ViewportTest, TheWholeWorldFillsThePicture) {

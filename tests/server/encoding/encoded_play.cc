@@ -64,8 +64,7 @@ procgen::v1::Pool EncodedPlay::pool() const {
                                                               : procgen::v1::COLOR_GRAYSCALE);
   format.set_layout(options_.format.frame.layout == Layout::kHwc ? procgen::v1::LAYOUT_HWC
                                                                  : procgen::v1::LAYOUT_CHW);
-  format.set_width_px(options_.format.frame.side_px);
-  format.set_height_px(options_.format.frame.side_px);
+  format.set_size_px(options_.format.frame.size_px);
   format.set_frame_stack(options_.format.frame_stack);
   return pool;
 }

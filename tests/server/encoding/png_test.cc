@@ -11,9 +11,9 @@
 namespace procgen {
 namespace {
 
-std::vector<uint8_t> Noise(int32_t side_px) {
+std::vector<uint8_t> Noise(int32_t size_px) {
   std::minstd_rand random(3);
-  std::vector<uint8_t> pixels(static_cast<size_t>(side_px) * static_cast<size_t>(side_px) * 3);
+  std::vector<uint8_t> pixels(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
   for (uint8_t& value : pixels) {
     value = static_cast<uint8_t>(random() >> 8);
   }
@@ -35,8 +35,8 @@ TEST(PngTest, EveryPixelComesBack) {
 }
 
 TEST(PngTest, TheBoundHoldsForWhatCannotBeCompressed) {
-  for (const int32_t side_px : {16, 64, 511}) {
-    EXPECT_LE(static_cast<int64_t>(PngOf(Noise(side_px), side_px).size()), PngBytesMax(side_px));
+  for (const int32_t size_px : {16, 64, 511}) {
+    EXPECT_LE(static_cast<int64_t>(PngOf(Noise(size_px), size_px).size()), PngBytesMax(size_px));
   }
 }
 

@@ -162,7 +162,7 @@ TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
 
 TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) {
   PoolOptions options = MazeOptions(1);
-  options.observation_format.frame.side_px = 512;
+  options.observation_format.frame.size_px = 512;
   ASSERT_THAT(Create("a", options), IsOk());
   EXPECT_THAT(Create("b", options),
               StatusIs(absl::StatusCode::kResourceExhausted,

@@ -91,8 +91,8 @@ TEST(ConvertCatalogTest, ObservationFormatsAreTold) {
   const v1::Catalog catalog = CatalogMessageOf({}, Limits());
   EXPECT_THAT(catalog.colors(), testing::ElementsAre(v1::COLOR_RGB, v1::COLOR_GRAYSCALE));
   EXPECT_THAT(catalog.layouts(), testing::ElementsAre(v1::LAYOUT_HWC, v1::LAYOUT_CHW));
-  EXPECT_EQ(catalog.limits().observation_side_px_min(), 16);
-  EXPECT_EQ(catalog.limits().observation_side_px_max(), 512);
+  EXPECT_EQ(catalog.limits().observation_size_px_min(), 16);
+  EXPECT_EQ(catalog.limits().observation_size_px_max(), 512);
   EXPECT_EQ(catalog.limits().frame_stack_max(), 16);
   EXPECT_EQ(catalog.limits().observation_bytes_max(), int64_t{4} << 30);
 }

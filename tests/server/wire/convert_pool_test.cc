@@ -96,17 +96,11 @@ TEST(ConvertPoolTest, ObservationFormatIsTakenOver) {
   v1::ObservationFormat* format = spec.mutable_observation_format();
   format->set_color(v1::COLOR_GRAYSCALE);
   format->set_layout(v1::LAYOUT_CHW);
-  format->set_width_px(84);
-  format->set_height_px(84);
+  format->set_size_px(84);
   format->set_frame_stack(4);
   ObservationFormat expected;
-  expected.frame = {.side_px = 84, .color = Color::kGrayscale, .layout = Layout::kChw};
+  expected.frame = {.size_px = 84, .color = Color::kGrayscale, .layout = Layout::kChw};
   expected.frame_stack = 4;
-  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected);
-  format->clear_height_px();
-  EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected) << "one side is enough";
-  format->set_height_px(84);
-  format->clear_width_px();
   EXPECT_EQ(PoolOptionsOf(spec)->observation_format, expected);
 }
 
@@ -119,18 +113,12 @@ TEST(ConvertPoolTest, ObservationFormatsOutOfRangeAreRefused) {
     return std::string(status.message());
   };
   using Format = v1::ObservationFormat*;
-  EXPECT_EQ(message([](Format format) { format->set_width_px(15); }),
-            "spec.observation_format.width_px is 15, allowed: 0, or 16 to 512");
-  EXPECT_EQ(message([](Format format) { format->set_height_px(513); }),
-            "spec.observation_format.height_px is 513, allowed: 0, or 16 to 512");
-  EXPECT_EQ(message([](Format format) { format->set_width_px(-1); }),
-            "spec.observation_format.width_px is -1, allowed: 0, or 16 to 512");
-  EXPECT_EQ(message([](Format format) {
-              format->set_width_px(84);
-              format->set_height_px(64);
-            }),
-            "spec.observation_format.height_px is 64 and width_px is 84, allowed: the same, or one "
-            "of them 0; pictures are square");
+  EXPECT_EQ(message([](Format format) { format->set_size_px(15); }),
+            "spec.observation_format.size_px is 15, allowed: 0, or 16 to 512");
+  EXPECT_EQ(message([](Format format) { format->set_size_px(513); }),
+            "spec.observation_format.size_px is 513, allowed: 0, or 16 to 512");
+  EXPECT_EQ(message([](Format format) { format->set_size_px(-1); }),
+            "spec.observation_format.size_px is -1, allowed: 0, or 16 to 512");
   EXPECT_EQ(message([](Format format) { format->set_frame_stack(17); }),
             "spec.observation_format.frame_stack is 17, allowed: 0 to 16");
   EXPECT_EQ(message([](Format format) { format->set_frame_stack(-1); }),

@@ -26,9 +26,9 @@ StreamRequest WholeStep(int32_t env_count) {
 }
 
 // How observations of that side are sent.
-ObservationCoding CodingOf(int32_t side_px, Encoding encoding = Encoding::kRaw) {
+ObservationCoding CodingOf(int32_t size_px, Encoding encoding = Encoding::kRaw) {
   ObservationFormat format;
-  format.frame.side_px = side_px;
+  format.frame.size_px = size_px;
   return ObservationCoding(format, encoding);
 }
 

@@ -154,8 +154,8 @@ TEST(FleetClusterTest, FleetsAreWatched) {
   request.set_pool(pool->name());
   request.add_environments(pool->spec().env_count() - 1);
   request.add_environments(0);
-  for (const int32_t side_px : {64, 100}) {
-    request.set_side_px(side_px);
+  for (const int32_t size_px : {64, 100}) {
+    request.set_size_px(size_px);
     const auto watch = client->Watch(request);
     ASSERT_THAT(watch->Next(), IsOk());
     procgen_client::Batch batch;
@@ -168,7 +168,7 @@ TEST(FleetClusterTest, FleetsAreWatched) {
     const auto rendered = client->RenderEnvironments(pool->name(), {0}, 100);
     ASSERT_THAT(rendered, IsOk());
     const absl::Span<const uint8_t> observed = batch.observations().subspan(0, kObservationBytes);
-    EXPECT_EQ(moment->frames(1).image(), side_px == 64
+    EXPECT_EQ(moment->frames(1).image(), size_px == 64
                                              ? std::string(observed.begin(), observed.end())
                                              : rendered->frames(0).image());
   }

@@ -85,7 +85,7 @@ std::shared_ptr<grpc::Channel> LargeChannel(const std::string& address) {
 v1::RenderEnvironmentsRequest LargeRender(const std::string& pool) {
   v1::RenderEnvironmentsRequest request;
   request.set_pool(pool);
-  request.set_side_px(1024);
+  request.set_size_px(1024);
   request.set_response_bytes_max(16 << 20);
   for (int i = 0; i < 4; ++i) {
     request.add_environments(0);

@@ -106,11 +106,11 @@ class EncodedFormatsTest : public EncodingsTest,
     v1::ObservationFormat format;
     if (number == 1) {
       format.set_color(v1::COLOR_GRAYSCALE);
-      format.set_width_px(84);
+      format.set_size_px(84);
       format.set_frame_stack(4);
     } else if (number == 2) {
       format.set_layout(v1::LAYOUT_CHW);
-      format.set_width_px(43);
+      format.set_size_px(43);
     }
     return format;
   }

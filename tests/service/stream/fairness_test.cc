@@ -41,7 +41,7 @@ class ManyRenderings {
       : stub_(v1::RenderService::NewStub(channel)) {
     request_.set_pool(pool);
     request_.set_format(v1::FRAME_FORMAT_PNG);
-    request_.set_side_px(512);
+    request_.set_size_px(512);
     for (int i = 0; i < 4; ++i) {
       request_.add_environments(0);
     }

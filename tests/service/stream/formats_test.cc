@@ -16,14 +16,13 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-v1::PoolSpec FormattedSpec(int32_t env_count, int32_t side_px, int32_t frame_stack,
+v1::PoolSpec FormattedSpec(int32_t env_count, int32_t size_px, int32_t frame_stack,
                            v1::Color color = v1::COLOR_RGB, v1::Layout layout = v1::LAYOUT_HWC) {
   v1::PoolSpec spec = MazeSpec(env_count);
   v1::ObservationFormat* format = spec.mutable_observation_format();
   format->set_color(color);
   format->set_layout(layout);
-  format->set_width_px(side_px);
-  format->set_height_px(side_px);
+  format->set_size_px(size_px);
   format->set_frame_stack(frame_stack);
   return spec;
 }
@@ -38,7 +37,7 @@ std::vector<std::vector<uint8_t>> Expected(const v1::PoolSpec& spec,
   options.environment.rand_seed = spec.options().rand_seed();
   const v1::ObservationFormat& format = spec.observation_format();
   options.observation_format.frame = {
-      .side_px = format.width_px(),
+      .size_px = format.size_px(),
       .color = format.color() == v1::COLOR_RGB ? Color::kRgb : Color::kGrayscale,
       .layout = format.layout() == v1::LAYOUT_HWC ? Layout::kHwc : Layout::kChw};
   options.observation_format.frame_stack = format.frame_stack();
@@ -78,8 +77,7 @@ TEST_F(FormatsTest, PoolTellsShapeAndBytes) {
   EXPECT_EQ(pool->observation_bytes(), 28224);
   EXPECT_EQ(pool->spec().observation_format().color(), v1::COLOR_GRAYSCALE);
   EXPECT_EQ(pool->spec().observation_format().layout(), v1::LAYOUT_CHW);
-  EXPECT_EQ(pool->spec().observation_format().width_px(), 84);
-  EXPECT_EQ(pool->spec().observation_format().height_px(), 84);
+  EXPECT_EQ(pool->spec().observation_format().size_px(), 84);
   EXPECT_EQ(pool->spec().observation_format().frame_stack(), 4);
 }
 
@@ -161,7 +159,7 @@ TEST_F(FormatsTest, StreamThatTakesTooLittleIsToldHowMuchItNeeds) {
 
 TEST_F(FormatsTest, FormatsOutOfRangeAreRefused) {
   EXPECT_THAT(client_->CreatePool(FormattedSpec(1, 15, 1)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("width_px is 15")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("size_px is 15")));
   EXPECT_THAT(client_->CreatePool(FormattedSpec(1, 64, 17)),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("frame_stack is 17")));
 }

@@ -48,7 +48,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
     spec.set_episode_end(GetParam().episode_end);
     spec.mutable_options()->set_rand_seed(3);
     if (GetParam().small_stacks) {
-      spec.mutable_observation_format()->set_width_px(20);
+      spec.mutable_observation_format()->set_size_px(20);
       spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
       spec.mutable_observation_format()->set_layout(v1::LAYOUT_CHW);
       spec.mutable_observation_format()->set_frame_stack(3);
@@ -177,7 +177,7 @@ TEST_F(SharedMemoryTest, BatchesOutliveTheirStreamAndTheirServer) {
 
 TEST_F(SharedMemoryTest, LargeAnswersAreOneResponse) {
   v1::PoolSpec spec = MazeSpec(4);
-  spec.mutable_observation_format()->set_width_px(512);
+  spec.mutable_observation_format()->set_size_px(512);
   spec.mutable_observation_format()->set_frame_stack(8);
   const auto stream = Attach(CreatePool(SharedSpec(spec)), {.response_bytes_max = 65536});
   ASSERT_NE(stream, nullptr);

@@ -47,7 +47,7 @@ def test_a_page_sees_what_its_owner_owns(tokens: Path, tmp_path: Path) -> None:
                 assert [(it["owner"], it["kind"]) for it in told] == [("alice", "play")]
                 for method, members in (
                     ("pool.history", {}),
-                    ("watch.start", {"environments": [0], "side_px": 64}),
+                    ("watch.start", {"environments": [0], "size_px": 64}),
                 ):
                     with pytest.raises(PageError) as refused:
                         await page.call(method, pool=theirs.name, **members)
@@ -119,12 +119,12 @@ def test_pages_live_with_the_least_limits(tmp_path: Path) -> None:
     async def test(url: str) -> None:
         async with open_page(url) as page:
             level = {"game": "maze", "mode": "easy"}
-            view = await page.call("play.start", **level, level_seed=1, human_side_px=0)
+            view = await page.call("play.start", **level, level_seed=1, human_size_px=0)
             for _ in range(3):
                 await page.call("play.step", play=view.result["play"], action=7)
             opened = await page.call("replay.open", play=view.result["play"])
             assert opened.result["difference"] is None
-            await page.call("gallery.page", **level, first_level_seed=1, count=2, side_px=64)
+            await page.call("gallery.page", **level, first_level_seed=1, count=2, size_px=64)
 
     flags = ["--requests_in_flight_max=1", "--request_bytes_max=65536"]
     with serve(tmp_path, *flags) as server:

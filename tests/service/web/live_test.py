@@ -108,7 +108,7 @@ def test_frames_are_what_the_environments_show(server: WebServer) -> None:
             async with open_page(server.url) as page:
                 watch = (
                     await page.call(
-                        "watch.start", pool=pool.name, environments=[4, 1], side_px=64,
+                        "watch.start", pool=pool.name, environments=[4, 1], size_px=64,
                         frames_per_second_max=60,
                     )
                 ).result["watch"]  # fmt: skip
@@ -129,7 +129,7 @@ def test_frames_are_what_the_environments_show(server: WebServer) -> None:
                 await asyncio.sleep(0.3)
                 assert not page.has_event("frames") and not page.has_event("watch_ended")
 
-                await page.call("watch.start", pool=pool.name, environments=[0], side_px=128)
+                await page.call("watch.start", pool=pool.name, environments=[0], size_px=128)
                 (entry,) = (frames := await page.event("frames")).entries
                 assert (entry["format"], entry["width"]) == ("png", 128)
                 assert frames.parts["environment-0"].startswith(b"\x89PNG")
@@ -143,7 +143,7 @@ def test_a_watch_ends_with_its_pool_and_says_so(server: WebServer) -> None:
             pool = client.create_pool("maze", 1)
             async with open_page(server.url) as page:
                 started = await page.call(
-                    "watch.start", pool=pool.name, environments=[0], side_px=64
+                    "watch.start", pool=pool.name, environments=[0], size_px=64
                 )
                 await page.event("frames")
                 pool.close()
@@ -156,17 +156,17 @@ def test_a_watch_ends_with_its_pool_and_says_so(server: WebServer) -> None:
 
 
 def test_wrong_watches_are_refused(server: WebServer) -> None:
-    right = {"environments": [0], "side_px": 64}
+    right = {"environments": [0], "size_px": 64}
     wrong: list[tuple[dict[str, Any], str, str]] = [
         ({"environments": []}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
         ({"environments": [0] * 65}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
         ({"environments": [-1]}, "INVALID_ARGUMENT", "no list of 1 to 64 integers"),
         ({"environments": [2]}, "INVALID_ARGUMENT", "has environments 0 to 1"),
         ({"environments": 0}, "INVALID_ARGUMENT", "no list"),
-        ({"side_px": 8}, "INVALID_ARGUMENT", "side_px is 8"),
-        ({"side_px": 512, "environments": [0, 1] * 16}, "INVALID_ARGUMENT", "at most 21"),
-        ({"side_px": 256, "environments": [0, 1] * 11, "format": "rgb"}, "INVALID_ARGUMENT",
-         "at most 21 with side_px 256 as rgb"),
+        ({"size_px": 8}, "INVALID_ARGUMENT", "size_px is 8"),
+        ({"size_px": 512, "environments": [0, 1] * 16}, "INVALID_ARGUMENT", "at most 21"),
+        ({"size_px": 256, "environments": [0, 1] * 11, "format": "rgb"}, "INVALID_ARGUMENT",
+         "at most 21 with size_px 256 as rgb"),
         ({"frames_per_second_max": 61}, "INVALID_ARGUMENT", "frames_per_second_max is 61"),
         ({"frames_per_second_max": 0}, "INVALID_ARGUMENT", "frames_per_second_max is 0"),
         ({"format": "jpeg"}, "INVALID_ARGUMENT", "allowed: 'rgb', 'png'"),
@@ -218,7 +218,7 @@ def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
                     assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
                     opened = await page.call(
                         "replay.open", pool=pool.name, environment=environment, which="last",
-                        human_side_px=0,
+                        human_size_px=0,
                     )  # fmt: skip
                     assert opened.result["difference"] is None
                     assert opened.result["fingerprint"] == told.result["fingerprint"]
@@ -240,10 +240,10 @@ def test_twenty_pages_at_once_see_the_same(server: WebServer, learner: Learner) 
         async with open_page(server.url) as page:
             await page.call("pools.follow")
             await page.call(
-                "watch.start", pool="pools/learning", environments=list(range(16)), side_px=64
+                "watch.start", pool="pools/learning", environments=list(range(16)), size_px=64
             )
             play = await page.call(
-                "play.start", game="maze", mode="easy", level_seed=number, human_side_px=64
+                "play.start", game="maze", mode="easy", level_seed=number, human_size_px=64
             )
             for action in (7, 1, 7, 1):
                 view = await page.call("play.step", play=play.result["play"], action=action)
@@ -272,14 +272,14 @@ def test_a_page_that_does_not_read_holds_up_nobody(server: WebServer, learner: L
         async with open_page(server.url, max_queue=1, read_limit=1024) as slow:
             everything = {"pool": "pools/learning", "environments": list(range(20))}
             for _ in range(4):
-                await slow.call("watch.start", **everything, side_px=256, format="rgb")
+                await slow.call("watch.start", **everything, size_px=256, format="rgb")
             await slow.call("pools.follow")
             slow.socket.transport.pause_reading()
             for number in range(1, 40):
                 slow.send("gallery.page", game="maze", mode="easy", first_level_seed=number,
-                          count=1, side_px=64)  # fmt: skip
+                          count=1, size_px=64)  # fmt: skip
             async with open_page(server.url) as other:
-                await other.call("watch.start", **everything, side_px=64)
+                await other.call("watch.start", **everything, size_px=64)
                 for _ in range(5):
                     await other.event("frames")
                 before = resident_bytes()

@@ -83,8 +83,8 @@ REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
      "level_seed is '1'"),
     ("play.start", {"game": "coinrun", "mode": "exploration", "level_seed": 3}, "INVALID_ARGUMENT",
      "level_seed is 3"),
-    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "human_side_px": 63},
-     "INVALID_ARGUMENT", "human_side_px is 63, allowed: 0, or integers from 64 to 1024"),
+    ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "human_size_px": 63},
+     "INVALID_ARGUMENT", "human_size_px is 63, allowed: 0, or integers from 64 to 1024"),
     ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "options": []},
      "INVALID_ARGUMENT", "options is array"),
     ("play.start", {"game": "coinrun", "mode": "easy", "level_seed": 0, "options": {"speed": 1}},
@@ -110,11 +110,11 @@ REFUSALS: list[tuple[str, dict[str, Any], str, str]] = [
     ("replay.trace", {"replay": 1}, "NOT_FOUND", "no replay 1"),
     ("replay.close", {"replay": 1}, "NOT_FOUND", "no replay 1"),
     ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 0, "count": 25,
-                      "side_px": 64}, "INVALID_ARGUMENT", "count is 25, allowed: integers from 1"),
+                      "size_px": 64}, "INVALID_ARGUMENT", "count is 25, allowed: integers from 1"),
     ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 2147483646, "count": 2,
-                      "side_px": 64}, "INVALID_ARGUMENT", "count is 2"),
+                      "size_px": 64}, "INVALID_ARGUMENT", "count is 2"),
     ("gallery.page", {"game": "maze", "mode": "easy", "first_level_seed": 0, "count": 1,
-                      "side_px": 2000}, "INVALID_ARGUMENT", "side_px is 2000"),
+                      "size_px": 2000}, "INVALID_ARGUMENT", "size_px is 2000"),
 ]  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def test_a_play_is_a_pool_of_the_viewer_and_shows_both_views(server: WebServer) 
         with Client(server.process.address) as client:
             async with open_page(server.url) as page:
                 number, views = await play(
-                    page, [7, 7], game="coinrun", mode="easy", level_seed=1000, human_side_px=128
+                    page, [7, 7], game="coinrun", mode="easy", level_seed=1000, human_size_px=128
                 )
                 (pool,) = client.list_pools()
                 assert pool.name.startswith("pools/web-play-") and pool.spec.env_count == 1
@@ -84,7 +84,7 @@ def test_what_was_played_is_replayed_bit_for_bit_by_another_program(
         chosen = {} if mode == "exploration" else {"level_seed": 1000}
         async with open_page(server.url) as page:
             number, views = await play(
-                page, _ACTIONS, game=game, mode=mode, options=options, human_side_px=0, **chosen
+                page, _ACTIONS, game=game, mode=mode, options=options, human_size_px=0, **chosen
             )
             saved = await page.call("play.trace", play=number)
         assert saved.result["steps"] == len(_ACTIONS)
@@ -114,7 +114,7 @@ def test_a_level_that_is_solved_in_the_page_is_told_so(server: WebServer, tmp_pa
     async def test() -> None:
         async with open_page(server.url) as page:
             number, views = await play(
-                page, actions, game="coinrun", mode="easy", level_seed=1001, human_side_px=0
+                page, actions, game="coinrun", mode="easy", level_seed=1001, human_size_px=0
             )
             end = next(view.result for view in views if view.result["prev_level_complete"])
             assert end["total_reward"] == 10 and end["reward"] == 10 and end["first"] is True
@@ -135,7 +135,7 @@ def test_restart_begins_the_level_and_the_recording_anew(server: WebServer) -> N
     async def test() -> None:
         async with open_page(server.url) as page:
             number, views = await play(
-                page, _ACTIONS[:20], game="starpilot", mode="easy", level_seed=5, human_side_px=64
+                page, _ACTIONS[:20], game="starpilot", mode="easy", level_seed=5, human_size_px=64
             )
             again = await page.call("play.restart", play=number)
             assert again == views[0]
@@ -182,7 +182,7 @@ def test_recordings_of_upstream_are_replayed_environment_by_environment(
     async def test() -> None:
         async with open_page(server.url) as page:
             for environment in range(min(environments, count)):
-                chosen = {"environment": environment, "human_side_px": 0}
+                chosen = {"environment": environment, "human_size_px": 0}
                 opened = (await page.call("replay.open", contents, **chosen)).result
                 assert opened["difference"] is None
                 assert opened["rows"] == header["steps"] + 1
@@ -203,12 +203,12 @@ def test_a_replay_shows_forward_and_backward_what_was_played(server: WebServer) 
         async with open_page(server.url) as page:
             actions = _ACTIONS + _ACTIONS[::-1]
             number, views = await play(
-                page, actions, game="bigfish", mode="easy", level_seed=7, human_side_px=64
+                page, actions, game="bigfish", mode="easy", level_seed=7, human_size_px=64
             )
             trace = (await page.call("play.trace", play=number)).parts["trace"]
             for opened in (
-                await page.call("replay.open", trace, human_side_px=64),
-                await page.call("replay.open", play=number, human_side_px=64),
+                await page.call("replay.open", trace, human_size_px=64),
+                await page.call("replay.open", play=number, human_size_px=64),
             ):
                 facts = opened.result
                 assert facts["difference"] is None and facts["rows"] == len(views)
@@ -239,7 +239,7 @@ def test_a_recording_that_is_not_what_happens_is_told_by_row(server: WebServer) 
 
     async def test() -> None:
         async with open_page(server.url) as page:
-            opened = await page.call("replay.open", changed, human_side_px=0)
+            opened = await page.call("replay.open", changed, human_size_px=0)
             assert opened.result["difference"] == {
                 "row": row, "field": "reward", "expected": 1.0, "got": 0.0,
             }  # fmt: skip
@@ -292,19 +292,19 @@ def test_the_gallery_shows_what_is_played(server: WebServer) -> None:
             async with open_page(server.url) as page:
                 shown = await page.call(
                     "gallery.page", game="jumper", mode="easy", first_level_seed=30, count=5,
-                    side_px=96, options={"use_backgrounds": False},
+                    size_px=96, options={"use_backgrounds": False},
                 )  # fmt: skip
                 assert shown.result["level_seeds"] == [30, 31, 32, 33, 34]
                 assert [entry["level_seed"] for entry in shown.entries] == [30, 31, 32, 33, 34]
                 assert client.list_pools() == []
                 for seed in (30, 33):
                     _, views = await play(
-                        page, [], game="jumper", mode="easy", level_seed=seed, human_side_px=96,
+                        page, [], game="jumper", mode="easy", level_seed=seed, human_size_px=96,
                         options={"use_backgrounds": False},
                     )  # fmt: skip
                     assert views[0].parts["human"] == shown.parts[f"level-{seed}"]
                 one = await page.call(
-                    "gallery.page", game="coinrun", mode="exploration", count=1, side_px=64
+                    "gallery.page", game="coinrun", mode="exploration", count=1, size_px=64
                 )
                 assert len(one.parts) == 1
 
@@ -319,7 +319,7 @@ def test_every_game_and_mode_is_in_the_gallery(server: WebServer) -> None:
                 for mode in game["modes"]:
                     seed = {} if "level_seed" in mode else {"first_level_seed": 0}
                     shown = await page.call(
-                        "gallery.page", game=game["name"], mode=mode["name"], count=1, side_px=64,
+                        "gallery.page", game=game["name"], mode=mode["name"], count=1, size_px=64,
                         **seed,
                     )  # fmt: skip
                     assert len(shown.parts) == 1

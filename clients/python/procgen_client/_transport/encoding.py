@@ -153,12 +153,12 @@ class ObservationDecoder:
             )
         self._decompressor = _Zstd()
         layout = spec.observation_format
-        side = layout.width_px or layout.height_px or 64
+        size_px = layout.size_px or 64
         channels = 1 if layout.color == pools_pb2.COLOR_GRAYSCALE else 3
         planes = layout.layout == pools_pb2.LAYOUT_CHW
         self._stack = max(layout.frame_stack, 1)
-        self._rows = side * self._stack * (channels if planes else 1)
-        self._columns = side
+        self._rows = size_px * self._stack * (channels if planes else 1)
+        self._columns = size_px
         self._pixel_bytes = 1 if planes else channels
         self._block_rows = -(-self._rows // _SIDE)
         self._block_columns = -(-self._columns // _SIDE)

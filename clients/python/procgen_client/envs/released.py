@@ -30,7 +30,7 @@ from procgen_client.tools.private_server import is_private, open_client
 ENV_NAMES = list(GAMES)
 
 _RENDER_MODES = (None, "rgb_array")
-_RENDER_SIDE_PX = 512
+_RENDER_SIZE_PX = 512
 
 
 class ProcgenGym3Env(Gym3Env):
@@ -165,7 +165,7 @@ class ProcgenGym3Env(Gym3Env):
             )
         ]
         if self.render_mode is not None:
-            pictures = self.pool.render(side_px=_RENDER_SIDE_PX)
+            pictures = self.pool.render(size_px=_RENDER_SIZE_PX)
             for info, picture in zip(infos, pictures, strict=True):
                 info["rgb"] = picture
         return infos
@@ -333,11 +333,11 @@ class ProcgenEnv:
             return None
         if self.render_mode is None:
             return self.env.observe()[1]["rgb"][0]
-        return self.env.pool.render([0], side_px=_RENDER_SIDE_PX)[0]
+        return self.env.pool.render([0], size_px=_RENDER_SIZE_PX)[0]
 
     def get_images(self) -> list[np.ndarray]:
         """Draws all environments for people: N pictures, uint8 [512, 512, 3]."""
-        return self.env.pool.render(side_px=_RENDER_SIDE_PX)
+        return self.env.pool.render(size_px=_RENDER_SIZE_PX)
 
     def close(self) -> None:
         """Deletes the environments. Closing again does nothing."""

@@ -88,7 +88,7 @@ class ProcgenVectorEnv(VectorEnv):
         server: str | Client | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
-        render_side_px: int = 512,
+        render_size_px: int = 512,
         copy: bool = True,
         frame_skip: int = 1,
         **options: Any,
@@ -103,7 +103,7 @@ class ProcgenVectorEnv(VectorEnv):
             autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
                 its value.
             render_mode: "rgb_array" for render(), or None.
-            render_side_px: Side of render's square pictures, in pixels.
+            render_size_px: Side of render's square pictures, in pixels.
             copy: True: observations are copies of your own. False: they are read-only views of what
                 was received; they are not written again, so they may be kept. It saves 12 kB of
                 copying for each environment. With transport "shared_memory" they are views of
@@ -144,7 +144,7 @@ class ProcgenVectorEnv(VectorEnv):
         self._frame_skip = frame_skip
         self._next_levels: dict[int, int] = {}  # To be told with the next step.
         self._copy = copy
-        self._render_side_px = render_side_px
+        self._render_size_px = render_size_px
         self._untouched = True  # Neither reset nor stepped: all stand at their first step.
         self._everywhere = np.ones(num_envs, np.bool_)
         self._ended = np.zeros(num_envs, np.bool_)  # Whose episode is over, to be reset (DISABLED).
@@ -338,7 +338,7 @@ class ProcgenVectorEnv(VectorEnv):
         """
         if self.render_mode is None:
             return None
-        return tuple(self.pool.render(side_px=self._render_side_px))
+        return tuple(self.pool.render(size_px=self._render_size_px))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Deletes the pool, and closes the connection if it was made here; called by close()."""

@@ -33,7 +33,7 @@ class VideoRecorder:
         path: str | os.PathLike[str],
         *,
         environments: Sequence[int] = (0,),
-        side_px: int = 512,
+        size_px: int = 512,
         frames_per_second: int = 15,
     ) -> None:
         """Begins the file; an old one of that name is overwritten.
@@ -42,7 +42,7 @@ class VideoRecorder:
             pool: The pool (of a ProcgenVectorEnv, its attribute ``pool``).
             path: The file, e.g. "coinrun.mp4".
             environments: Indices in the pool of those that are shown.
-            side_px: Side of each one's square picture, in [16, 2048].
+            size_px: Side of each one's square picture, in [16, 2048].
             frames_per_second: In [1, 60]; people play at 15.
 
         Raises:
@@ -58,10 +58,10 @@ class VideoRecorder:
         self.frame_count = 0
         self._pool = pool
         self._environments = list(environments)
-        self._side_px = in_range("side_px", side_px, 16, 2048)
+        self._size_px = in_range("size_px", size_px, 16, 2048)
         self._columns = math.ceil(math.sqrt(len(self._environments)))
         self._rows = math.ceil(len(self._environments) / self._columns)
-        size = f"{self._columns * side_px}x{self._rows * side_px}"
+        size = f"{self._columns * size_px}x{self._rows * size_px}"
         rate = str(in_range("frames_per_second", frames_per_second, 1, 60))
         # The codec wants even sides.
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
@@ -90,7 +90,7 @@ class VideoRecorder:
             OSError: ffmpeg has ended; the message bears what it said.
             ProcgenError: As Pool.render.
         """
-        frame = self._tile(self._pool.render(self._environments, side_px=self._side_px))
+        frame = self._tile(self._pool.render(self._environments, size_px=self._size_px))
         assert self._encoder.stdin is not None
         try:
             self._encoder.stdin.write(frame.tobytes())
@@ -114,11 +114,11 @@ class VideoRecorder:
             self._said.close()
 
     def _tile(self, pictures: list[np.ndarray]) -> np.ndarray:
-        side = self._side_px
-        frame = np.zeros((self._rows * side, self._columns * side, 3), np.uint8)
+        size = self._size_px
+        frame = np.zeros((self._rows * size, self._columns * size, 3), np.uint8)
         for place, picture in enumerate(pictures):
             row, column = divmod(place, self._columns)
-            frame[row * side : (row + 1) * side, column * side : (column + 1) * side] = picture
+            frame[row * size : (row + 1) * size, column * size : (column + 1) * size] = picture
         return frame
 
     def _last_words(self) -> str:

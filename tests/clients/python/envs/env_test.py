@@ -91,7 +91,7 @@ def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenEnv
     # core.py, Env.render: a frame with "rgb_array", None without a mode; close may come twice.
     assert env.render() is None
     before = len(client.list_pools())
-    one = ProcgenEnv1("maze", server=server.address, render_mode="rgb_array", render_side_px=96)
+    one = ProcgenEnv1("maze", server=server.address, render_mode="rgb_array", render_size_px=96)
     one.reset()
     assert one.render().shape == (96, 96, 3)
     assert one.unwrapped is one

@@ -418,7 +418,7 @@ def test_render_gives_a_frame_for_each_environment(client: Client, make_env: Mak
         with pytest.raises(errors.UnimplementedError, match="does not draw for people"):
             make_env(render_mode="rgb_array")
         return
-    env = make_env(render_mode="rgb_array", render_side_px=128)
+    env = make_env(render_mode="rgb_array", render_size_px=128)
     env.reset()
     frames = env.render()
     assert isinstance(frames, tuple)

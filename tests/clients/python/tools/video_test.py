@@ -29,10 +29,10 @@ def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
     path = tmp_path / "three.mp4"
     pictures = []
     with client.create_pool("coinrun", 4, distribution_mode="easy", rand_seed=1) as pool:
-        with VideoRecorder(pool, path, environments=[2, 0, 1], side_px=96) as video:
+        with VideoRecorder(pool, path, environments=[2, 0, 1], size_px=96) as video:
             for _ in range(10):
                 video.capture()
-                pictures.append(pool.render([2, 0, 1], side_px=96))
+                pictures.append(pool.render([2, 0, 1], size_px=96))
                 pool.step([7] * 4)
             assert video.frame_count == 10
     frames = _frames(path, 192, 192).astype(int)
@@ -49,7 +49,7 @@ def test_frames_are_the_pictures(client: Client, tmp_path: Path) -> None:
 def test_odd_sides_are_padded(client: Client, tmp_path: Path) -> None:
     path = tmp_path / "odd.mp4"
     with client.create_pool("maze", 1) as pool:
-        video = VideoRecorder(pool, path, side_px=65)
+        video = VideoRecorder(pool, path, size_px=65)
         video.capture()
         video.close()
         video.close()
@@ -59,7 +59,7 @@ def test_odd_sides_are_padded(client: Client, tmp_path: Path) -> None:
 @_NEEDS_FFMPEG
 def test_what_ffmpeg_says_is_told(client: Client, tmp_path: Path) -> None:
     with client.create_pool("maze", 1) as pool:
-        video = VideoRecorder(pool, tmp_path / "no such folder" / "a.mp4", side_px=512)
+        video = VideoRecorder(pool, tmp_path / "no such folder" / "a.mp4", size_px=512)
         with pytest.raises(OSError, match="No such file"):
             while True:
                 video.capture()
@@ -81,7 +81,7 @@ def test_wrong_numbers_are_refused(client: Client, tmp_path: Path) -> None:
     with client.create_pool("maze", 1) as pool:
         for arguments, message in (
             ({"environments": []}, "environments is empty"),
-            ({"side_px": 8}, "side_px is 8"),
+            ({"size_px": 8}, "size_px is 8"),
             ({"frames_per_second": 0}, "frames_per_second is 0"),
         ):
             with pytest.raises(errors.InvalidArgumentError, match=message):

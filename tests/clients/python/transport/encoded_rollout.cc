@@ -52,7 +52,7 @@ int main(int argument_count, char** arguments) {
   options.game = arguments[1];
   options.format.frame.color = is(2, "grey") ? procgen::Color::kGrayscale : procgen::Color::kRgb;
   options.format.frame.layout = is(3, "chw") ? procgen::Layout::kChw : procgen::Layout::kHwc;
-  options.format.frame.side_px = std::atoi(arguments[4]);
+  options.format.frame.size_px = std::atoi(arguments[4]);
   options.format.frame_stack = std::atoi(arguments[5]);
   procgen::EncodedPlay play(options);
   Write(play, std::atoi(arguments[6]));

@@ -41,7 +41,7 @@ TEST(PngDecodingTest, CheckingFindsEveryChangedBitThatDecodingWouldMind) {
 }
 
 TEST(PngDecodingTest, TooLargeSidesAreTold) {
-  EXPECT_THAT(CheckPng(OneColourPng(kPngSidePxMax + 1, 1, Rgba{})),
+  EXPECT_THAT(CheckPng(OneColourPng(kPngSizePxMax + 1, 1, Rgba{})),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "is 8193 x 1 pixels, allowed: sides of 1 to 8192"));
 }

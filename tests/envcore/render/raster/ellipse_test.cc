@@ -10,16 +10,16 @@
 namespace procgen {
 namespace {
 
-std::string Inside(const ScreenRect& rect, int side_px) {
-  TextCanvas canvas(side_px);
-  EmitEllipseInside(rect, side_px, canvas);
+std::string Inside(const ScreenRect& rect, int size_px) {
+  TextCanvas canvas(size_px);
+  EmitEllipseInside(rect, size_px, canvas);
   return canvas.Text();
 }
 
-std::string Outline(const ScreenRect& rect, int side_px) {
-  TextCanvas canvas(side_px);
+std::string Outline(const ScreenRect& rect, int size_px) {
+  TextCanvas canvas(size_px);
   EmitEllipse(
-      rect, side_px, [](int, int, int) {}, canvas);
+      rect, size_px, [](int, int, int) {}, canvas);
   return canvas.Text();
 }
 

@@ -6,14 +6,14 @@
 namespace procgen {
 namespace {
 
-constexpr int kSidePx = 6;
+constexpr int kSizePx = 6;
 
 class CopyOnWriteRowsTest : public ::testing::Test {
  protected:
   CopyOnWriteRowsTest() {
-    TextFrame kept(kSidePx);
-    for (int row = 0; row < kSidePx; ++row) {
-      for (int x = 0; x < kSidePx; ++x) {
+    TextFrame kept(kSizePx);
+    for (int row = 0; row < kSizePx; ++row) {
+      for (int x = 0; x < kSizePx; ++x) {
         *kept.frame().At(x, row) = {static_cast<uint8_t>('a' + row), 0, 0, 255};
       }
     }
@@ -22,11 +22,11 @@ class CopyOnWriteRowsTest : public ::testing::Test {
 
   StaticLayerCache layer_;
   CopyOnWriteRows rows_;
-  TextFrame frame_{kSidePx};
+  TextFrame frame_{kSizePx};
 };
 
 TEST_F(CopyOnWriteRowsTest, MaterializedRowsHaveTheirPixels) {
-  rows_.ShareAll(layer_, kSidePx);
+  rows_.ShareAll(layer_, kSizePx);
   rows_.Materialize(1, 3, frame_.frame());
   EXPECT_EQ(frame_.Text(), R"(
 ......
@@ -41,7 +41,7 @@ cccccc
 }
 
 TEST_F(CopyOnWriteRowsTest, WhatWasDrawnOnMaterializedRowsStays) {
-  rows_.ShareAll(layer_, kSidePx);
+  rows_.ShareAll(layer_, kSizePx);
   rows_.Materialize(2, 3, frame_.frame());
   *frame_.frame().At(0, 2) = {'x', 0, 0, 255};
   rows_.Materialize(-4, 99, frame_.frame());
@@ -56,11 +56,11 @@ ffffff
 }
 
 TEST_F(CopyOnWriteRowsTest, NothingIsSharedAnyMoreWhenItIsCleared) {
-  rows_.ShareAll(layer_, kSidePx);
+  rows_.ShareAll(layer_, kSizePx);
   rows_.Clear();
   EXPECT_EQ(rows_.shared(), 0U);
-  rows_.Materialize(0, kSidePx, frame_.frame());
-  EXPECT_EQ(frame_.Text(), TextFrame(kSidePx).Text());
+  rows_.Materialize(0, kSizePx, frame_.frame());
+  EXPECT_EQ(frame_.Text(), TextFrame(kSizePx).Text());
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace procgen {
 namespace {
 
-constexpr int kSidePx = 64;
+constexpr int kSizePx = 64;
 constexpr uint32_t kArtSeed = 5;
 
 class RasteriserTest : public ::testing::Test {
@@ -27,13 +27,13 @@ class RasteriserTest : public ::testing::Test {
   }
 
   std::vector<uint8_t> AgentView() {
-    std::vector<uint8_t> frame(kSidePx * kSidePx * 3, 99);
+    std::vector<uint8_t> frame(kSizePx * kSizePx * 3, 99);
     rasteriser_.DrawAgentView(scene_, art_, nullptr, {}, absl::MakeSpan(frame));
     return frame;
   }
 
   static uint8_t RedAt(const std::vector<uint8_t>& frame, int x, int y) {
-    const int byte = (y * kSidePx + x) * 3;
+    const int byte = (y * kSizePx + x) * 3;
     return frame[static_cast<size_t>(byte)];
   }
 
@@ -57,10 +57,10 @@ TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
   scene_.world_height = 4;
   const std::vector<uint8_t> frame = AgentView();
   int lit = 0;
-  for (int y = 0; y < kSidePx; ++y) {
-    for (int x = 0; x < kSidePx; ++x) {
+  for (int y = 0; y < kSizePx; ++y) {
+    for (int x = 0; x < kSizePx; ++x) {
       const bool inside = x < 32 && y >= 48;
-      const int blue = (y * kSidePx + x) * 3 + 2;
+      const int blue = (y * kSizePx + x) * 3 + 2;
       const bool is_lit = frame[static_cast<size_t>(blue)] != 0;
       EXPECT_FALSE(is_lit && !inside) << x << ", " << y;
       lit += is_lit ? 1 : 0;
@@ -78,7 +78,7 @@ TEST_F(RasteriserTest, WithAStaticLayerPicturesAreTheSame) {
       {.shape = Overlay::Shape::kNeedle, .x = 8, .y = 8, .width = 6, .height = 2, .angle = 2},
       {.shape = Overlay::Shape::kJumpMark, .x = 4, .y = 4, .width = 2, .height = 2}};
   for (const FrameFormat& format :
-       {FrameFormat{}, FrameFormat{.layout = Layout::kChw}, FrameFormat{.side_px = 84},
+       {FrameFormat{}, FrameFormat{.layout = Layout::kChw}, FrameFormat{.size_px = 84},
         FrameFormat{.color = Color::kGrayscale}}) {
     StaticLayerCache static_layer;
     std::vector<uint8_t> frame(format.bytes());
@@ -95,7 +95,7 @@ TEST_F(RasteriserTest, WithAStaticLayerPicturesAreTheSame) {
       scene_.velocity.shown = step % 5 == 0;
       rasteriser_.DrawAgentView(scene_, art_, &static_layer, format, absl::MakeSpan(frame));
       rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(expected));
-      ASSERT_EQ(frame, expected) << "step " << step << ", side " << format.side_px;
+      ASSERT_EQ(frame, expected) << "step " << step << ", side " << format.size_px;
     }
   }
 }
@@ -118,7 +118,7 @@ TEST_F(RasteriserTest, SpritesAreDrawnAtTheSizeThatIsAskedFor) {
   };
   for (const Box& box : {Box{16, 1, 1, 3, 2}, Box{64, 4, 2, 12, 6}, Box{84, 5, 3, 16, 8},
                          Box{512, 32, 16, 96, 48}}) {
-    const FrameFormat format = {.side_px = box.side, .color = Color::kGrayscale};
+    const FrameFormat format = {.size_px = box.side, .color = Color::kGrayscale};
     std::vector<uint8_t> frame(format.bytes());
     rasteriser_.DrawAgentView(scene_, art_, nullptr, format, absl::MakeSpan(frame));
     for (int y = 0; y < box.side; ++y) {
@@ -222,7 +222,7 @@ TEST_F(RasteriserTest, PicturesDoNotDependOnWhatWasDrawnBefore) {
   }
 }
 
-TEST_F(RasteriserTest, HumanViewHasAnySide) {
+TEST_F(RasteriserTest, HumanViewHasAnySize) {
   scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
   for (const int32_t side : {16, 333, 2048}) {
     std::vector<uint8_t> frame(static_cast<size_t>(side) * static_cast<size_t>(side) * 3);

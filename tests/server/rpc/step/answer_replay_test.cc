@@ -73,9 +73,9 @@ class PromptPool final : public HostedPool {
   void CloneStates(std::vector<StateToClone> pairs, Done done) override {
     pool_->CloneStates(std::move(pairs), std::move(done));
   }
-  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t side_px,
+  void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      CaptureDone done) override {
-    pool_->CaptureScenes(environments, view, side_px, std::move(done));
+    pool_->CaptureScenes(environments, view, size_px, std::move(done));
   }
 
   int part_count() const { return part_count_; }

@@ -15,14 +15,14 @@ TEST(ObservationCodingTest, RawIsSentAsItIsDrawn) {
 TEST(ObservationCodingTest, WhatIsEncodedMayTakeHalfAsMuchAgainAtMost) {
   for (const Layout layout : {Layout::kHwc, Layout::kChw}) {
     for (const Color color : {Color::kRgb, Color::kGrayscale}) {
-      for (int32_t side_px = 16; side_px <= 512; ++side_px) {
-        const ObservationFormat format = {.frame = {side_px, color, layout},
-                                          .frame_stack = 1 + side_px % 16};
+      for (int32_t size_px = 16; size_px <= 512; ++size_px) {
+        const ObservationFormat format = {.frame = {size_px, color, layout},
+                                          .frame_stack = 1 + size_px % 16};
         const ObservationCoding coding(format, Encoding::kDeltaZstd);
         ASSERT_EQ(coding.drawn_bytes(), static_cast<int64_t>(format.bytes()));
-        ASSERT_GT(coding.sent_bytes_max(), coding.drawn_bytes()) << side_px;
+        ASSERT_GT(coding.sent_bytes_max(), coding.drawn_bytes()) << size_px;
         // The contract promises as much to those who reckon with it (Attach.resumable).
-        ASSERT_LE(coding.sent_bytes_max(), coding.drawn_bytes() * 3 / 2 + 128) << side_px;
+        ASSERT_LE(coding.sent_bytes_max(), coding.drawn_bytes() * 3 / 2 + 128) << size_px;
         ASSERT_EQ(ShapeOf(format).bytes(), format.bytes());
       }
     }
