@@ -49,7 +49,7 @@ type StepOptions struct {
 	Blind bool
 	// The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends. 0: 1.
 	RepeatCount int32
-	// Where an episode ends, its last picture is answered, too. Only of use with EPISODE_END_SAME_STEP.
+	// Where an episode ends, its last picture is answered, too. Only of use with AUTORESET_MODE_SAME_STEP.
 	FinalObservations bool
 	// Level seeds by environment, to be played after the present levels.
 	NextLevels map[int32]int32

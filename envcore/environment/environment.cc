@@ -14,11 +14,11 @@ int32_t Wrapped(uint32_t bits) { return static_cast<int32_t>(bits); }
 }  // namespace
 
 Environment::Environment(const GameSpec& spec, const EnvironmentOptions& options,
-                         EpisodeEnd episode_end)
+                         AutoresetMode autoreset_mode)
     : spec_(spec),
       options_(options),
       step_limit_(spec.StepLimit(options.distribution_mode)),
-      episode_end_(episode_end),
+      autoreset_mode_(autoreset_mode),
       level_seed_low_(options.num_levels == 0 ? 0 : options.start_level),
       level_seed_high_(options.num_levels == 0
                            ? std::numeric_limits<int32_t>::max()
@@ -27,9 +27,9 @@ Environment::Environment(const GameSpec& spec, const EnvironmentOptions& options
       game_(spec.make(options)) {}
 
 Environment::Environment(const GameSpec& spec, const EnvironmentOptions& options,
-                         uint32_t level_stream_seed, EpisodeEnd episode_end,
+                         uint32_t level_stream_seed, AutoresetMode autoreset_mode,
                          std::shared_ptr<const LevelSampler> level_sampler)
-    : Environment(spec, options, episode_end) {
+    : Environment(spec, options, autoreset_mode) {
   level_stream_.Seed(level_stream_seed);
   level_sampler_ = std::move(level_sampler);
   BeginEpisode();
@@ -117,7 +117,7 @@ void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_
 
   if (episode_over) {
     before_new_level();
-    if (episode_end_ == EpisodeEnd::kSameStep) {
+    if (autoreset_mode_ == AutoresetMode::kSameStep) {
       BeginEpisode();
     } else {
       ended_ = true;

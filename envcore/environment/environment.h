@@ -22,7 +22,7 @@
 namespace procgen {
 
 // What follows the step that ends an episode, by Gymnasium's names.
-enum class EpisodeEnd : int32_t {
+enum class AutoresetMode : int32_t {
   kSameStep =
       0,  // the next level is there at once; its first observation is answered (as upstream)
   kNextStep = 1,  // the last observation is answered; the next step ignores its action and begins
@@ -65,7 +65,8 @@ class Environment {
   // levels; `level_sampler`: as SetLevelSampler. The environment stands at the first step of its
   // first level. `spec` must outlive it.
   Environment(const GameSpec& spec, const EnvironmentOptions& options, uint32_t level_stream_seed,
-              EpisodeEnd episode_end, std::shared_ptr<const LevelSampler> level_sampler = nullptr);
+              AutoresetMode autoreset_mode,
+              std::shared_ptr<const LevelSampler> level_sampler = nullptr);
 
   // A snapshot of all that influences the future, and of what was observed last. Changes nothing of
   // what a game can be played to. Where steps from a snapshot of somebody's own making led out of
@@ -81,7 +82,7 @@ class Environment {
   // INVALID_ARGUMENT it holds what no snapshot can (the message names the field).
   static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
                                                               absl::string_view snapshot,
-                                                              EpisodeEnd episode_end);
+                                                              AutoresetMode autoreset_mode);
 
   // The next new level is that of `level_seed`; no draw is taken for it.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
@@ -106,7 +107,7 @@ class Environment {
   void Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level);
 
   // Whether the episode has ended and only Reset goes on (kDisabled).
-  bool awaits_reset() const { return ended_ && episode_end_ == EpisodeEnd::kDisabled; }
+  bool awaits_reset() const { return ended_ && autoreset_mode_ == AutoresetMode::kDisabled; }
   const GameSpec& spec() const { return spec_; }
 
   const StepResult& result() const { return result_; }
@@ -116,7 +117,8 @@ class Environment {
 
  private:
   // One that has no level yet.
-  Environment(const GameSpec& spec, const EnvironmentOptions& options, EpisodeEnd episode_end);
+  Environment(const GameSpec& spec, const EnvironmentOptions& options,
+              AutoresetMode autoreset_mode);
 
   // All but what the environment was made with and its level's seed.
   void VisitState(StateArchive& archive);
@@ -130,7 +132,7 @@ class Environment {
   const GameSpec& spec_;
   const EnvironmentOptions options_;
   const int32_t step_limit_;
-  const EpisodeEnd episode_end_;
+  const AutoresetMode autoreset_mode_;
   int32_t level_seed_low_;  // level seeds are drawn from [low, high)
   int32_t level_seed_high_;
   std::unique_ptr<Game> game_;

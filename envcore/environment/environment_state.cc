@@ -117,7 +117,7 @@ absl::StatusOr<std::string> Environment::SaveState() {
 
 absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec& spec,
                                                                   absl::string_view snapshot,
-                                                                  EpisodeEnd episode_end) {
+                                                                  AutoresetMode autoreset_mode) {
   absl::StatusOr<StateArchive> archive = StateArchive::Open(snapshot);
   if (!archive.ok()) {
     return archive.status();
@@ -135,7 +135,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec
   if (!options.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("options: ", options.status().message()));
   }
-  std::unique_ptr<Environment> environment(new Environment(spec, *options, episode_end));
+  std::unique_ptr<Environment> environment(new Environment(spec, *options, autoreset_mode));
   environment->is_restored_ = true;
   // The level is made anew: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;

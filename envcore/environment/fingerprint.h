@@ -21,7 +21,8 @@ namespace procgen {
 //          ends: 1 the level was completed + 2 terminated + 4 truncated             after each step
 //
 // FNV-1a: h = 14695981039346656037; for each byte b: h = (h xor b) * 1099511628211 modulo 2^64.
-// A repeated action is so many steps. What follows an episode's end (EpisodeEnd) has no part in it.
+// A repeated action is so many steps. What follows an episode's end (AutoresetMode) has no part in
+// it.
 class Fingerprint {
  public:
   Fingerprint() = default;

@@ -198,7 +198,7 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
     const LevelSampler* sampler = options.level_sampler.get();
     pool->environments_.push_back(std::make_unique<Environment>(
         *FindGame(options.games[game_index]), resolved[game_index],
-        sampler == nullptr ? drawn_seed : sampler->StreamSeedOf(number), options.episode_end,
+        sampler == nullptr ? drawn_seed : sampler->StreamSeedOf(number), options.autoreset_mode,
         options.level_sampler));
     if (pool->art_[game_index] == nullptr) {
       pool->art_[game_index] =
@@ -233,7 +233,7 @@ const std::shared_ptr<const GameArt>& Pool::ArtOf(size_t index) const {
 }
 
 absl::Status Pool::CheckNoneAwaitsReset(const StepInput& input) const {
-  if (!input.steps || options_.episode_end != EpisodeEnd::kDisabled) {
+  if (!input.steps || options_.autoreset_mode != AutoresetMode::kDisabled) {
     return absl::OkStatus();
   }
   for (int32_t i = input.first; i < input.first + input.count; ++i) {

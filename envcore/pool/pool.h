@@ -44,7 +44,7 @@ struct PoolOptions {
   std::vector<std::string> games;  // dealt in turn: environment n plays games[n % games.size()]
   int32_t env_count = 0;           // environments in this pool
   EnvironmentOptions environment;  // the same for all
-  EpisodeEnd episode_end = EpisodeEnd::kSameStep;
+  AutoresetMode autoreset_mode = AutoresetMode::kSameStep;
   // This pool is environments [first_env, first_env + env_count) of a larger one of
   // total_env_count; environment i of it gives the same episodes as environment
   // first_env + i of the whole.
@@ -145,7 +145,7 @@ class Pool {
   // Bytes of one environment's observation.
   size_t observation_bytes() const { return options_.observation_format.bytes(); }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
-  // EpisodeEnd::kDisabled. REQUIRES: an index in the pool, and that no call runs.
+  // AutoresetMode::kDisabled. REQUIRES: an index in the pool, and that no call runs.
   bool AwaitsReset(int32_t environment) const {
     return environments_[static_cast<size_t>(environment)]->awaits_reset();
   }
@@ -153,8 +153,8 @@ class Pool {
   // Steps each environment of the slice once (`repeat` times) on the calling thread and the worker
   // pool.
   // On error nothing has moved. Errors: INVALID_ARGUMENT wrong length, an action or index out of
-  // range; FAILED_PRECONDITION with EpisodeEnd::kDisabled, an environment whose episode has ended
-  // and is not reset; ABORTED another call runs.
+  // range; FAILED_PRECONDITION with AutoresetMode::kDisabled, an environment whose episode has
+  // ended and is not reset; ABORTED another call runs.
   absl::Status Step(const StepInput& input, const Batch& batch);
   // As Step, on the worker pool alone, and returns at once. When all is done `done` is called once,
   // on a worker thread; it must not block. It may step the pool again or end it, but not the worker

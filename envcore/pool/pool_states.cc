@@ -96,7 +96,7 @@ absl::Status Pool::RestoreTaken(absl::Span<const StateToRestore> states) {
       return NamedTwice(state.environment);
     }
     const GameSpec& spec = environments_[static_cast<size_t>(state.environment)]->spec();
-    auto environment = Environment::Restore(spec, state.snapshot, options_.episode_end);
+    auto environment = Environment::Restore(spec, state.snapshot, options_.autoreset_mode);
     if (!environment.ok()) {
       return OfEnvironment(state.environment, environment.status());
     }

@@ -119,7 +119,7 @@ absl::Status ReadDebugMode(absl::string_view name, const dm::Tensor& tensor, Wor
 }
 
 absl::Status ReadEnvCount(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
-  plan->options.episode_end = EpisodeEnd::kSameStep;
+  plan->options.autoreset_mode = AutoresetMode::kSameStep;
   return ReadIntegerTo(name, tensor, 1, INT32_MAX, &plan->options.env_count);
 }
 
@@ -234,7 +234,7 @@ absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Li
 absl::StatusOr<WorldPlan> ReadWorldSettings(const Settings& settings, const Limits& limits) {
   WorldPlan plan;
   plan.options.env_count = 1;
-  plan.options.episode_end = EpisodeEnd::kDisabled;
+  plan.options.autoreset_mode = AutoresetMode::kDisabled;
   for (const auto& [name, tensor] : settings) {
     const absl::string_view given = name;
     const auto* const known =

@@ -52,7 +52,7 @@ dm::TensorSpec SpecOf(const WorldForm& form, const char* name, dm::DataType type
 WorldForm WorldForm::Of(const PoolSession& pool) {
   WorldForm form;
   form.env_count = pool.env_count();
-  form.is_single = form.env_count == 1 && pool.options().episode_end == EpisodeEnd::kDisabled;
+  form.is_single = form.env_count == 1 && pool.options().autoreset_mode == AutoresetMode::kDisabled;
   form.frame_shape = pool.options().observation_format.Shape();
   form.frame_bytes = pool.options().observation_format.bytes();
   return form;

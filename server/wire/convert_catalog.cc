@@ -160,9 +160,9 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
   catalog.add_colors(v1::COLOR_GRAYSCALE);
   catalog.add_layouts(v1::LAYOUT_HWC);
   catalog.add_layouts(v1::LAYOUT_CHW);
-  catalog.add_episode_ends(v1::EPISODE_END_SAME_STEP);
-  catalog.add_episode_ends(v1::EPISODE_END_NEXT_STEP);
-  catalog.add_episode_ends(v1::EPISODE_END_DISABLED);
+  catalog.add_autoreset_modes(v1::AUTORESET_MODE_SAME_STEP);
+  catalog.add_autoreset_modes(v1::AUTORESET_MODE_NEXT_STEP);
+  catalog.add_autoreset_modes(v1::AUTORESET_MODE_DISABLED);
   catalog.mutable_features()->set_states(true);
   catalog.mutable_features()->set_render(true);
   catalog.mutable_features()->set_watch(true);

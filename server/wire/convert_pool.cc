@@ -37,30 +37,30 @@ absl::StatusOr<DistributionMode> DistributionModeOf(v1::DistributionMode mode) {
   }
 }
 
-absl::StatusOr<EpisodeEnd> EpisodeEndOf(v1::EpisodeEnd episode_end) {
-  switch (episode_end) {
-    case v1::EPISODE_END_UNSPECIFIED:
-    case v1::EPISODE_END_SAME_STEP:
-      return EpisodeEnd::kSameStep;
-    case v1::EPISODE_END_NEXT_STEP:
-      return EpisodeEnd::kNextStep;
-    case v1::EPISODE_END_DISABLED:
-      return EpisodeEnd::kDisabled;
+absl::StatusOr<AutoresetMode> AutoresetModeOf(v1::AutoresetMode autoreset_mode) {
+  switch (autoreset_mode) {
+    case v1::AUTORESET_MODE_UNSPECIFIED:
+    case v1::AUTORESET_MODE_SAME_STEP:
+      return AutoresetMode::kSameStep;
+    case v1::AUTORESET_MODE_NEXT_STEP:
+      return AutoresetMode::kNextStep;
+    case v1::AUTORESET_MODE_DISABLED:
+      return AutoresetMode::kDisabled;
     default:
-      return NoSuchValue("spec.episode_end", episode_end);
+      return NoSuchValue("spec.autoreset_mode", autoreset_mode);
   }
 }
 
-v1::EpisodeEnd EpisodeEndMessageOf(EpisodeEnd episode_end) {
-  switch (episode_end) {
-    case EpisodeEnd::kSameStep:
-      return v1::EPISODE_END_SAME_STEP;
-    case EpisodeEnd::kNextStep:
-      return v1::EPISODE_END_NEXT_STEP;
-    case EpisodeEnd::kDisabled:
-      return v1::EPISODE_END_DISABLED;
+v1::AutoresetMode AutoresetModeMessageOf(AutoresetMode autoreset_mode) {
+  switch (autoreset_mode) {
+    case AutoresetMode::kSameStep:
+      return v1::AUTORESET_MODE_SAME_STEP;
+    case AutoresetMode::kNextStep:
+      return v1::AUTORESET_MODE_NEXT_STEP;
+    case AutoresetMode::kDisabled:
+      return v1::AUTORESET_MODE_DISABLED;
   }
-  return v1::EPISODE_END_UNSPECIFIED;
+  return v1::AUTORESET_MODE_UNSPECIFIED;
 }
 
 absl::StatusOr<EnvironmentOptions> EnvironmentOptionsOf(const v1::EnvironmentOptions& message) {
@@ -181,9 +181,9 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   if (!environment.ok()) {
     return environment.status();
   }
-  absl::StatusOr<EpisodeEnd> episode_end = EpisodeEndOf(spec.episode_end());
-  if (!episode_end.ok()) {
-    return episode_end.status();
+  absl::StatusOr<AutoresetMode> autoreset_mode = AutoresetModeOf(spec.autoreset_mode());
+  if (!autoreset_mode.ok()) {
+    return autoreset_mode.status();
   }
   absl::StatusOr<ObservationFormat> observation_format =
       ObservationFormatOf(spec.observation_format());
@@ -194,7 +194,7 @@ absl::StatusOr<PoolOptions> PoolOptionsOf(const v1::PoolSpec& spec) {
   options.games.assign(spec.games().begin(), spec.games().end());
   options.env_count = spec.env_count();
   options.environment = *environment;
-  options.episode_end = *episode_end;
+  options.autoreset_mode = *autoreset_mode;
   options.first_env = spec.first_env();
   options.total_env_count = spec.total_env_count();
   options.observation_format = *observation_format;
@@ -216,7 +216,7 @@ v1::PoolSpec PoolSpecMessageOf(const PoolOptions& options) {
   spec.set_first_env(options.first_env);
   spec.set_total_env_count(options.total_env_count != 0 ? options.total_env_count
                                                         : options.first_env + options.env_count);
-  spec.set_episode_end(EpisodeEndMessageOf(options.episode_end));
+  spec.set_autoreset_mode(AutoresetModeMessageOf(options.autoreset_mode));
   FillObservationFormat(options.observation_format, spec.mutable_observation_format());
   return spec;
 }

@@ -44,15 +44,15 @@ void FuzzedServer::ResetPools() {
   for (const Sessions::Numbered& listed : sessions_.List("", 0, 100)) {
     Require(sessions_.Delete("", listed.pool->name()).ok(), "a pool that is listed can be deleted");
   }
-  for (const auto& [id, game, env_count, episode_end, encoding] :
-       {std::tuple("a", "maze", 2, EpisodeEnd::kSameStep, Encoding::kRaw),
-        std::tuple("b", "coinrun", 3, EpisodeEnd::kDisabled, Encoding::kDeltaZstd)}) {
+  for (const auto& [id, game, env_count, autoreset_mode, encoding] :
+       {std::tuple("a", "maze", 2, AutoresetMode::kSameStep, Encoding::kRaw),
+        std::tuple("b", "coinrun", 3, AutoresetMode::kDisabled, Encoding::kDeltaZstd)}) {
     PoolOptions options;
     options.games = {game};
     options.env_count = env_count;
     options.environment.distribution_mode = DistributionMode::kEasy;
     options.environment.rand_seed = 7;
-    options.episode_end = episode_end;
+    options.autoreset_mode = autoreset_mode;
     absl::Notification done;
     sessions_.Create("", id, options, {.encoding = encoding},
                      [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {

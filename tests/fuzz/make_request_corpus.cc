@@ -43,7 +43,7 @@ v1::CreatePoolRequest CreateRequest() {
   spec->mutable_options()->set_num_levels(5);
   spec->mutable_options()->set_start_level(3);
   spec->mutable_options()->set_rand_seed(9);
-  spec->set_episode_end(v1::EPISODE_END_NEXT_STEP);
+  spec->set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   spec->mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
   spec->mutable_observation_format()->set_layout(v1::LAYOUT_CHW);
   spec->mutable_observation_format()->set_size_px(20);

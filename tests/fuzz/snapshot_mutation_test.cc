@@ -17,7 +17,7 @@ constexpr uint32_t kSeedCount = 300;
 
 std::string MinerSnapshot() {
   Environment environment(*FindGame("miner"), *ResolveOptions("miner", {}), 1,
-                          EpisodeEnd::kSameStep);
+                          AutoresetMode::kSameStep);
   return environment.SaveState().value();
 }
 
@@ -38,7 +38,7 @@ TEST(SnapshotMutationTest, SomeMutantsAreRestoredAndSomeRefused) {
   for (uint32_t seed = 0; seed < kSeedCount; ++seed) {
     const std::string mutant = MutatedSnapshot(snapshot, seed, kSnapshotBytesMax);
     restored +=
-        Environment::Restore(*FindGame("miner"), mutant, EpisodeEnd::kSameStep).ok() ? 1 : 0;
+        Environment::Restore(*FindGame("miner"), mutant, AutoresetMode::kSameStep).ok() ? 1 : 0;
   }
   EXPECT_GT(restored, kSeedCount / 10);
   EXPECT_LT(restored, kSeedCount);

@@ -29,7 +29,7 @@ TEST(StateCorpusTest, EveryGameHasSnapshotsThatCanBeRestored) {
     std::ifstream file(entry.path(), std::ios::binary);
     const std::string snapshot(std::istreambuf_iterator<char>(file), {});
     ASSERT_NE(FindGame(game), nullptr);
-    EXPECT_THAT(Environment::Restore(*FindGame(game), snapshot, EpisodeEnd::kSameStep), IsOk());
+    EXPECT_THAT(Environment::Restore(*FindGame(game), snapshot, AutoresetMode::kSameStep), IsOk());
     games.insert(game);
   }
   for (const GameSpec& spec : GameCatalog()) {

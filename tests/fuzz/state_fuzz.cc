@@ -99,7 +99,7 @@ Played PlayOn(Pool& pool, int64_t seed) {
     }
     const absl::Status status = pool.Step({.count = 1, .actions = {&action, 1}}, batch);
     if (status.code() == absl::StatusCode::kFailedPrecondition) {
-      break;  // the snapshot's episode_end is "disabled", and an episode has ended
+      break;  // the snapshot's autoreset_mode is "disabled", and an episode has ended
     }
     Require(status.ok(), "cannot step", status);
     played.pictures.insert(played.pictures.end(), picture.begin(), picture.end());

@@ -26,7 +26,7 @@ TEST_F(PoolsTest, CreatedPoolTellsItsSpecWithAllDefaults) {
   EXPECT_TRUE(pool->spec().options().has_rand_seed());
   EXPECT_TRUE(pool->spec().options().center_agent());
   EXPECT_EQ(pool->spec().total_env_count(), 3);
-  EXPECT_EQ(pool->spec().episode_end(), v1::EPISODE_END_SAME_STEP);
+  EXPECT_EQ(pool->spec().autoreset_mode(), v1::AUTORESET_MODE_SAME_STEP);
   EXPECT_THAT(pool->observation_shape(), ElementsAre(64, 64, 3));
   EXPECT_EQ(pool->observation_bytes(), 12288);
   EXPECT_EQ(pool->next_sequence_number(), 1);

@@ -138,7 +138,7 @@ class Player {
       next->set_environment(first + static_cast<int32_t>(Draw(static_cast<uint32_t>(count))));
       next->set_level_seed(DrawLevel());
     }
-    const bool must_reset = script_.spec.episode_end() == v1::EPISODE_END_DISABLED;
+    const bool must_reset = script_.spec.autoreset_mode() == v1::AUTORESET_MODE_DISABLED;
     for (int32_t i = first; i < first + count; ++i) {
       if ((must_reset && over_[static_cast<size_t>(i)]) || (odd == 9 && Draw(10) == 0)) {
         FillReset(i, step->add_resets());

@@ -201,7 +201,7 @@ bool CompletesLevel(const GameSpec& spec, DistributionMode mode, int32_t level_s
   options.num_levels = 1;
   options.start_level = level_seed;
   Environment environment(spec, ResolveOptions(spec.name, options).value(),
-                          /*level_stream_seed=*/0, EpisodeEnd::kNextStep);
+                          /*level_stream_seed=*/0, AutoresetMode::kNextStep);
   const StepResult& result = environment.result();
   for (size_t i = 0; i < actions.size(); ++i) {
     environment.Step(actions[i], /*repeat=*/1, [] {});

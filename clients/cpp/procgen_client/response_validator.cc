@@ -63,8 +63,8 @@ ResponseValidator::ResponseValidator(const v1::Attached& attached, int32_t share
       shared_batch_count_(shared_batch_count) {
   const v1::Encoding encoding = attached.pool().spec().encoding();
   is_encoded_ = encoding != v1::ENCODING_UNSPECIFIED && encoding != v1::ENCODING_RAW;
-  const v1::EpisodeEnd end = attached.pool().spec().episode_end();
-  is_same_step_ = end == v1::EPISODE_END_UNSPECIFIED || end == v1::EPISODE_END_SAME_STEP;
+  const v1::AutoresetMode mode = attached.pool().spec().autoreset_mode();
+  is_same_step_ = mode == v1::AUTORESET_MODE_UNSPECIFIED || mode == v1::AUTORESET_MODE_SAME_STEP;
 }
 
 void ResponseValidator::Expect(const v1::StepPoolRequest& request) {

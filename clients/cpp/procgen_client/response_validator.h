@@ -50,7 +50,7 @@ class ResponseValidator {
   int64_t response_bytes_max_ = 0;
   int32_t shared_batch_count_ = 0;
   bool is_encoded_ = false;
-  bool is_same_step_ = false;  // EPISODE_END_SAME_STEP
+  bool is_same_step_ = false;  // AUTORESET_MODE_SAME_STEP
 
   // Of the request.
   int64_t sequence_number_ = 0;

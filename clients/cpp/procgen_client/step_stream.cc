@@ -29,7 +29,7 @@ bool IsSamePool(const procgen::v1::Pool& one, const procgen::v1::Pool& other) {
   return one.spec().env_count() == other.spec().env_count() &&
          one.spec().encoding() == other.spec().encoding() &&
          one.spec().transport() == other.spec().transport() &&
-         one.spec().episode_end() == other.spec().episode_end() &&
+         one.spec().autoreset_mode() == other.spec().autoreset_mode() &&
          std::equal(one.observation_shape().begin(), one.observation_shape().end(),
                     other.observation_shape().begin(), other.observation_shape().end());
 }

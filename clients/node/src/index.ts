@@ -16,7 +16,7 @@ export * from "./errors.js";
 export * from "./generated/procgen/v1/catalog_pb.js";
 export { NodeRole, type ListNodesResponse, type Node, type WatchNodesResponse } from "./generated/procgen/v1/cluster_pb.js";
 export {
-  Color, DistributionMode, Encoding, EpisodeEnd, Layout, PoolSchema, PoolSpecSchema, Transport,
+  AutoresetMode, Color, DistributionMode, Encoding, Layout, PoolSchema, PoolSpecSchema, Transport,
   type EnvironmentOptions, type LevelSampler, type ObservationFormat, type Pool as PoolMessage, type PoolSpec,
 } from "./generated/procgen/v1/pools_pb.js";
 export type { Frame, WatchPoolResponse } from "./generated/procgen/v1/render_pb.js";

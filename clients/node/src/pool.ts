@@ -52,7 +52,7 @@ export type Reset = MessageInitShape<typeof ResetSchema>;
 export interface StepOptions extends Omit<SliceOptions, "envCount"> {
   // The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends.
   repeatCount?: number;
-  // Where an episode ends, its last picture is answered, too. Only of use with EpisodeEnd.SAME_STEP.
+  // Where an episode ends, its last picture is answered, too. Only of use with AutoresetMode.SAME_STEP.
   finalObservations?: boolean;
   // Level seeds by environment, to be played after the present levels.
   nextLevels?: ReadonlyMap<number, number>;

@@ -137,7 +137,7 @@ class AsyncClient:
         games: str | Sequence[str],
         env_count: int = 64,
         *,
-        episode_end: str = "same_step",
+        autoreset_mode: str = "same_step",
         requests_in_flight_max: int = 2,
         screen_size: int = 64,
         grayscale_obs: bool = False,
@@ -153,7 +153,7 @@ class AsyncClient:
             games,
             env_count,
             options=_options.environment_options(**options),
-            episode_end=episode_end,
+            autoreset_mode=autoreset_mode,
             observation_format=_options.observation_format(
                 screen_size, grayscale_obs, layout, frame_stack
             ),

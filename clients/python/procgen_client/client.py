@@ -210,7 +210,7 @@ class Client:
         games: str | Sequence[str],
         env_count: int = 64,
         *,
-        episode_end: str = "same_step",
+        autoreset_mode: str = "same_step",
         first_env: int = 0,
         total_env_count: int = 0,
         pool_id: str = "",
@@ -231,9 +231,9 @@ class Client:
 
         Args:
             games, env_count: A game, or several that are dealt in turn to so many environments.
-            episode_end: What follows the step that ends an episode. "same_step": the observation is
-                the next episode's first. "next_step": it is the last one, and the next step begins
-                the next episode. "disabled": it is the last one; the environment must be reset.
+            autoreset_mode: What follows the step that ends an episode. "same_step": the observation
+                is the next episode's first. "next_step": it is the last one, and the next step
+                begins the next episode. "disabled": it is the last one; a reset must follow.
             first_env, total_env_count: Of a part of a larger pool: where it begins, and
                 the whole's number of environments; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
@@ -257,7 +257,7 @@ class Client:
             games,
             env_count,
             options=_options.environment_options(**options),
-            episode_end=episode_end,
+            autoreset_mode=autoreset_mode,
             first_env=first_env,
             total_env_count=total_env_count,
             observation_format=_options.observation_format(

@@ -33,7 +33,7 @@ GAMES = (
     "starpilot",
 )
 DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
-EPISODE_ENDS = ("same_step", "next_step", "disabled")
+AUTORESET_MODES = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
 TRANSPORTS = ("stream", "shared_memory")
 ENCODINGS = ("raw", "zstd_difference")
@@ -180,7 +180,7 @@ def pool_spec(
     env_count: int,
     *,
     options: pools_pb2.EnvironmentOptions,
-    episode_end: str = "same_step",
+    autoreset_mode: str = "same_step",
     first_env: int = 0,
     total_env_count: int = 0,
     observation_format: pools_pb2.ObservationFormat | None = None,
@@ -195,7 +195,7 @@ def pool_spec(
         games: A game's name, or several; several are dealt to the environments in turn.
         env_count: Number of environments.
         options: From environment_options.
-        episode_end: What follows the step that ends an episode, one of EPISODE_ENDS.
+        autoreset_mode: What follows the step that ends an episode, one of AUTORESET_MODES.
         first_env: For a part of a larger pool: the index of its first environment in the
             whole.
         total_env_count: For the same: number of environments of the whole.
@@ -207,10 +207,10 @@ def pool_spec(
         transport: How batches reach the learner, one of TRANSPORTS.
 
     Raises:
-        InvalidArgumentError: `episode_end` is none of EPISODE_ENDS, `encoding` none of ENCODINGS,
-            `transport` none of TRANSPORTS, or a number does not fit its field.
+        InvalidArgumentError: `autoreset_mode` is none of AUTORESET_MODES, `encoding` none of
+            ENCODINGS, `transport` none of TRANSPORTS, or a number does not fit its field.
     """
-    end = _enum_value("episode_end", episode_end, EPISODE_ENDS, pools_pb2.EpisodeEnd)
+    mode = _enum_value("autoreset_mode", autoreset_mode, AUTORESET_MODES, pools_pb2.AutoresetMode)
     how = _enum_value("transport", transport, TRANSPORTS, pools_pb2.Transport)
     code = _enum_value("encoding", encoding, ENCODINGS, pools_pb2.Encoding)
     try:
@@ -218,7 +218,7 @@ def pool_spec(
             games=[games] if isinstance(games, str) else games,
             env_count=env_count,
             options=options,
-            episode_end=end,
+            autoreset_mode=mode,
             first_env=first_env,
             total_env_count=total_env_count,
             observation_format=observation_format,

@@ -143,7 +143,7 @@ class Pool(PoolResource):
             repeat_count: The same action is taken so many times, in [1, 1000]; rewards are summed,
                 and an environment stops when its episode ends.
             final_observations: Where an episode ends, its last picture is answered, too. Only of
-                use with episode_end "same_step".
+                use with autoreset_mode "same_step".
             next_levels: Level seeds by environment (index in the pool), to be played after the
                 present levels.
             resets: Environments (indices in the pool, or Resets) that begin a new episode in place
@@ -153,7 +153,7 @@ class Pool(PoolResource):
             InvalidArgumentError: An argument has a wrong length or is out of range. Nothing has
                 moved.
             FailedPreconditionError: Answers of requests sent before were not received; another
-                client is attached; or an ended episode is stepped (episode_end "disabled").
+                client is attached; or an ended episode is stepped (autoreset_mode "disabled").
             ProcgenError: Whatever else the server says.
         """
         self._require_nothing_in_flight()

@@ -338,7 +338,7 @@ void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {
     if (row >= from) {
       const size_t at = to + row - from;
       awaits_reset_[static_cast<size_t>(part.first) + at] =
-          ended && options_.episode_end == EpisodeEnd::kDisabled;
+          ended && options_.autoreset_mode == AutoresetMode::kDisabled;
       if (ended) {
         CopySpan(answer.fingerprints(), ended_count, batch.fingerprints, at, 1);
         CopySpan(answer.final_observations(), ended_count, batch.final_observations, at, 1,

@@ -50,7 +50,7 @@ class HostedPool {
   virtual const PoolOptions& options() const = 0;
   int32_t env_count() const { return options().env_count; }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped, with
-  // EpisodeEnd::kDisabled. REQUIRES: an index in the pool, and that no call runs.
+  // AutoresetMode::kDisabled. REQUIRES: an index in the pool, and that no call runs.
   virtual bool AwaitsReset(int32_t environment) const = 0;
 
   // Tells a whole request before its parts are carried out, from the first to the last, so that who

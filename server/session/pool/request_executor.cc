@@ -152,7 +152,7 @@ absl::StatusOr<std::optional<Answer>> RequestExecutor::Accept(Request* request) 
 
 absl::Status RequestExecutor::CheckNoneAwaitsReset(const Request& request) const {
   if (request.kind != Request::Kind::kStep ||
-      context_.pool->options().episode_end != EpisodeEnd::kDisabled) {
+      context_.pool->options().autoreset_mode != AutoresetMode::kDisabled) {
     return absl::OkStatus();
   }
   for (int32_t row = 0; row < request.count; ++row) {

@@ -73,7 +73,7 @@ func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
 
 func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 	spec := easy(2, "maze")
-	spec.EpisodeEnd = pb.EpisodeEnd_EPISODE_END_DISABLED
+	spec.AutoresetMode = pb.AutoresetMode_AUTORESET_MODE_DISABLED
 	spec.ObservationFormat = &pb.ObservationFormat{
 		Color: pb.Color_COLOR_GRAYSCALE, Layout: pb.Layout_LAYOUT_CHW, SizePx: 32, FrameStack: 2,
 	}

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  AbortedError, CancelledError, Color, connect, EpisodeEnd, FailedPreconditionError, InvalidArgumentError, Layout,
+  AbortedError, AutoresetMode, CancelledError, Color, connect, FailedPreconditionError, InvalidArgumentError, Layout,
   NotFoundError, observationOf, Transport, UnimplementedError,
 } from "../../../clients/node/dist/index.js";
 import { actionsOf, easy, withServer } from "./server.js";
@@ -71,7 +71,7 @@ test("answers of more than 4 MiB are joined", () =>
 
 test("formats, ends, resets, levels and samplers are the contract's", () => {
   const observationFormat = { color: Color.GRAYSCALE, layout: Layout.CHW, sizePx: 32, frameStack: 2 };
-  const spec = easy(["maze"], 2, { observationFormat, episodeEnd: EpisodeEnd.DISABLED });
+  const spec = easy(["maze"], 2, { observationFormat, autoresetMode: AutoresetMode.DISABLED });
   return withPool(spec, async (pool) => {
     assert.deepEqual([...pool.observationShape], [2, 1, 32, 32]);
     const ended = await pool.step([-1, 4], { nextLevels: new Map([[0, 42]]) });

@@ -154,7 +154,12 @@ def test_the_same_spec_makes_the_same_pool(client: Client) -> None:
         (("maze", 1), {"distribution_mode": "hrad"}, errors.InvalidArgumentError, "'hrad'.*hard"),
         (("maze", 1), {"num_levels": -1}, errors.InvalidArgumentError, "num_levels"),
         (("maze", 1), {"num_levels": 2**31}, errors.InvalidArgumentError, "wrong value"),
-        (("maze", 1), {"episode_end": "never"}, errors.InvalidArgumentError, "'never'.*next_step"),
+        (
+            ("maze", 1),
+            {"autoreset_mode": "never"},
+            errors.InvalidArgumentError,
+            "'never'.*next_step",
+        ),
         (("maze", 1), {"pool_id": "No Good"}, errors.InvalidArgumentError, "pool_id"),
         (("maze", 10**6), {}, errors.ResourceExhaustedError, "pool_env_count_max"),
     ],

@@ -19,8 +19,8 @@ using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
 Environment Made(absl::string_view game, const EnvironmentOptions& options = {},
-                 EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
-  return {*FindGame(game), *ResolveOptions(game, options), 42, episode_end};
+                 AutoresetMode autoreset_mode = AutoresetMode::kSameStep) {
+  return {*FindGame(game), *ResolveOptions(game, options), 42, autoreset_mode};
 }
 
 void Step(Environment& environment, int32_t action) {
@@ -35,8 +35,8 @@ std::string Saved(Environment& environment) {
 
 absl::StatusOr<std::unique_ptr<Environment>> Restored(
     absl::string_view snapshot, absl::string_view game = "maze",
-    EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
-  return Environment::Restore(*FindGame(game), snapshot, episode_end);
+    AutoresetMode autoreset_mode = AutoresetMode::kSameStep) {
+  return Environment::Restore(*FindGame(game), snapshot, autoreset_mode);
 }
 
 // What a new environment's snapshot holds, and the snapshot of what it is made to hold.
@@ -99,15 +99,16 @@ TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
 }
 
 TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
-  for (const EpisodeEnd saved : {EpisodeEnd::kNextStep, EpisodeEnd::kDisabled}) {
+  for (const AutoresetMode saved : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
     Environment environment = Made("maze", {}, saved);
     Step(environment, kEndEpisodeAction);
     const std::string snapshot = Saved(environment);
-    const auto disabled = Restored(snapshot, "maze", EpisodeEnd::kDisabled);
+    const auto disabled = Restored(snapshot, "maze", AutoresetMode::kDisabled);
     ASSERT_THAT(disabled, IsOk());
     EXPECT_TRUE((*disabled)->awaits_reset());
-    for (const EpisodeEnd episode_end : {EpisodeEnd::kSameStep, EpisodeEnd::kNextStep}) {
-      const auto restored = Restored(snapshot, "maze", episode_end);
+    for (const AutoresetMode autoreset_mode :
+         {AutoresetMode::kSameStep, AutoresetMode::kNextStep}) {
+      const auto restored = Restored(snapshot, "maze", autoreset_mode);
       ASSERT_THAT(restored, IsOk());
       EXPECT_FALSE((*restored)->awaits_reset());
       EXPECT_EQ(Saved(**restored), snapshot);
@@ -119,9 +120,9 @@ TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
 }
 
 TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
-  Environment environment = Made("maze", {}, EpisodeEnd::kSameStep);
+  Environment environment = Made("maze", {}, AutoresetMode::kSameStep);
   Step(environment, kEndEpisodeAction);
-  const auto restored = Restored(Saved(environment), "maze", EpisodeEnd::kDisabled);
+  const auto restored = Restored(Saved(environment), "maze", AutoresetMode::kDisabled);
   ASSERT_THAT(restored, IsOk());
   EXPECT_FALSE((*restored)->awaits_reset());  // the next episode had begun
   Step(**restored, 7);

@@ -20,8 +20,8 @@ constexpr int32_t kSeedMax = std::numeric_limits<int32_t>::max();
 class LivingEnvironment {
  public:
   explicit LivingEnvironment(const EnvironmentOptions& options = {},
-                             EpisodeEnd episode_end = EpisodeEnd::kSameStep)
-      : spec_(ScriptedSpec(kStepLimit)), environment_(spec_, options, kStreamSeed, episode_end) {}
+                             AutoresetMode autoreset_mode = AutoresetMode::kSameStep)
+      : spec_(ScriptedSpec(kStepLimit)), environment_(spec_, options, kStreamSeed, autoreset_mode) {}
 
   const StepResult& Step(int32_t action, int32_t repeat = 1) {
     environment_.Step(action, repeat, [this] {
@@ -285,7 +285,7 @@ TEST(EnvironmentTest, ARangePastTheLargestSeedWraps) {
 // --- What follows an episode's end.
 
 TEST(EnvironmentTest, WithNextStepTheEndedEpisodeStaysForAStep) {
-  LivingEnvironment environment({}, EpisodeEnd::kNextStep);
+  LivingEnvironment environment({}, AutoresetMode::kNextStep);
   const int32_t old_seed = environment.result().level_seed;
   const StepResult& ended = environment.Step(kEndAction);
   EXPECT_FALSE(ended.first);
@@ -296,7 +296,7 @@ TEST(EnvironmentTest, WithNextStepTheEndedEpisodeStaysForAStep) {
 }
 
 TEST(EnvironmentTest, WithNextStepTheNextOneIgnoresItsActionAndBeginsALevel) {
-  LivingEnvironment environment({}, EpisodeEnd::kNextStep);
+  LivingEnvironment environment({}, AutoresetMode::kNextStep);
   DrawnSeeds seeds;
   const int32_t old_seed = seeds.Next();
   environment.Step(kEndAction);
@@ -312,7 +312,7 @@ TEST(EnvironmentTest, WithNextStepTheNextOneIgnoresItsActionAndBeginsALevel) {
 }
 
 TEST(EnvironmentTest, WithDisabledAnEndedEpisodeAwaitsAReset) {
-  LivingEnvironment environment({}, EpisodeEnd::kDisabled);
+  LivingEnvironment environment({}, AutoresetMode::kDisabled);
   EXPECT_FALSE(environment->awaits_reset());
   environment.Step(kEndAction);
   EXPECT_TRUE(environment->awaits_reset());
@@ -323,16 +323,16 @@ TEST(EnvironmentTest, WithDisabledAnEndedEpisodeAwaitsAReset) {
 }
 
 TEST(EnvironmentTest, OtherwiseNothingEverAwaitsAReset) {
-  for (const EpisodeEnd episode_end : {EpisodeEnd::kSameStep, EpisodeEnd::kNextStep}) {
-    LivingEnvironment environment({}, episode_end);
+  for (const AutoresetMode autoreset_mode : {AutoresetMode::kSameStep, AutoresetMode::kNextStep}) {
+    LivingEnvironment environment({}, autoreset_mode);
     environment.Step(kEndAction);
     EXPECT_FALSE(environment->awaits_reset());
   }
 }
 
 TEST(EnvironmentTest, SequencesGoOnWhateverFollowsAnEnd) {
-  for (const EpisodeEnd episode_end : {EpisodeEnd::kNextStep, EpisodeEnd::kDisabled}) {
-    LivingEnvironment environment(Sequential(), episode_end);
+  for (const AutoresetMode autoreset_mode : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
+    LivingEnvironment environment(Sequential(), autoreset_mode);
     const int32_t old_seed = environment.result().level_seed;
     const StepResult& result = environment.Step(kCompleteAction);
     EXPECT_FALSE(result.terminated);
@@ -425,8 +425,8 @@ TEST(EnvironmentTest, ARepeatStopsAtTheEpisodesEnd) {
 }
 
 TEST(EnvironmentTest, ARepeatStopsAtTheEndWhateverFollowsIt) {
-  for (const EpisodeEnd episode_end : {EpisodeEnd::kNextStep, EpisodeEnd::kDisabled}) {
-    LivingEnvironment environment({}, episode_end);
+  for (const AutoresetMode autoreset_mode : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
+    LivingEnvironment environment({}, autoreset_mode);
     EXPECT_EQ(environment.Step(kEndAction, 3).reward, 2);
     EXPECT_EQ(environment.result().episode_length, 1);
   }

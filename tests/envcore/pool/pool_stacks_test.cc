@@ -54,7 +54,7 @@ class StackModel {
   std::vector<std::deque<Pixels>> stacks_;  // [N]
 };
 
-class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, EpisodeEnd>> {
+class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, AutoresetMode>> {
  protected:
   static constexpr int32_t kDepth = 4;
   static constexpr size_t kBytes = size_t{kDepth} * kObservationBytes;
@@ -65,7 +65,7 @@ class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, Epis
         model_(Observed(*single_), kDepth) {}
 
   static std::string Game() { return std::get<0>(GetParam()); }
-  static EpisodeEnd End() { return std::get<1>(GetParam()); }
+  static AutoresetMode Mode() { return std::get<1>(GetParam()); }
 
   // Steps both pools, now and then ending episodes, resetting what must be, repeating actions and
   // not looking, and compares.
@@ -128,7 +128,8 @@ class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, Epis
   void Compare(const BatchBuffers& expected, const BatchBuffers& answered, bool looks) {
     ASSERT_EQ(answered.first, expected.first);
     for (size_t i = 0; i < kEnvCount; ++i) {
-      if (End() == EpisodeEnd::kSameStep && (expected.terminated[i] | expected.truncated[i]) != 0) {
+      if (Mode() == AutoresetMode::kSameStep &&
+          (expected.terminated[i] | expected.truncated[i]) != 0) {
         model_.Push(i, RowOf(expected.final_observations, kObservationBytes, i));
         if (looks) {
           ASSERT_EQ(RowOf(answered.final_observations, kBytes, i), model_.Shown(i)) << i;
@@ -174,9 +175,9 @@ TEST_P(PoolStackTest, ObservingChangesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Ends, PoolStackTest,
                          testing::Combine(testing::Values("maze", "bigfish", "fruitbot"),
-                                          testing::Values(EpisodeEnd::kSameStep,
-                                                          EpisodeEnd::kNextStep,
-                                                          EpisodeEnd::kDisabled)),
+                                          testing::Values(AutoresetMode::kSameStep,
+                                                          AutoresetMode::kNextStep,
+                                                          AutoresetMode::kDisabled)),
                          [](const auto& info) {
                            return std::get<0>(info.param) +
                                   std::to_string(static_cast<int>(std::get<1>(info.param)));

@@ -149,7 +149,7 @@ std::vector<Played> AllThatCanBePlayed() {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
       options.environment.distribution_mode = mode;
       options.environment.rand_seed = 4;
-      options.episode_end = EpisodeEnd::kNextStep;
+      options.autoreset_mode = AutoresetMode::kNextStep;
       all.push_back({absl::StrCat(game.name, "_", DistributionModeName(mode)), options});
     }
   }

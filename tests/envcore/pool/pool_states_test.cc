@@ -40,7 +40,7 @@ void Vary(int variant, PoolOptions* options) {
   environment.use_sequential_levels = variant == 3;
   environment.paint_vel_info = variant == 3;
   environment.use_backgrounds = variant != 3;
-  options->episode_end = variant == 2 ? EpisodeEnd::kNextStep : EpisodeEnd::kSameStep;
+  options->autoreset_mode = variant == 2 ? AutoresetMode::kNextStep : AutoresetMode::kSameStep;
 }
 
 std::vector<Played> AllThatCanBePlayed() {
@@ -106,7 +106,7 @@ TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   PoolOptions other_options = OptionsOf(GetParam().options.games, kOtherCount);
   other_options.environment.rand_seed = 12345;
-  other_options.episode_end = GetParam().options.episode_end;
+  other_options.autoreset_mode = GetParam().options.autoreset_mode;
   const std::unique_ptr<Pool> other = MadePool(other_options, /*thread_count=*/2);
   RandomStream random(5);
   RandomStream other_random(6);
@@ -168,10 +168,10 @@ TEST(PoolRestoreStatesTest, OtherGamesAreRefused) {
 
 TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
   PoolOptions options = OptionsOf({"maze"});
-  options.episode_end = EpisodeEnd::kNextStep;
+  options.autoreset_mode = AutoresetMode::kNextStep;
   const auto ended = MadePool(options);
   Stepped(*ended, AllTake(kEndEpisodeAction));
-  options.episode_end = EpisodeEnd::kDisabled;
+  options.autoreset_mode = AutoresetMode::kDisabled;
   const auto pool = MadePool(options);
   ASSERT_THAT(pool->RestoreStates({{2, Saved(*ended, {0})[0]}}), IsOk());
   EXPECT_TRUE(pool->AwaitsReset(2));

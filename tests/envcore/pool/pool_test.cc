@@ -222,7 +222,7 @@ TEST(PoolStepTest, ObservingChangesNothing) {
 
 TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
   PoolOptions options = OptionsOf({"maze"});
-  options.episode_end = EpisodeEnd::kDisabled;
+  options.autoreset_mode = AutoresetMode::kDisabled;
   const auto pool = MadePool(options);
   Stepped(*pool, {kNoAction, kEndEpisodeAction, kNoAction, kNoAction});
   const BatchBuffers before = Observed(*pool);
@@ -240,7 +240,7 @@ TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
 
 TEST(PoolStepTest, AfterARefusedStepAnotherGoesOn) {
   PoolOptions options = OptionsOf({"maze"});
-  options.episode_end = EpisodeEnd::kDisabled;
+  options.autoreset_mode = AutoresetMode::kDisabled;
   const auto pool = MadePool(options);
   Stepped(*pool, {kEndEpisodeAction, kNoAction, kNoAction, kNoAction});
   const std::vector<int32_t> actions = AllTake(kNoAction, 3);

@@ -33,11 +33,12 @@ inline std::unique_ptr<Pool> MadePool(const PoolOptions& options, int32_t thread
 inline std::unique_ptr<Pool> MazePool() { return MadePool(OptionsOf({"maze"})); }
 
 // A pool of one game with observations of another format.
-inline std::unique_ptr<Pool> FormattedPool(const std::string& game, const ObservationFormat& format,
-                                           EpisodeEnd episode_end = EpisodeEnd::kSameStep) {
+inline std::unique_ptr<Pool> FormattedPool(
+    const std::string& game, const ObservationFormat& format,
+    AutoresetMode autoreset_mode = AutoresetMode::kSameStep) {
   PoolOptions options = OptionsOf({game});
   options.environment.rand_seed = 5;
-  options.episode_end = episode_end;
+  options.autoreset_mode = autoreset_mode;
   options.observation_format = format;
   return MadePool(options);
 }

@@ -22,7 +22,7 @@ ProgramRun RunState(absl::string_view arguments) {
 
 std::string MinerSnapshot() {
   Environment environment(*FindGame("miner"), *ResolveOptions("miner", {}), 1,
-                          EpisodeEnd::kSameStep);
+                          AutoresetMode::kSameStep);
   environment.SetNextLevel(77);
   environment.Step(7, 1, [] {});
   return environment.SaveState().value();

@@ -23,7 +23,7 @@ TEST(WorldSettingsTest, DefaultsAreThoseOfUpstream) {
   ASSERT_THAT(plan, IsOk());
   EXPECT_THAT(plan->options.games, ElementsAre("maze"));
   EXPECT_EQ(plan->options.env_count, 1);
-  EXPECT_EQ(plan->options.episode_end, EpisodeEnd::kDisabled);
+  EXPECT_EQ(plan->options.autoreset_mode, AutoresetMode::kDisabled);
   const EnvironmentOptions defaults;
   EXPECT_EQ(plan->options.environment.distribution_mode, DistributionMode::kHard);
   EXPECT_EQ(plan->options.environment.center_agent, defaults.center_agent);
@@ -56,7 +56,7 @@ TEST(WorldSettingsTest, EverySettingArrives) {
   ASSERT_THAT(plan, IsOk());
   const EnvironmentOptions& environment = plan->options.environment;
   EXPECT_EQ(plan->options.env_count, 3);
-  EXPECT_EQ(plan->options.episode_end, EpisodeEnd::kSameStep);
+  EXPECT_EQ(plan->options.autoreset_mode, AutoresetMode::kSameStep);
   EXPECT_EQ(environment.distribution_mode, DistributionMode::kMemory);
   EXPECT_EQ(environment.num_levels, 4);
   EXPECT_EQ(environment.start_level, 5);

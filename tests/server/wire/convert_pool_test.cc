@@ -23,7 +23,7 @@ TEST(ConvertPoolTest, AbsentOptionsAreThoseOfThePythonPackage) {
   EXPECT_EQ(options->environment.distribution_mode, DistributionMode::kHard);
   EXPECT_TRUE(options->environment.center_agent);
   EXPECT_TRUE(options->environment.use_backgrounds);
-  EXPECT_EQ(options->episode_end, EpisodeEnd::kSameStep);
+  EXPECT_EQ(options->autoreset_mode, AutoresetMode::kSameStep);
   EXPECT_GE(options->environment.rand_seed, 0);
   EXPECT_LT(options->environment.rand_seed, 2147483647);
 }

@@ -32,7 +32,7 @@ v1::PoolSpec SmallSpec() {
 }
 
 class FleetFormatTest : public FleetTest,
-                        public testing::WithParamInterface<std::pair<v1::EpisodeEnd, int>> {};
+                        public testing::WithParamInterface<std::pair<v1::AutoresetMode, int>> {};
 
 TEST_P(FleetFormatTest, ThreeNodesShowWhatOneServerShows) {
   StartNode("a");
@@ -40,16 +40,16 @@ TEST_P(FleetFormatTest, ThreeNodesShowWhatOneServerShows) {
   StartNode("c");
   StartFleet();
   LearnerScript script = Script();
-  script.spec.set_episode_end(GetParam().first);
+  script.spec.set_autoreset_mode(GetParam().first);
   script.spec.mutable_observation_format()->set_frame_stack(GetParam().second);
-  script.with_states = GetParam().first != v1::EPISODE_END_DISABLED;
+  script.with_states = GetParam().first != v1::AUTORESET_MODE_DISABLED;
   ExpectSameTrace(script, [](int) {});
 }
 
-INSTANTIATE_TEST_SUITE_P(EpisodeEndsAndStacks, FleetFormatTest,
-                         testing::Values(std::pair(v1::EPISODE_END_SAME_STEP, 1),
-                                         std::pair(v1::EPISODE_END_NEXT_STEP, 3),
-                                         std::pair(v1::EPISODE_END_DISABLED, 1)));
+INSTANTIATE_TEST_SUITE_P(AutoresetModesAndStacks, FleetFormatTest,
+                         testing::Values(std::pair(v1::AUTORESET_MODE_SAME_STEP, 1),
+                                         std::pair(v1::AUTORESET_MODE_NEXT_STEP, 3),
+                                         std::pair(v1::AUTORESET_MODE_DISABLED, 1)));
 
 TEST_F(FleetTest, KilledNodesAreNotNoticed) {
   // What moves is what nodes that were killed had: the pool is not divided anew in between.

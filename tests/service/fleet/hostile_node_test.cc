@@ -122,7 +122,7 @@ TEST_P(WrongAnswerTest, ReachesNoLearner) {
   hostile->Attack(GetParam().attacked_request == 0);
   StartFleet();
   LearnerScript script = Script(160);
-  script.spec.set_episode_end(v1::EPISODE_END_SAME_STEP);
+  script.spec.set_autoreset_mode(v1::AUTORESET_MODE_SAME_STEP);
   ExpectSameTrace(script, [&](int index) {
     if (index == GetParam().attacked_request) {
       hostile->Attack(true);

@@ -262,7 +262,7 @@ TEST_F(EpisodesTest, AResetEndsAnEpisodeInWhichAStepWasTaken) {
 
 TEST_F(EpisodesTest, WhatIsIgnoredBetweenEpisodesIsInNone) {
   v1::PoolSpec spec = MazeSpec(1);
-  spec.set_episode_end(v1::EPISODE_END_NEXT_STEP);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const auto stream = CreateAndAttach(spec);
   const std::string pool = stream->pool().name();
   procgen_client::Batch batch;

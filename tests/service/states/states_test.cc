@@ -168,13 +168,13 @@ TEST_F(StatesTest, CloneFromAnotherPoolTakesSourcesAsOftenAsWanted) {
 
 TEST_F(StatesTest, WhatFollowsAnEpisodesEndStaysThePools) {
   v1::PoolSpec spec = MazeSpec(2);
-  spec.set_episode_end(v1::EPISODE_END_NEXT_STEP);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_NEXT_STEP);
   const std::string ended = CreatePool(spec);
   const auto ending = client_->Attach(ended);
   ASSERT_THAT(ending, IsOk());
   procgen_client::Batch batch;
   ASSERT_THAT((*ending)->Step({-1, 4}, &batch), IsOk());
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());
@@ -192,7 +192,7 @@ TEST_F(StatesTest, AnEpisodeThatBeganWithTheEndOfAnotherNeedsNoReset) {
   procgen_client::Batch batch;
   ASSERT_THAT((*stream)->Step({-1}, &batch), IsOk());
   v1::PoolSpec spec = MazeSpec(1);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string disabled = CreatePool(spec);
   const auto target = client_->Attach(disabled);
   ASSERT_THAT(target, IsOk());
@@ -204,7 +204,7 @@ TEST_F(StatesTest, AnEpisodeThatBeganWithTheEndOfAnotherNeedsNoReset) {
 
 TEST_F(StatesTest, ARestoredEnvironmentThatHadEndedCanBeStepped) {
   v1::PoolSpec spec = MazeSpec(1);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);
   const auto stream = client_->Attach(name);
   ASSERT_THAT(stream, IsOk());

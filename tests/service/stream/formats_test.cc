@@ -109,7 +109,7 @@ TEST_F(FormatsTest, StacksGoOnWhereNobodyLooks) {
 TEST_F(FormatsTest, FinalObservationsAreTheStacksOfTheEndedEpisodes) {
   v1::PoolSpec spec = FormattedSpec(3, 32, 3, v1::COLOR_GRAYSCALE);
   const auto same_step = CreateAndAttach(spec);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const auto disabled = CreateAndAttach(spec);
   procgen_client::Batch expected;
   procgen_client::Batch batch;

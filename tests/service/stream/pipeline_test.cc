@@ -171,7 +171,7 @@ TEST_F(PipelineTest, MistakeInTheLastSliceMovesNothingInTheFirst) {
 
 TEST_F(PipelineTest, EpisodeThatAwaitsItsResetInTheLastSliceStopsTheFirst) {
   v1::PoolSpec spec = MazeSpec(4);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);
   procgen_client::StreamOptions options;
   options.pipeline = 2;

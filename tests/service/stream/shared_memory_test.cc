@@ -33,7 +33,7 @@ using testing::HasSubstr;
 struct Case {
   std::string name;
   std::vector<std::string> games;
-  v1::EpisodeEnd episode_end = v1::EPISODE_END_SAME_STEP;
+  v1::AutoresetMode autoreset_mode = v1::AUTORESET_MODE_SAME_STEP;
   bool small_stacks = false;
 };
 
@@ -45,7 +45,7 @@ class EqualTest : public SharedMemoryTest, public testing::WithParamInterface<Ca
     v1::PoolSpec spec;
     spec.mutable_games()->Assign(GetParam().games.begin(), GetParam().games.end());
     spec.set_env_count(kEnvCount);
-    spec.set_episode_end(GetParam().episode_end);
+    spec.set_autoreset_mode(GetParam().autoreset_mode);
     spec.mutable_options()->set_rand_seed(3);
     if (GetParam().small_stacks) {
       spec.mutable_observation_format()->set_size_px(20);
@@ -107,7 +107,7 @@ TEST_P(EqualTest, EveryAnswerIsThatOfTheStream) {
       const auto place = static_cast<size_t>(row);
       const int32_t environment = batch.first_env() + row;
       awaiting[static_cast<size_t>(environment)] =
-          GetParam().episode_end == v1::EPISODE_END_DISABLED &&
+          GetParam().autoreset_mode == v1::AUTORESET_MODE_DISABLED &&
           (batch.terminated()[place] || batch.truncated()[place]);
     }
   }
@@ -117,8 +117,11 @@ INSTANTIATE_TEST_SUITE_P(
     Cases, EqualTest,
     testing::Values(
         Case{.name = "Bigfish", .games = {"bigfish"}},
-        Case{.name = "NextStep", .games = {"maze"}, .episode_end = v1::EPISODE_END_NEXT_STEP},
-        Case{.name = "Disabled", .games = {"coinrun"}, .episode_end = v1::EPISODE_END_DISABLED},
+        Case{
+            .name = "NextStep", .games = {"maze"}, .autoreset_mode = v1::AUTORESET_MODE_NEXT_STEP},
+        Case{.name = "Disabled",
+               .games = {"coinrun"},
+               .autoreset_mode = v1::AUTORESET_MODE_DISABLED},
         Case{.name = "Stacks", .games = {"starpilot", "maze", "coinrun"}, .small_stacks = true}),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 

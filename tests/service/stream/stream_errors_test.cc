@@ -176,7 +176,7 @@ TEST_F(StreamErrorsTest, RequestsBeforeTheOneAtFaultAreAnswered) {
 
 TEST_F(StreamErrorsTest, EndedEpisodeIsNotSteppedWhereNothingResetsIt) {
   v1::PoolSpec spec = MazeSpec(2);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const auto stream = CreateAndAttach(spec);
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({4, -1}, &batch), IsOk());

@@ -149,7 +149,7 @@ TEST_F(StreamTest, StepWithResetsDoesNotStepThose) {
 TEST_F(StreamTest, FinalObservationsAreThoseBeforeTheEnd) {
   // In the mode without automatic resets the observation of an ending step is the final one.
   v1::PoolSpec spec = MazeSpec(3);
-  spec.set_episode_end(v1::EPISODE_END_DISABLED);
+  spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   procgen_client::Batch expected;
   ASSERT_THAT(CreateAndAttach(spec)->Step({4, -1, -1}, &expected), IsOk());
   const auto stream = CreateAndAttach(MazeSpec(3));

@@ -27,7 +27,7 @@ from procgen_client.errors import (
 from procgen_client.pool import Pool
 from procgen_client.tools.private_server import is_private, open_client
 
-_EPISODE_ENDS = {
+_AUTORESET_MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
     AutoresetMode.SAME_STEP: "same_step",
     AutoresetMode.DISABLED: "disabled",
@@ -377,7 +377,7 @@ def _create_pool(
         )
     if is_private(client) and options.get("encoding", "raw") == "raw":
         options = {"transport": "shared_memory"} | options
-    return client.create_pool(games, num_envs, episode_end=_EPISODE_ENDS[mode], **options)
+    return client.create_pool(games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], **options)
 
 
 def _close(pool: Pool, client: Client | None) -> None:

@@ -49,7 +49,7 @@ def test_infos_give_what_batches_give(client: Client, mode: str) -> None:
     with (
         ProcgenVectorEnv("maze", _N, server=client, autoreset_mode=mode, **_OPTIONS) as env,
         client.create_pool(
-            "maze", _N, episode_end={"NextStep": "next_step"}.get(mode, "same_step"), **_OPTIONS
+            "maze", _N, autoreset_mode={"NextStep": "next_step"}.get(mode, "same_step"), **_OPTIONS
         ) as pool,
     ):
         env.reset()

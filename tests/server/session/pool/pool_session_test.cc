@@ -21,12 +21,12 @@ constexpr int32_t kEnvCount = 4;
 
 class PoolSessionTest : public testing::Test {
  protected:
-  std::unique_ptr<PoolSession> Make(EpisodeEnd episode_end = EpisodeEnd::kSameStep,
+  std::unique_ptr<PoolSession> Make(AutoresetMode autoreset_mode = AutoresetMode::kSameStep,
                                     absl::Duration lease = absl::InfiniteDuration()) {
     PoolOptions options;
     options.games = {"maze"};
     options.env_count = kEnvCount;
-    options.episode_end = episode_end;
+    options.autoreset_mode = autoreset_mode;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
     return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)), lease,
@@ -141,7 +141,7 @@ TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {
 }
 
 TEST_F(PoolSessionTest, EndedEnvironmentMustBeResetWhereNothingElseDoes) {
-  const std::unique_ptr<PoolSession> session = Make(EpisodeEnd::kDisabled);
+  const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
   ASSERT_THAT(Execute(session.get(), StepOf(1, ending)), IsOk());
@@ -195,7 +195,7 @@ TEST_F(PoolSessionTest, OnlyWhatChangesEnvironmentsChangesTheNumber) {
 }
 
 TEST_F(PoolSessionTest, WhatMustBeResetComesWithTheState) {
-  const std::unique_ptr<PoolSession> session = Make(EpisodeEnd::kDisabled);
+  const std::unique_ptr<PoolSession> session = Make(AutoresetMode::kDisabled);
   const std::vector<int32_t> actions(kEnvCount, 4);
   const std::vector<int32_t> ending = {4, -1, 4, 4};
   const std::string running = Save(session.get(), 1);
