@@ -86,12 +86,12 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 	return fromRPC(ctx, err)
 }
 
-// ReadEpisode tells what happened in an episode of an environment, the last that ended (WHICH_EPISODE_LAST) or the one under
-// way (WHICH_EPISODE_CURRENT), so that it can be played again: the comments of Episode (proto/procgen/v1/states.proto) say
+// GetEpisode tells what happened in an episode of an environment, the last that ended (EPISODE_SELECTOR_LAST) or the one under
+// way (EPISODE_SELECTOR_CURRENT), so that it can be played again: the comments of Episode (proto/procgen/v1/states.proto) say
 // how. FAILED_PRECONDITION: none has ended yet, or the next has not begun.
-func (p *Pool) ReadEpisode(ctx context.Context, environment int32, which pb.WhichEpisode) (*pb.Episode, error) {
-	episode, err := p.client.states.ReadEpisode(p.client.with(ctx),
-		&pb.ReadEpisodeRequest{Pool: p.Name(), Environment: environment, Which: which})
+func (p *Pool) GetEpisode(ctx context.Context, environment int32, selector pb.EpisodeSelector) (*pb.Episode, error) {
+	episode, err := p.client.states.GetEpisode(p.client.with(ctx),
+		&pb.GetEpisodeRequest{Pool: p.Name(), Environment: environment, Selector: selector})
 	if err == nil && episode.Environment != environment {
 		return nil, wrong("an episode of environment %d, expected: %d", episode.Environment, environment)
 	}

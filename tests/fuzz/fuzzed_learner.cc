@@ -137,7 +137,7 @@ void CallOthers(procgen_client::Client* client) {
   IsDocumented(client->ListPools().status());
   IsDocumented(client->SaveStates(kPool, {2, 0}).status());
   IsDocumented(client->SaveStates(kPool).status());
-  IsDocumented(client->ReadEpisode(kPool, 0, v1::WHICH_EPISODE_CURRENT).status());
+  IsDocumented(client->GetEpisode(kPool, 0, v1::EPISODE_SELECTOR_CURRENT).status());
   const auto frames = client->RenderEnvironments(kPool, {1, 2}, kSizePx);
   if (IsDocumented(frames.status())) {
     for (const v1::Frame& frame : frames->frames()) {

@@ -112,13 +112,13 @@ void WriteStateCalls(const std::filesystem::path& folder, const std::string& sna
   smooth.set_size_px(32);
   smooth.set_format(v1::FRAME_FORMAT_PNG);
   smooth.set_response_bytes_max(65536);
-  v1::ReadEpisodeRequest last;
+  v1::GetEpisodeRequest last;
   last.set_pool("pools/a");
-  v1::ReadEpisodeRequest current = last;
+  v1::GetEpisodeRequest current = last;
   current.set_environment(1);
-  current.set_which(v1::WHICH_EPISODE_CURRENT);
+  current.set_selector(v1::EPISODE_SELECTOR_CURRENT);
   Write(folder / "watching", {Call(kWatchPool, watch), Call(kWatchPool, smooth)});
-  Write(folder / "episodes", {Call(kReadEpisode, last), Call(kReadEpisode, current)});
+  Write(folder / "episodes", {Call(kGetEpisode, last), Call(kGetEpisode, current)});
 }
 
 const Piece kMark = {true, ""};

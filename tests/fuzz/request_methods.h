@@ -19,7 +19,7 @@ inline constexpr const char* kMethods[] = {
     "/procgen.v1.RenderService/WatchPool",
     "/procgen.v1.ClusterService/ListNodes",
     "/procgen.v1.ClusterService/WatchNodes",
-    "/procgen.v1.StateService/ReadEpisode",
+    "/procgen.v1.StateService/GetEpisode",
 };
 
 enum RequestMethod {
@@ -37,7 +37,7 @@ enum RequestMethod {
   kWatchPool,
   kListNodes,
   kWatchNodes,
-  kReadEpisode,
+  kGetEpisode,
 };
 
 }  // namespace procgen

@@ -306,13 +306,13 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   return CallUnary(terms_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
 }
 
-absl::StatusOr<v1::Episode> Client::ReadEpisode(const std::string& pool, int32_t environment,
-                                                v1::WhichEpisode which) {
-  v1::ReadEpisodeRequest request;
+absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t environment,
+                                               v1::EpisodeSelector selector) {
+  v1::GetEpisodeRequest request;
   request.set_pool(pool);
   request.set_environment(environment);
-  request.set_which(which);
-  auto episode = CallUnary(terms_, states_.get(), &v1::StateService::Stub::ReadEpisode, request);
+  request.set_selector(selector);
+  auto episode = CallUnary(terms_, states_.get(), &v1::StateService::Stub::GetEpisode, request);
   absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
   return IfValid(std::move(episode), std::move(status));
 }

@@ -108,9 +108,9 @@ class Client {
 
   // What happened in an episode of an environment: the last that ended, or the one under way. Its
   // comments tell how to play it again.
-  absl::StatusOr<procgen::v1::Episode> ReadEpisode(
+  absl::StatusOr<procgen::v1::Episode> GetEpisode(
       const std::string& pool, int32_t environment,
-      procgen::v1::WhichEpisode which = procgen::v1::WHICH_EPISODE_LAST);
+      procgen::v1::EpisodeSelector selector = procgen::v1::EPISODE_SELECTOR_LAST);
 
   // Draws environments for people, or (size_px 0) as agents see them: square frames, RGB with the
   // top row first, or PNG files.

@@ -10,7 +10,7 @@ import {
   type Frame, type WatchPoolResponse,
 } from "./generated/procgen/v1/render_pb.js";
 import { checkFrames, checkStates } from "./validation.js";
-import { StateSchema, StateService, WhichEpisode, type Episode } from "./generated/procgen/v1/states_pb.js";
+import { EpisodeSelector, StateSchema, StateService, type Episode } from "./generated/procgen/v1/states_pb.js";
 
 // What a server sends at most in one response unless told otherwise. In bytes.
 export const responseBytesDefault = 4 * 1024 * 1024;
@@ -138,9 +138,9 @@ export abstract class PoolResource {
   // Tells what happened in an episode of an environment, the last that ended or the one under way, so that it can be played
   // again: the comments of Episode (proto/procgen/v1/states.proto) say how. FailedPreconditionError: none has ended yet, or
   // the next has not begun.
-  async readEpisode(environment: number, which = WhichEpisode.LAST, options?: CallOptions): Promise<Episode> {
-    const request = { pool: this.name, environment, which };
-    const episode = await this.connection.unary(StateService.method.readEpisode, request, options);
+  async getEpisode(environment: number, selector = EpisodeSelector.LAST, options?: CallOptions): Promise<Episode> {
+    const request = { pool: this.name, environment, selector };
+    const episode = await this.connection.unary(StateService.method.getEpisode, request, options);
     if (episode.environment !== environment) {
       throw new InternalError(`the server's answer: an episode of environment ${episode.environment}, expected: ${environment}`);
     }

@@ -385,8 +385,8 @@ class Client:
     def _clone_states(self, request: states_pb2.CloneStatesRequest) -> None:
         self._unary(self._state_stub.CloneStates, request)
 
-    def _read_episode(self, request: states_pb2.ReadEpisodeRequest) -> states_pb2.Episode:
-        return self._unary(self._state_stub.ReadEpisode, request)
+    def _get_episode(self, request: states_pb2.GetEpisodeRequest) -> states_pb2.Episode:
+        return self._unary(self._state_stub.GetEpisode, request)
 
     def _render_environments(
         self, request: render_pb2.RenderEnvironmentsRequest

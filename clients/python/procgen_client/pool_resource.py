@@ -23,9 +23,9 @@ RESPONSE_BYTES_DEFAULT = 4 * 1024 * 1024
 _FRAMES_OVERHEAD_BYTES = 4096
 _FRAME_OVERHEAD_BYTES = 64
 # Which episode, by its name here.
-_WHICH_EPISODE = {
-    "last": states_pb2.WHICH_EPISODE_LAST,
-    "current": states_pb2.WHICH_EPISODE_CURRENT,
+_EPISODE_SELECTORS = {
+    "last": states_pb2.EPISODE_SELECTOR_LAST,
+    "current": states_pb2.EPISODE_SELECTOR_CURRENT,
 }
 # What a state has in a request besides its own bytes, at most: a tag and a length.
 _STATE_OVERHEAD_BYTES = 8
@@ -159,31 +159,31 @@ class PoolResource(abc.ABC):
             )
         )
 
-    def read_episode(self, environment: int, which: str = "last") -> states_pb2.Episode:
+    def get_episode(self, environment: int, selector: str = "last") -> states_pb2.Episode:
         """Tells what happened in an episode of an environment, so that it can be played again.
 
         Args:
             environment: Index in the pool.
-            which: "last", the last episode that ended, or "current", the one under way.
+            selector: "last", the last episode that ended, or "current", the one under way.
 
         Returns:
             The message of proto/procgen/v1/states.proto, whose comments describe its fields (game,
             options, level_seed, actions, rewards, how it ended) and how it is played again.
 
         Raises:
-            InvalidArgumentError: The environment is out of range, or there is no such `which`.
+            InvalidArgumentError: The environment is out of range, or there is no such `selector`.
             FailedPreconditionError: No episode has ended yet, or the next has not begun.
             UnimplementedError: The server remembers no episodes.
         """
-        if which not in _WHICH_EPISODE:
-            raise InvalidArgumentError(f'which is {which!r}; it is "last" or "current"')
+        if selector not in _EPISODE_SELECTORS:
+            raise InvalidArgumentError(f'selector is {selector!r}; it is "last" or "current"')
         request = message_of(
-            states_pb2.ReadEpisodeRequest,
+            states_pb2.GetEpisodeRequest,
             pool=self.name,
             environment=environment,
-            which=_WHICH_EPISODE[which],
+            selector=_EPISODE_SELECTORS[selector],
         )
-        episode = self._client._read_episode(request)
+        episode = self._client._get_episode(request)
         if episode.environment != environment:
             raise InternalError(
                 f"the server answers with an episode of environment {episode.environment}, "

@@ -23,7 +23,7 @@ constexpr size_t kServerLengthMax = 512;
 
 using SaveCall = UnaryCall<v1::SaveStatesRequest, v1::SaveStatesResponse>;
 using RestoreCall = UnaryCall<v1::RestoreStatesRequest, v1::RestoreStatesResponse>;
-using EpisodeCall = UnaryCall<v1::ReadEpisodeRequest, v1::Episode>;
+using EpisodeCall = UnaryCall<v1::GetEpisodeRequest, v1::Episode>;
 using CloneCall = UnaryCall<v1::CloneStatesRequest, v1::CloneStatesResponse>;
 // Shared by the registry and by the calls under way, because a pool may be deleted meanwhile.
 using SharedPool = std::shared_ptr<PoolSession>;
@@ -235,9 +235,9 @@ void Clone(const Sessions& sessions, const CloneSources& sources,
   }
 }
 
-absl::Status CheckReadEpisode(const v1::ReadEpisodeRequest& request, const PoolSession& pool) {
-  if (!v1::WhichEpisode_IsValid(request.which())) {
-    return NoSuchValue("which", request.which());
+absl::Status CheckGetEpisode(const v1::GetEpisodeRequest& request, const PoolSession& pool) {
+  if (!v1::EpisodeSelector_IsValid(request.selector())) {
+    return NoSuchValue("selector", request.selector());
   }
   if (request.environment() < 0 || request.environment() >= pool.env_count()) {
     return absl::InvalidArgumentError(
@@ -264,8 +264,8 @@ void FinishEpisode(const EpisodeRecording& recording, const PoolSession& pool, i
 void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecutor* executor,
                     EpisodeCall* call) {
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
-  pool->ReadEpisode(
-      call->request().environment(), call->request().which() == v1::WHICH_EPISODE_CURRENT,
+  pool->GetEpisode(
+      call->request().environment(), call->request().selector() == v1::EPISODE_SELECTOR_CURRENT,
       [pool, bytes_max, executor, call](absl::StatusOr<EpisodeRecording> recording) {
         pool->EndTurn();
         if (!recording.ok()) {
@@ -286,7 +286,7 @@ StateServiceImpl::StateServiceImpl(Sessions* sessions, const Callers* callers,
   AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
   AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
   AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });
-  AddByteMethod<v1::ReadEpisodeRequest>([this](auto* context) { return ReadEpisode(context); });
+  AddByteMethod<v1::GetEpisodeRequest>([this](auto* context) { return GetEpisode(context); });
 }
 
 ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
@@ -338,12 +338,12 @@ ByteStream* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context) 
   });
 }
 
-ByteStream* StateServiceImpl::ReadEpisode(grpc::CallbackServerContext* context) {
+ByteStream* StateServiceImpl::GetEpisode(grpc::CallbackServerContext* context) {
   return EpisodeCall::Start(*callers_, *context, [this](EpisodeCall* call) {
     const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {
-      status = CheckReadEpisode(call->request(), **pool);
+      status = CheckGetEpisode(call->request(), **pool);
     }
     const absl::StatusOr<int64_t> bytes_max = ResponseBytesMax(
         "response_bytes_max", call->request().response_bytes_max(), sessions_->limits());

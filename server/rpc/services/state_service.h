@@ -21,7 +21,7 @@ class StateServiceImpl final : public ByteService {
   ByteStream* SaveStates(grpc::CallbackServerContext* context);
   ByteStream* RestoreStates(grpc::CallbackServerContext* context);
   ByteStream* CloneStates(grpc::CallbackServerContext* context);
-  ByteStream* ReadEpisode(grpc::CallbackServerContext* context);
+  ByteStream* GetEpisode(grpc::CallbackServerContext* context);
 
   Sessions* const sessions_;
   const Callers* const callers_;

@@ -168,7 +168,7 @@ void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   });
 }
 
-void PoolSession::ReadEpisode(int32_t environment, bool under_way, EpisodeDone done) {
+void PoolSession::GetEpisode(int32_t environment, bool under_way, EpisodeDone done) {
   EpisodeLog* const episodes = observers_.episodes();
   if (episodes == nullptr) {
     done(absl::UnimplementedError(

@@ -172,7 +172,7 @@ class PoolSession {
   // `done`, which must keep the pool alive, once, on any thread. Errors: UNIMPLEMENTED none are
   // remembered; FAILED_PRECONDITION there is none.
   using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
-  void ReadEpisode(int32_t environment, bool under_way, EpisodeDone done);
+  void GetEpisode(int32_t environment, bool under_way, EpisodeDone done);
   // As HostedPool::CaptureScenes. `done` is where the turn ends, most often.
   void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
                      HostedPool::CaptureDone done);

@@ -66,10 +66,10 @@ export class EnlargedView {
   }
 
   // The trace of an episode goes to the replay page.
-  async #keep(which) {
+  async #keep(selector) {
     try {
       const pool = this.#pool.name;
-      const episode = await this.#connection.call("pool.episode", { pool, environment: this.#environment, which });
+      const episode = await this.#connection.call("pool.episode", { pool, environment: this.#environment, selector });
       replayTrace(partOf(episode, "trace").content, episode.file_name);
     } catch (error) {
       if (error.name !== "ServerError") {

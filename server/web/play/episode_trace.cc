@@ -96,16 +96,16 @@ EpisodeChoice ReadEpisodeChoice(Fields* fields) {
   EpisodeChoice choice;
   choice.pool = fields->Text("pool");
   choice.environment = fields->Integer32("environment", 0, INT32_MAX);
-  choice.is_current = fields->Choice("which", {"last", "current"}) == "current";
+  choice.is_current = fields->Choice("selector", {"last", "current"}) == "current";
   return choice;
 }
 
 absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Client> client,
                                             const EpisodeChoice& choice,
                                             const std::atomic<bool>& is_stopping) {
-  const absl::StatusOr<v1::Episode> episode =
-      client->ReadEpisode(choice.pool, choice.environment,
-                          choice.is_current ? v1::WHICH_EPISODE_CURRENT : v1::WHICH_EPISODE_LAST);
+  const absl::StatusOr<v1::Episode> episode = client->GetEpisode(
+      choice.pool, choice.environment,
+      choice.is_current ? v1::EPISODE_SELECTOR_CURRENT : v1::EPISODE_SELECTOR_LAST);
   if (!episode.ok()) {
     return episode.status();
   }

@@ -20,7 +20,7 @@ struct EpisodeChoice {
   bool is_current = false;  // the one under way; otherwise the last that ended
 };
 
-// Takes the members pool, environment and which of a request.
+// Takes the members pool, environment and selector of a request.
 EpisodeChoice ReadEpisodeChoice(Fields* fields);
 
 // An episode of a pool, played again so that there are all rows of it.
@@ -29,7 +29,7 @@ struct EpisodeTrace {
   Recording recording;
 };
 
-// Blocks. Errors: those of ReadEpisode; FAILED_PRECONDITION it cannot be played again, or not by
+// Blocks. Errors: those of GetEpisode; FAILED_PRECONDITION it cannot be played again, or not by
 // options alone, which is all that a trace tells; CANCELLED `is_stopping`.
 absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Client> client,
                                             const EpisodeChoice& choice,

@@ -114,7 +114,7 @@ const std::map<std::string, Viewer::Method>& Viewer::Methods() {
       {"pools.follow", &Viewer::FollowPools},
       {"pools.unfollow", &Viewer::UnfollowPools},
       {"pool.history", &Viewer::ReadHistory},
-      {"pool.episode", &Viewer::ReadEpisode},
+      {"pool.episode", &Viewer::GetEpisode},
       {"watch.start", &Viewer::StartWatch},
       {"watch.stop", &Viewer::StopWatch},
       {"play.start", &Viewer::StartPlay},

@@ -83,7 +83,7 @@ class Viewer {
   absl::StatusOr<Answer> FollowPools(const Request& request);
   absl::StatusOr<Answer> UnfollowPools(const Request& request);
   absl::StatusOr<Answer> ReadHistory(const Request& request);
-  absl::StatusOr<Answer> ReadEpisode(const Request& request);
+  absl::StatusOr<Answer> GetEpisode(const Request& request);
   absl::StatusOr<Answer> StartWatch(const Request& request);
   absl::StatusOr<Answer> StopWatch(const Request& request);
   absl::StatusOr<Answer> StartPlay(const Request& request);

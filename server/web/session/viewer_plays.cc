@@ -130,7 +130,7 @@ absl::StatusOr<Answer> Viewer::ClosePlay(const Request& request) {
   return Answer();
 }
 
-absl::StatusOr<Answer> Viewer::ReadEpisode(const Request& request) {
+absl::StatusOr<Answer> Viewer::GetEpisode(const Request& request) {
   Fields fields(request.members);
   const EpisodeChoice choice = ReadEpisodeChoice(&fields);
   if (absl::Status status = fields.CheckAll(); !status.ok()) {

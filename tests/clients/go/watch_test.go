@@ -164,7 +164,7 @@ func TestEpisodeIsPlayedAgain(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	pool := madePool(t, client, easy(2, "coinrun"), HoldOptions{})
-	_, err := pool.ReadEpisode(ctx, 1, pb.WhichEpisode_WHICH_EPISODE_LAST)
+	_, err := pool.GetEpisode(ctx, 1, pb.EpisodeSelector_EPISODE_SELECTOR_LAST)
 	expectError(t, err, codes.FailedPrecondition)
 	actions := []int32{7, 8, 7, -1}
 	rewards := []float32{}
@@ -174,7 +174,7 @@ func TestEpisodeIsPlayedAgain(t *testing.T) {
 		rewards = append(rewards, batch.Rewards[1])
 		fingerprints = batch.Fingerprints
 	}
-	episode, err := pool.ReadEpisode(ctx, 1, pb.WhichEpisode_WHICH_EPISODE_LAST)
+	episode, err := pool.GetEpisode(ctx, 1, pb.EpisodeSelector_EPISODE_SELECTOR_LAST)
 	must(t, err)
 	if !bytes.Equal(episode.Actions, []byte{7, 8, 7, 255}) || !reflect.DeepEqual(episode.Rewards, rewards) {
 		t.Error(episode)
@@ -185,12 +185,12 @@ func TestEpisodeIsPlayedAgain(t *testing.T) {
 	if !reflect.DeepEqual(fingerprints, []uint64{uint64(episode.Fingerprint)}) {
 		t.Error(fingerprints, episode.Fingerprint)
 	}
-	current, err := pool.ReadEpisode(ctx, 0, pb.WhichEpisode_WHICH_EPISODE_CURRENT)
+	current, err := pool.GetEpisode(ctx, 0, pb.EpisodeSelector_EPISODE_SELECTOR_CURRENT)
 	must(t, err)
 	if !bytes.Equal(current.Actions, []byte{4, 4, 4, 4}) {
 		t.Error(current.Actions)
 	}
-	_, err = pool.ReadEpisode(ctx, 2, pb.WhichEpisode_WHICH_EPISODE_LAST)
+	_, err = pool.GetEpisode(ctx, 2, pb.EpisodeSelector_EPISODE_SELECTOR_LAST)
 	expectError(t, err, codes.InvalidArgument, "environment")
 
 	spec := &pb.PoolSpec{Games: []string{episode.Game}, EnvCount: 1, Options: episode.Options}

@@ -228,7 +228,7 @@ UNARY: dict[str, tuple[str, type, Callable]] = {
     ),
     "pool_of_huge_shape": ("CreatePool", pools_pb2.Pool, _shape),
     "episode_of_another": (
-        "ReadEpisode",
+        "GetEpisode",
         states_pb2.Episode,
         lambda episode: setattr(episode, "environment", 3),
     ),

@@ -67,7 +67,7 @@ absl::StatusOr<uint32_t> LookOn(procgen_client::Client* client, const std::strin
     digest = Crc32(digest,
                    {reinterpret_cast<const uint8_t*>(frame.image().data()), frame.image().size()});
   }
-  const auto episode = client->ReadEpisode(pool, 0, v1::WHICH_EPISODE_CURRENT);
+  const auto episode = client->GetEpisode(pool, 0, v1::EPISODE_SELECTOR_CURRENT);
   if (!episode.ok()) {
     return episode.status();
   }

@@ -86,7 +86,7 @@ func lookOn(ctx context.Context, connection *client.Client, pool *client.Pool, d
 	for _, frame := range frames {
 		digest = crc32.Update(digest, crc32.IEEETable, frame.Image)
 	}
-	if _, err = pool.ReadEpisode(ctx, 0, pb.WhichEpisode_WHICH_EPISODE_CURRENT); err != nil {
+	if _, err = pool.GetEpisode(ctx, 0, pb.EpisodeSelector_EPISODE_SELECTOR_CURRENT); err != nil {
 		return 0, err
 	}
 	if _, err = connection.ListPools(ctx); err != nil {

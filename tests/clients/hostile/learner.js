@@ -1,6 +1,6 @@
 // A learner of the Node client; hostile_test.py tells what it prints.
 
-import { connect, DistributionMode, Encoding, ProcgenError, WhichEpisode } from "../../../clients/node/dist/index.js";
+import { connect, DistributionMode, Encoding, EpisodeSelector, ProcgenError } from "../../../clients/node/dist/index.js";
 
 const envCount = 5;
 const table = Uint32Array.from({ length: 256 }, (_, value) => {
@@ -44,7 +44,7 @@ async function learn(address, encoding) {
     for (const { image } of await pool.render([1, 3], 64)) {
       digest = crc32(digest, image);
     }
-    await pool.readEpisode(0, WhichEpisode.CURRENT);
+    await pool.getEpisode(0, EpisodeSelector.CURRENT);
     for await (const listed of client.listPools()) {
       void listed;
     }

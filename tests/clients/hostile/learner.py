@@ -33,7 +33,7 @@ def _learn(address: str, encoding: str) -> int:
             digest = zlib.crc32(len(snapshot).to_bytes(4, "little"), digest)
         for frame in pool.render([1, 3], size_px=64):
             digest = zlib.crc32(frame.tobytes(), digest)
-        pool.read_episode(0, "current")
+        pool.get_episode(0, "current")
         client.list_pools()
         pool.close()
         return digest

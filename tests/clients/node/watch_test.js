@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  AbortedError, CancelledError, connect, EpisodeOutcome, FailedPreconditionError, InvalidArgumentError, NotFoundError,
-  ResourceExhaustedError, ServerProcess, WhichEpisode,
+  AbortedError, CancelledError, connect, EpisodeOutcome, EpisodeSelector, FailedPreconditionError, InvalidArgumentError,
+  NotFoundError, ResourceExhaustedError, ServerProcess,
 } from "../../../clients/node/dist/index.js";
 import { easy, withServer } from "./server.js";
 
@@ -110,7 +110,7 @@ test("a watch is given up with its signal", async () => {
 
 test("an episode is played again", async () => {
   const pool = await it.client.createPool(easy(["coinrun"], 2));
-  await assert.rejects(pool.readEpisode(1), FailedPreconditionError);
+  await assert.rejects(pool.getEpisode(1), FailedPreconditionError);
   const rewards = [];
   let fingerprint;
   for (const action of [7, 8, 7, -1]) {
@@ -118,13 +118,13 @@ test("an episode is played again", async () => {
     rewards.push(batch.rewards[1]);
     [fingerprint] = batch.fingerprints;
   }
-  const episode = await pool.readEpisode(1);
+  const episode = await pool.getEpisode(1);
   assert.deepEqual([...episode.actions], [7, 8, 7, 255]);
   assert.deepEqual(episode.rewards, rewards);
   assert.equal(episode.outcome, EpisodeOutcome.TERMINATED);
   assert.equal(BigInt.asUintN(64, episode.fingerprint), fingerprint);
-  assert.deepEqual([...(await pool.readEpisode(0, WhichEpisode.CURRENT)).actions], [4, 4, 4, 4]);
-  await assert.rejects(pool.readEpisode(2), InvalidArgumentError);
+  assert.deepEqual([...(await pool.getEpisode(0, EpisodeSelector.CURRENT)).actions], [4, 4, 4, 4]);
+  await assert.rejects(pool.getEpisode(2), InvalidArgumentError);
   await pool.close();
 
   const again = await it.client.createPool({ games: [episode.game], envCount: 1, options: episode.options });

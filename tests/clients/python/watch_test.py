@@ -69,14 +69,14 @@ def test_a_watch_ends_with_an_error(client: Client) -> None:
 def test_an_episode_is_played_again(client: Client) -> None:
     with client.create_pool("coinrun", 2, rand_seed=1) as pool:
         with pytest.raises(FailedPreconditionError, match="ended no episode"):
-            pool.read_episode(1)
+            pool.get_episode(1)
         rewards = [pool.step([4, action]).rewards[1] for action in (7, 8, 7, -1)]
-        episode = pool.read_episode(1)
+        episode = pool.get_episode(1)
         assert list(episode.actions) == [7, 8, 7, 255]
         assert list(episode.rewards) == rewards
-        assert list(pool.read_episode(0, "current").actions) == [4] * 4
+        assert list(pool.get_episode(0, "current").actions) == [4] * 4
         with pytest.raises(InvalidArgumentError, match="current"):
-            pool.read_episode(0, "next")
+            pool.get_episode(0, "next")
     with client.create_pool(
         episode.game, 1, start_level=episode.level_seed, num_levels=1
     ) as again:

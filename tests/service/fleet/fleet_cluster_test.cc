@@ -112,32 +112,32 @@ TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
   const auto step = [&](int32_t action) {
     ASSERT_THAT((*stream)->Step(std::vector<int32_t>(kEnvCount, action), &batch), IsOk());
   };
-  const auto expect_played_again = [&](v1::WhichEpisode which) {
+  const auto expect_played_again = [&](v1::EpisodeSelector selector) {
     for (int32_t i = 0; i < kEnvCount; ++i) {
-      const auto episode = client->ReadEpisode(pool->name(), i, which);
+      const auto episode = client->GetEpisode(pool->name(), i, selector);
       ASSERT_THAT(episode, IsOk());
       ExpectPlaysTheSame(*episode);
     }
   };
-  expect_played_again(v1::WHICH_EPISODE_CURRENT);  // whose level nobody has told yet
+  expect_played_again(v1::EPISODE_SELECTOR_CURRENT);  // whose level nobody has told yet
   for (int32_t i = 0; i < 60; ++i) {
     step(i == 20 ? -1 : i % 9);
     if (i == 40) {
       fleet.KillNode("a");
     }
   }
-  expect_played_again(v1::WHICH_EPISODE_LAST);
-  expect_played_again(v1::WHICH_EPISODE_CURRENT);
+  expect_played_again(v1::EPISODE_SELECTOR_LAST);
+  expect_played_again(v1::EPISODE_SELECTOR_CURRENT);
 
   fleet.KillFleet();
   fleet.StartFleet(1);
   step(3);
-  const auto lacking = client->ReadEpisode(pool->name(), 0, v1::WHICH_EPISODE_CURRENT);
+  const auto lacking = client->GetEpisode(pool->name(), 0, v1::EPISODE_SELECTOR_CURRENT);
   ASSERT_THAT(lacking, IsOk());
   EXPECT_EQ(lacking->incomplete_because(), "the episode began before the server was started");
   step(-1);
   step(5);
-  expect_played_again(v1::WHICH_EPISODE_CURRENT);
+  expect_played_again(v1::EPISODE_SELECTOR_CURRENT);
 }
 
 TEST(FleetClusterTest, FleetsAreWatched) {

@@ -134,10 +134,8 @@ std::vector<std::pair<std::string, Deed>> Deeds(const std::string& own_pool) {
          request.add_environments(0);
          return client->Watch(request)->Next().status();
        }},
-      {"ReadEpisode",
-       [](Client* client, const std::string& pool) {
-         return client->ReadEpisode(pool, 0).status();
-       }},
+      {"GetEpisode", [](Client* client,
+                        const std::string& pool) { return client->GetEpisode(pool, 0).status(); }},
       {"Delete", [](Client* client, const std::string& pool) { return client->DeletePool(pool); }},
   };
 }

@@ -39,7 +39,7 @@ TEST_F(GarbageTest, UnaryMethodsSayWhatTheyCouldNotRead) {
         {"/procgen.v1.StateService/SaveStates", "procgen.v1.SaveStatesRequest"},
         {"/procgen.v1.StateService/RestoreStates", "procgen.v1.RestoreStatesRequest"},
         {"/procgen.v1.StateService/CloneStates", "procgen.v1.CloneStatesRequest"},
-        {"/procgen.v1.StateService/ReadEpisode", "procgen.v1.ReadEpisodeRequest"},
+        {"/procgen.v1.StateService/GetEpisode", "procgen.v1.GetEpisodeRequest"},
         {"/procgen.v1.RenderService/RenderEnvironments", "procgen.v1.RenderEnvironmentsRequest"},
         {"/procgen.v1.RenderService/WatchPool", "procgen.v1.WatchPoolRequest"}}) {
     EXPECT_THAT(CallRaw(channel_, method, {kGarbage}).status,

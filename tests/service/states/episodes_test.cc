@@ -31,16 +31,16 @@ v1::StepPoolRequest Unobserved(const std::vector<int32_t>& actions) {
 
 class EpisodesTest : public ServiceTest {
  protected:
-  v1::Episode Read(const std::string& pool, int32_t environment, v1::WhichEpisode which) {
-    const auto episode = client_->ReadEpisode(pool, environment, which);
+  v1::Episode Read(const std::string& pool, int32_t environment, v1::EpisodeSelector selector) {
+    const auto episode = client_->GetEpisode(pool, environment, selector);
     EXPECT_THAT(episode, IsOk());
     return episode.value_or(v1::Episode());
   }
   v1::Episode Last(const std::string& pool, int32_t environment = 0) {
-    return Read(pool, environment, v1::WHICH_EPISODE_LAST);
+    return Read(pool, environment, v1::EPISODE_SELECTOR_LAST);
   }
   v1::Episode Current(const std::string& pool, int32_t environment = 0) {
-    return Read(pool, environment, v1::WHICH_EPISODE_CURRENT);
+    return Read(pool, environment, v1::EPISODE_SELECTOR_CURRENT);
   }
 };
 
@@ -70,7 +70,7 @@ TEST_P(EveryGameEpisodesTest, EpisodesArePlayedAgainInEachMode) {
       }
       ASSERT_THAT(stream->Call(Unobserved(actions), &batch), IsOk());
       for (int32_t i = 0; i < kEnvCount && step % 10 == 9; ++i) {
-        const auto episode = client_->ReadEpisode(stream->pool().name(), i);
+        const auto episode = client_->GetEpisode(stream->pool().name(), i);
         if (!absl::IsFailedPrecondition(episode.status())) {
           ASSERT_THAT(episode, IsOk());
           ExpectPlaysTheSame(*episode);
@@ -103,8 +103,8 @@ TEST_F(EpisodesTest, ItIsToldWhatTheLearnerDidAndGot) {
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   const int32_t level_seed = batch.level_seeds()[1];
   EXPECT_EQ(Current(pool, 1).level_seed(), level_seed);
-  EXPECT_THAT(client_->ReadEpisode(pool, 1), StatusIs(absl::StatusCode::kFailedPrecondition,
-                                                      "environment 1 has ended no episode yet"));
+  EXPECT_THAT(client_->GetEpisode(pool, 1), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                                     "environment 1 has ended no episode yet"));
   ASSERT_THAT(stream->Step({7, 3}, &batch), IsOk());
   ASSERT_THAT(stream->Step({7, 14}, &batch), IsOk());
   ASSERT_THAT(stream->Step({7, -1}, &batch), IsOk());
@@ -268,7 +268,7 @@ TEST_F(EpisodesTest, WhatIsIgnoredBetweenEpisodesIsInNone) {
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({3}, &batch), IsOk());
   ASSERT_THAT(stream->Step({-1}, &batch), IsOk());
-  EXPECT_THAT(client_->ReadEpisode(pool, 0, v1::WHICH_EPISODE_CURRENT),
+  EXPECT_THAT(client_->GetEpisode(pool, 0, v1::EPISODE_SELECTOR_CURRENT),
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("between two episodes")));
   ASSERT_THAT(stream->Step({9}, &batch), IsOk());
   EXPECT_THAT(Current(pool).actions(), IsEmpty());
@@ -318,13 +318,13 @@ TEST_F(EpisodesTest, StatesThatArePutInAreToldAndTheNextEpisodeIsWhole) {
 
 TEST_F(EpisodesTest, WrongInputsAreRefused) {
   const std::string pool = CreatePool(MazeSpec(2));
-  EXPECT_THAT(client_->ReadEpisode(pool, 2),
+  EXPECT_THAT(client_->GetEpisode(pool, 2),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "environment is 2, pool " + pool + " has environments 0 to 1"));
-  EXPECT_THAT(client_->ReadEpisode(pool, -1), StatusIs(absl::StatusCode::kInvalidArgument, _));
-  EXPECT_THAT(client_->ReadEpisode("pools/nothing", 0), StatusIs(absl::StatusCode::kNotFound, _));
-  EXPECT_THAT(client_->ReadEpisode(pool, 0, static_cast<v1::WhichEpisode>(9)),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("which")));
+  EXPECT_THAT(client_->GetEpisode(pool, -1), StatusIs(absl::StatusCode::kInvalidArgument, _));
+  EXPECT_THAT(client_->GetEpisode("pools/nothing", 0), StatusIs(absl::StatusCode::kNotFound, _));
+  EXPECT_THAT(client_->GetEpisode(pool, 0, static_cast<v1::EpisodeSelector>(9)),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("selector")));
 }
 
 }  // namespace

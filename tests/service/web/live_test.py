@@ -209,7 +209,7 @@ def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
             async with open_page(server.url) as page:
                 for environment, rows in ends.items():
                     told = await page.call(
-                        "pool.episode", pool=pool.name, environment=environment, which="last"
+                        "pool.episode", pool=pool.name, environment=environment, selector="last"
                     )
                     assert told.result["ended"] is True and told.result["game"] == "coinrun"
                     own = [it[environment] for it in rewards[rows[-2] : rows[-1]]]
@@ -217,19 +217,21 @@ def test_an_episode_of_a_running_pool_is_kept_as_a_trace(
                     trace = told.parts["trace"]
                     assert conformance(trace, tmp_path).endswith("1 passed, 0 failed, 0 skipped\n")
                     opened = await page.call(
-                        "replay.open", pool=pool.name, environment=environment, which="last",
+                        "replay.open", pool=pool.name, environment=environment, selector="last",
                         human_size_px=0,
                     )  # fmt: skip
                     assert opened.result["difference"] is None
                     assert opened.result["fingerprint"] == told.result["fingerprint"]
                     assert opened.result["rows"] == told.result["steps"] + 1
                 current = await page.call(
-                    "pool.episode", pool=pool.name, environment=0, which="current"
+                    "pool.episode", pool=pool.name, environment=0, selector="current"
                 )
                 assert current.result["ended"] is False and current.result["fingerprint"] is None
                 pool.restore_states(pool.save_states())
                 with pytest.raises(PageError, match="the beginning of this episode") as raised:
-                    await page.call("pool.episode", pool=pool.name, environment=0, which="current")
+                    await page.call(
+                        "pool.episode", pool=pool.name, environment=0, selector="current"
+                    )
                 assert raised.value.code == "FAILED_PRECONDITION"
 
     run(test())
