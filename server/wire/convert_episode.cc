@@ -1,8 +1,5 @@
 #include "server/wire/convert_episode.h"
 
-#include <string>
-
-#include "absl/strings/string_view.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -22,21 +19,20 @@ v1::EpisodeOutcome OutcomeOf(EpisodeOutcome outcome) {
   return v1::EPISODE_OUTCOME_UNSPECIFIED;
 }
 
-absl::string_view ReasonOf(EpisodeLack lack) {
-  switch (lack) {
-    case EpisodeLack::kNothing:
-      return "";
-    case EpisodeLack::kStatePutIn:
-      return "a state was put into the environment in the midst of the episode";
-    case EpisodeLack::kTooOld:
-      return "the episode began too long ago, and its beginning was forgotten (limit "
-             "episode_bytes_max)";
-    case EpisodeLack::kBeforeProcess:
-      return "the episode began before the server was started";
-    case EpisodeLack::kFailedRequest:
-      return "a request failed in the midst of the episode";
+v1::IncompleteReason ReasonOf(IncompleteReason reason) {
+  switch (reason) {
+    case IncompleteReason::kNone:
+      return v1::INCOMPLETE_REASON_UNSPECIFIED;
+    case IncompleteReason::kStateRestored:
+      return v1::INCOMPLETE_REASON_STATE_RESTORED;
+    case IncompleteReason::kTooOld:
+      return v1::INCOMPLETE_REASON_TOO_OLD;
+    case IncompleteReason::kServerRestarted:
+      return v1::INCOMPLETE_REASON_SERVER_RESTARTED;
+    case IncompleteReason::kRequestFailed:
+      return v1::INCOMPLETE_REASON_REQUEST_FAILED;
   }
-  return "";
+  return v1::INCOMPLETE_REASON_UNSPECIFIED;
 }
 
 // Those of the environment, with the episode's first level alone.
@@ -64,16 +60,16 @@ void FillEpisode(const Episode& episode, const PoolOptions& pool, int32_t enviro
   message->mutable_rewards()->Add(episode.rewards.begin(), episode.rewards.end());
   message->mutable_action_counts()->Add(episode.action_counts.begin(), episode.action_counts.end());
   message->set_total_reward(episode.total_reward);
-  for (const LaterLevel& later : episode.later_levels) {
-    v1::LaterLevel* level = message->add_later_levels();
-    level->set_action(later.action);
-    level->set_level_seed(later.level_seed);
+  for (const LevelChange& change : episode.level_changes) {
+    v1::LevelChange* level_change = message->add_level_changes();
+    level_change->set_action(change.action);
+    level_change->set_level_seed(change.level_seed);
   }
   message->set_outcome(OutcomeOf(episode.outcome));
   message->set_level_complete(episode.level_complete);
   message->set_fingerprint(static_cast<int64_t>(episode.fingerprint));
-  message->set_follows_another(episode.follows_another);
-  message->set_incomplete_because(std::string(ReasonOf(episode.lack)));
+  message->set_prev_level_incomplete(episode.prev_level_incomplete);
+  message->set_incomplete_reason(ReasonOf(episode.incomplete_reason));
 }
 
 }  // namespace procgen

@@ -125,9 +125,9 @@ absl::Status ValidateEpisode(const v1::Episode& episode, int32_t environment) {
                               ", expected: ", environment));
   }
   const auto actions = static_cast<int64_t>(episode.actions().size());
-  for (const v1::LaterLevel& level : episode.later_levels()) {
-    if (level.action() < 0 || level.action() >= actions) {
-      return Wrong(absl::StrCat("a level that begins with action ", level.action(),
+  for (const v1::LevelChange& change : episode.level_changes()) {
+    if (change.action() < 0 || change.action() >= actions) {
+      return Wrong(absl::StrCat("a level that begins with action ", change.action(),
                                 ", expected: one of ", actions));
     }
   }
@@ -135,7 +135,7 @@ absl::Status ValidateEpisode(const v1::Episode& episode, int32_t environment) {
   const int64_t steps = counts.empty() ? actions : counts.size();
   const int64_t taken =
       counts.empty() ? actions : std::accumulate(counts.begin(), counts.end(), int64_t{0});
-  if (episode.incomplete_because().empty() &&
+  if (episode.incomplete_reason() == v1::INCOMPLETE_REASON_UNSPECIFIED &&
       (episode.rewards_size() != steps || taken != actions)) {
     return Wrong(absl::StrCat(episode.rewards_size(), " rewards of ", steps, " steps with ", taken,
                               " actions, expected: one a step, and ", actions, " actions"));

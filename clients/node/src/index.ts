@@ -20,7 +20,9 @@ export {
   type EnvironmentOptions, type LevelSampler, type ObservationFormat, type Pool as PoolMessage, type PoolSpec,
 } from "./generated/procgen/v1/pools_pb.js";
 export type { Frame, WatchPoolResponse } from "./generated/procgen/v1/render_pb.js";
-export { EpisodeOutcome, EpisodeSelector, type Episode, type LaterLevel } from "./generated/procgen/v1/states_pb.js";
+export {
+  EpisodeOutcome, EpisodeSelector, IncompleteReason, type Episode, type LevelChange,
+} from "./generated/procgen/v1/states_pb.js";
 export {
   StepPoolRequestSchema, StepPoolResponseSchema,
   type StepPoolRequest, type StepPoolResponse,

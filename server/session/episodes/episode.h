@@ -18,16 +18,16 @@ enum class EpisodeOutcome : uint8_t {
 };
 
 // Why the beginning of an episode is not known.
-enum class EpisodeLack : uint8_t {
-  kNothing,        // it is
-  kStatePutIn,     // a state was put into the environment in its midst
-  kTooOld,         // it was forgotten
-  kBeforeProcess,  // it began when another process had the pool
-  kFailedRequest,  // a request failed in its midst
+enum class IncompleteReason : uint8_t {
+  kNone,             // it is
+  kStateRestored,    // a state was put into the environment in its midst
+  kTooOld,           // it was forgotten
+  kServerRestarted,  // it began when another process had the pool
+  kRequestFailed,    // a request failed in its midst
 };
 
 // A level that began in the midst of an episode.
-struct LaterLevel {
+struct LevelChange {
   int32_t action = 0;  // index of the one that completed the level before
   int32_t level_seed = 0;
 };
@@ -41,10 +41,10 @@ struct EpisodeSummary {
   EpisodeOutcome outcome = EpisodeOutcome::kUnderWay;
   bool level_complete = false;  // by the last action
   uint64_t fingerprint = 0;     // at its end; 0: it has none
-  EpisodeLack lack = EpisodeLack::kNothing;
+  IncompleteReason incomplete_reason = IncompleteReason::kNone;
   // An episode came before whose level was not completed; miner remembers that until its first
   // step.
-  bool follows_another = false;
+  bool prev_level_incomplete = false;
 };
 
 // An episode with its steps.
@@ -52,7 +52,7 @@ struct Episode : EpisodeSummary {
   std::string actions;                 // one byte each; 255: kEndEpisodeAction
   std::vector<float> rewards;          // of each of the learner's steps
   std::vector<int32_t> action_counts;  // likewise: how many actions it took; empty: one each
-  std::vector<LaterLevel> later_levels;
+  std::vector<LevelChange> level_changes;
 };
 
 }  // namespace procgen

@@ -16,16 +16,16 @@ constexpr int64_t kPoolBytesMin = 1 << 20;
 constexpr int64_t kBufferBytesMin = 64;
 
 // The beginning is not known; the first reason counts.
-void AddLack(EpisodeLack lack, EpisodeRecording* recording) {
-  if (recording->summary.lack == EpisodeLack::kNothing) {
-    recording->summary.lack = lack;
+void SetReason(IncompleteReason reason, EpisodeRecording* recording) {
+  if (recording->summary.incomplete_reason == IncompleteReason::kNone) {
+    recording->summary.incomplete_reason = reason;
   }
 }
 
 // Forgets the oldest steps until the others take `bytes`.
 void Forget(EpisodeRecording* recording, int64_t bytes) {
   if (recording->KeepLast(bytes)) {
-    AddLack(EpisodeLack::kTooOld, recording);
+    SetReason(IncompleteReason::kTooOld, recording);
   }
 }
 
@@ -122,7 +122,8 @@ void EpisodeLog::AddBoundary(int32_t index, const Batch& batch, size_t row) {
 void EpisodeLog::EndEpisode(Environment* environment) {
   std::swap(environment->current, environment->last);
   const EpisodeSummary& last = environment->last.summary;
-  environment->current.summary = {.options = last.options, .follows_another = !last.level_complete};
+  environment->current.summary = {.options = last.options,
+                                  .prev_level_incomplete = !last.level_complete};
   environment->current.ClearSteps();
   environment->is_under_way = false;
   environment->has_last = true;
@@ -131,7 +132,7 @@ void EpisodeLog::EndEpisode(Environment* environment) {
 void EpisodeLog::BeginEpisode(int32_t environment, int32_t level_seed) {
   SetLevel(environment, level_seed);
   Environment& of = Of(environment);
-  of.current.summary.lack = EpisodeLack::kNothing;
+  of.current.summary.incomplete_reason = IncompleteReason::kNone;
   of.current.ClearSteps();
   of.is_under_way = true;
 }
@@ -146,9 +147,10 @@ void EpisodeLog::Add(absl::Span<const PutIn> states) {
     BeginEpisode(state.environment, state.level_seed);
     Environment& environment = Of(state.environment);
     EpisodeSummary& summary = environment.current.summary;
-    summary.follows_another = state.follows_another;
+    summary.prev_level_incomplete = state.prev_level_incomplete;
     summary.options = state.options;
-    summary.lack = state.episode_length == 0 ? EpisodeLack::kNothing : EpisodeLack::kStatePutIn;
+    summary.incomplete_reason =
+        state.episode_length == 0 ? IncompleteReason::kNone : IncompleteReason::kStateRestored;
     environment.is_under_way = !state.awaits_episode;
     lengths_[static_cast<size_t>(state.environment)] = state.episode_length;
     returns_[static_cast<size_t>(state.environment)] = 0;
@@ -176,7 +178,7 @@ void EpisodeLog::Add(absl::Span<const StateToClone> pairs) {
     EpisodeSummary& summary = target.current.summary;
     summary = std::move(sources[i].summary);
     if (sources[i].length != 0) {
-      summary.lack = EpisodeLack::kStatePutIn;
+      summary.incomplete_reason = IncompleteReason::kStateRestored;
     }
     target.current.ClearSteps();
     lengths_[place] = sources[i].length;
@@ -186,12 +188,12 @@ void EpisodeLog::Add(absl::Span<const StateToClone> pairs) {
   }
 }
 
-void EpisodeLog::Lose(Part part, EpisodeLack why) {
+void EpisodeLog::Lose(Part part, IncompleteReason reason) {
   for (int32_t index = part.first; index < part.first + part.count; ++index) {
     Environment& environment = Of(index);
     environment.current.ClearSteps();
-    AddLack(why, &environment.current);
-    if (why == EpisodeLack::kBeforeProcess) {
+    SetReason(reason, &environment.current);
+    if (reason == IncompleteReason::kServerRestarted) {
       lengths_[static_cast<size_t>(index)] = -1;
     }
   }
@@ -224,7 +226,7 @@ void EpisodeLog::MakeRoom(Environment* environment) {
       Forget(&current, current.capacity() / 2);
       return;
     } else {
-      AddLack(EpisodeLack::kTooOld, &current);
+      SetReason(IncompleteReason::kTooOld, &current);
       return;
     }
   }

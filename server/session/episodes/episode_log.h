@@ -30,8 +30,8 @@ class EpisodeLog {
     std::shared_ptr<const EnvironmentOptions> options;  // null: those of the pool
     int32_t level_seed = 0;
     int32_t episode_length = 0;
-    bool awaits_episode = false;   // the next one has not begun
-    bool follows_another = false;  // as in Episode
+    bool awaits_episode = false;         // the next one has not begun
+    bool prev_level_incomplete = false;  // as in Episode
   };
 
   // Reserves what it takes of `bytes`, which must outlive it, as it grows.
@@ -48,7 +48,7 @@ class EpisodeLog {
   // Environments were put into the states of others, all at once.
   void Add(absl::Span<const StateToClone> pairs);
   // What happened in [part.first, part.first + part.count) is not known.
-  void Lose(Part part, EpisodeLack why);
+  void Lose(Part part, IncompleteReason reason);
 
   // Whether the seed of the level is known that the episode under way began with.
   bool KnowsLevel(int32_t environment) const { return Of(environment).knows_level; }
@@ -78,7 +78,7 @@ class EpisodeLog {
   void AddBoundary(int32_t environment, const Batch& batch, size_t row);
   // The episode under way becomes the last one; its summary is complete.
   static void EndEpisode(Environment* environment);
-  // The episode's EpisodeSummary::follows_another is known already.
+  // The episode's EpisodeSummary::prev_level_incomplete is known already.
   void BeginEpisode(int32_t environment, int32_t level_seed);
   // Makes room for a step, by forgetting the environment's oldest if need be. None: no step fits.
   void MakeRoom(Environment* environment);

@@ -74,7 +74,7 @@ Episode EpisodeRecording::Decode() const {
         episode.rewards.back() = ValueAt<float>(record);
         break;
       case kLevel:
-        episode.later_levels.push_back(
+        episode.level_changes.push_back(
             {static_cast<int32_t>(episode.actions.size()) - 1, ValueAt<int32_t>(record)});
         break;
       default:

@@ -17,7 +17,7 @@ std::vector<EpisodeLog::PutIn> PutInOf(const std::vector<StateToRestore>& states
                         .episode_length = moment->episode_length,
                         .awaits_episode = moment->awaits_episode,
                         // That of a new environment has drawn one level.
-                        .follows_another = moment->level_draws != 1});
+                        .prev_level_incomplete = moment->level_draws != 1});
     }
   }
   return put_in;
@@ -54,7 +54,7 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
     episodes_->Add(input, batch);
   } else if (input.first > request.first) {
     // Its earlier parts have not happened after all.
-    episodes_->Lose({request.first, input.first - request.first}, EpisodeLack::kFailedRequest);
+    episodes_->Lose({request.first, input.first - request.first}, IncompleteReason::kRequestFailed);
   }
 }
 
@@ -100,7 +100,7 @@ void PoolObservers::OnUnseen() {
 
 void PoolObservers::ForgetEpisodes(int32_t env_count) {
   if (episodes_ != nullptr) {
-    episodes_->Lose({0, env_count}, EpisodeLack::kBeforeProcess);
+    episodes_->Lose({0, env_count}, IncompleteReason::kServerRestarted);
   }
 }
 

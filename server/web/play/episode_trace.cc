@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/web/play/solo_pool.h"
@@ -18,10 +19,26 @@ namespace v1 = procgen::v1;
 // Actions that are played until it is looked whether anybody waits for them.
 constexpr size_t kActionsAtATime = 256;
 
+absl::string_view TextOf(v1::IncompleteReason reason) {
+  switch (reason) {
+    case v1::INCOMPLETE_REASON_STATE_RESTORED:
+      return "a state was put into the environment in the midst of the episode";
+    case v1::INCOMPLETE_REASON_TOO_OLD:
+      return "the episode began too long ago, and its beginning was forgotten (limit "
+             "episode_bytes_max)";
+    case v1::INCOMPLETE_REASON_SERVER_RESTARTED:
+      return "the episode began before the server was started";
+    case v1::INCOMPLETE_REASON_REQUEST_FAILED:
+      return "a request failed in the midst of the episode";
+    default:
+      return "the reason is not known";
+  }
+}
+
 absl::Status CheckBeginning(const v1::Episode& episode) {
-  if (!episode.incomplete_because().empty()) {
+  if (episode.incomplete_reason() != v1::INCOMPLETE_REASON_UNSPECIFIED) {
     return absl::FailedPreconditionError(
-        absl::StrCat("the beginning of this episode lacks: ", episode.incomplete_because()));
+        absl::StrCat("the beginning of this episode lacks: ", TextOf(episode.incomplete_reason())));
   }
   if (episode.level_seed() < 0) {
     return absl::FailedPreconditionError(absl::StrCat(
@@ -41,8 +58,8 @@ std::vector<int32_t> ActionsOf(const v1::Episode& episode) {
 // Whether what was played again is what was played. The rewards of repeated actions are sums, which
 // the levels vouch for.
 bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
-  for (const v1::LaterLevel& later : episode.later_levels()) {
-    if (trace.level_seeds[static_cast<size_t>(later.action()) + 1] != later.level_seed()) {
+  for (const v1::LevelChange& change : episode.level_changes()) {
+    if (trace.level_seeds[static_cast<size_t>(change.action()) + 1] != change.level_seed()) {
       return false;
     }
   }

@@ -46,7 +46,7 @@ v1::Episode Episode() {
   episode.mutable_rewards()->Resize(2, 0);
   episode.add_action_counts(1);
   episode.add_action_counts(2);
-  episode.add_later_levels()->set_action(2);
+  episode.add_level_changes()->set_action(2);
   return episode;
 }
 
@@ -110,7 +110,7 @@ TEST(AnswerValidationTest, PartsOfAnEpisodeFitTogether) {
   EXPECT_THAT(ValidateEpisode(Episode(), 2), IsOk());
   EXPECT_THAT(ValidateEpisode(Episode(), 1), IsWrong("environment 2, expected: 1"));
   v1::Episode episode = Episode();
-  episode.mutable_later_levels(0)->set_action(3);
+  episode.mutable_level_changes(0)->set_action(3);
   EXPECT_THAT(ValidateEpisode(episode, 2), IsWrong("begins with action 3, expected: one of 3"));
   episode = Episode();
   episode.set_action_counts(1, INT32_MAX);

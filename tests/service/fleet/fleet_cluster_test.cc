@@ -134,7 +134,7 @@ TEST(FleetClusterTest, EpisodesAreToldWhateverBecomesOfNodes) {
   step(3);
   const auto lacking = client->GetEpisode(pool->name(), 0, v1::EPISODE_SELECTOR_CURRENT);
   ASSERT_THAT(lacking, IsOk());
-  EXPECT_EQ(lacking->incomplete_because(), "the episode began before the server was started");
+  EXPECT_EQ(lacking->incomplete_reason(), v1::INCOMPLETE_REASON_SERVER_RESTARTED);
   step(-1);
   step(5);
   expect_played_again(v1::EPISODE_SELECTOR_CURRENT);

@@ -21,11 +21,11 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
   *spec.mutable_options() = episode.options();
   std::unique_ptr<Pool> pool =
       Pool::Create(PoolOptionsOf(spec).value(), std::make_shared<WorkerPool>(0)).value();
-  if (episode.follows_another()) {
+  if (episode.prev_level_incomplete()) {
     const int32_t action = 4;
     EXPECT_THAT(pool->Step({.count = 1, .actions = {&action, 1}}, {}), IsOk());
   }
-  if (episode.follows_another() || episode.options().num_levels() == 0) {
+  if (episode.prev_level_incomplete() || episode.options().num_levels() == 0) {
     const Reset reset = {
         .environment = 0, .level_seed = episode.level_seed(), .rand_seed = std::nullopt};
     EXPECT_THAT(pool->Step({.count = 1, .steps = false, .resets = {&reset, 1}}, {}), IsOk());
@@ -36,20 +36,20 @@ std::unique_ptr<Pool> PoolFor(const v1::Episode& episode) {
 }  // namespace
 
 void ExpectPlaysTheSame(const v1::Episode& episode) {
-  ASSERT_EQ(episode.incomplete_because(), "");
+  ASSERT_EQ(episode.incomplete_reason(), v1::INCOMPLETE_REASON_UNSPECIFIED);
   const std::unique_ptr<Pool> pool = PoolFor(episode);
   BatchNumbers values;
   values.LendTo({}, 1);  // an episode that has only begun tells of no step
   int32_t played = 0;
-  int later = 0;
+  int change = 0;
   for (int i = 0; i < episode.rewards_size(); ++i) {
     const int32_t count = episode.action_counts().empty() ? 1 : episode.action_counts(i);
     const auto byte = static_cast<int8_t>(episode.actions()[static_cast<size_t>(played)]);
     const int32_t action = byte;  // NOLINT(bugprone-signed-char-misuse): -1 is an action
     std::vector<NextLevel> next_levels;
-    if (later < episode.later_levels_size() &&
-        episode.later_levels(later).action() < played + count) {
-      next_levels.push_back({0, episode.later_levels(later++).level_seed()});
+    if (change < episode.level_changes_size() &&
+        episode.level_changes(change).action() < played + count) {
+      next_levels.push_back({0, episode.level_changes(change++).level_seed()});
     }
     ASSERT_THAT(
         pool->Step(
@@ -62,7 +62,7 @@ void ExpectPlaysTheSame(const v1::Episode& episode) {
     played += count;
   }
   EXPECT_EQ(played, static_cast<int32_t>(episode.actions().size()));
-  EXPECT_EQ(later, episode.later_levels_size());
+  EXPECT_EQ(change, episode.level_changes_size());
   EXPECT_EQ(values.terminated[0] != 0, episode.outcome() == v1::EPISODE_OUTCOME_TERMINATED);
   EXPECT_EQ(values.truncated[0] != 0, episode.outcome() == v1::EPISODE_OUTCOME_TRUNCATED);
   EXPECT_EQ(std::bit_cast<uint32_t>(values.episode_returns[0]),

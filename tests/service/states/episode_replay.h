@@ -7,7 +7,7 @@ namespace procgen {
 
 // Plays an episode that GetEpisode told, in an environment of its own and in this process, and
 // checks that it is the same: rewards and sum bit for bit, how it ended, its fingerprint.
-// REQUIRES: Episode.incomplete_because is empty.
+// REQUIRES: Episode.incomplete_reason is unset.
 void ExpectPlaysTheSame(const v1::Episode& episode);
 
 }  // namespace procgen

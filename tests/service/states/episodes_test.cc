@@ -165,7 +165,7 @@ TEST_F(EpisodesTest, LevelsOfASequenceAreTold) {
       if (batch.prev_level_complete()[static_cast<size_t>(i)]) {
         const v1::Episode current = Current(stream->pool().name(), i);
         ExpectPlaysTheSame(current);
-        levels += current.later_levels_size();
+        levels += current.level_changes_size();
       }
     }
   }
@@ -294,10 +294,10 @@ TEST_F(EpisodesTest, StatesThatArePutInAreToldAndTheNextEpisodeIsWhole) {
   ASSERT_THAT(stream->Step({7, 7}, &batch), IsOk());
   ASSERT_THAT(client_->RestoreStates(pool, *later), IsOk());
   ASSERT_THAT(stream->Step({2, 3}, &batch), IsOk());
-  EXPECT_THAT(Current(pool).incomplete_because(), HasSubstr("a state was put into"));
+  EXPECT_EQ(Current(pool).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   EXPECT_EQ(Current(pool).actions(), std::string("\x02"));
   ASSERT_THAT(stream->Step({-1, 3}, &batch), IsOk());
-  EXPECT_THAT(Last(pool).incomplete_because(), HasSubstr("a state was put into"));
+  EXPECT_EQ(Last(pool).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   // With the options that came along.
   ASSERT_THAT(stream->Step({4, 3}, &batch), IsOk());
   EXPECT_EQ(Current(pool).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);
@@ -309,7 +309,7 @@ TEST_F(EpisodesTest, StatesThatArePutInAreToldAndTheNextEpisodeIsWhole) {
   ExpectPlaysTheSame(Current(pool));
   // What is cloned is put in, too.
   ASSERT_THAT(client_->CloneStates(pool, {Pair(0, 1)}), IsOk());
-  EXPECT_THAT(Current(pool, 1).incomplete_because(), HasSubstr("a state was put into"));
+  EXPECT_EQ(Current(pool, 1).incomplete_reason(), v1::INCOMPLETE_REASON_STATE_RESTORED);
   ASSERT_THAT(stream->Step({1, -1}, &batch), IsOk());
   ASSERT_THAT(stream->Step({1, 4}, &batch), IsOk());
   EXPECT_EQ(Current(pool, 1).options().distribution_mode(), v1::DISTRIBUTION_MODE_HARD);

@@ -81,7 +81,7 @@ TEST(EpisodeLogTest, TellsActionsRewardsAndHowItEnded) {
   EXPECT_THAT(last.action_counts, IsEmpty());
   EXPECT_EQ(last.outcome, EpisodeOutcome::kTerminated);
   EXPECT_EQ(last.fingerprint, 99U);
-  EXPECT_EQ(last.lack, EpisodeLack::kNothing);
+  EXPECT_EQ(last.incomplete_reason, IncompleteReason::kNone);
   const Episode current = EpisodeOf(&log, 1, true);
   EXPECT_EQ(current.level_seed, 31);
   EXPECT_EQ(current.actions, std::string("\x03"));
@@ -119,7 +119,7 @@ TEST(EpisodeLogTest, StepsThatNoEpisodeNeedsAreForgotten) {
   // Two buffers of 128 bytes an environment.
   EXPECT_EQ(bytes.reserved_bytes(), 100 * 2 * 128);
   EXPECT_THAT(EpisodeOf(&log, 50, false).actions, SizeIs(100));
-  EXPECT_EQ(EpisodeOf(&log, 50, false).lack, EpisodeLack::kNothing);
+  EXPECT_EQ(EpisodeOf(&log, 50, false).incomplete_reason, IncompleteReason::kNone);
 }
 
 TEST(EpisodeLogTest, WhereThereIsNoRoomTheOldestIsForgottenAndSaysSo) {
@@ -132,14 +132,14 @@ TEST(EpisodeLogTest, WhereThereIsNoRoomTheOldestIsForgottenAndSaysSo) {
     pool.Step(step % 15);
     ASSERT_LE(bytes.reserved_bytes(), 300'000);
   }
-  EXPECT_EQ(EpisodeOf(&log, 7, false).lack, EpisodeLack::kTooOld);
+  EXPECT_EQ(EpisodeOf(&log, 7, false).incomplete_reason, IncompleteReason::kTooOld);
   const Episode current = EpisodeOf(&log, 8, true);
-  EXPECT_EQ(current.lack, EpisodeLack::kTooOld);
+  EXPECT_EQ(current.incomplete_reason, IncompleteReason::kTooOld);
   EXPECT_GT(current.actions.size(), 100U);
   EXPECT_EQ(current.actions.back(), static_cast<char>(1999 % 15));
   pool.Step(-1, {8});
   pool.Step(2);
-  EXPECT_EQ(EpisodeOf(&log, 8, true).lack, EpisodeLack::kNothing);
+  EXPECT_EQ(EpisodeOf(&log, 8, true).incomplete_reason, IncompleteReason::kNone);
   EXPECT_EQ(EpisodeOf(&log, 8, true).actions, std::string("\x02"));
 }
 
@@ -160,8 +160,9 @@ TEST(EpisodeLogTest, TheLatestStepIsKeptWhereSlicesTakeTurnsInASmallMemory) {
     const Episode episode = EpisodeOf(&log, slice.first, true);
     ASSERT_THAT(episode.actions, Not(IsEmpty())) << "step " << step;
     EXPECT_EQ(episode.actions.back(), static_cast<char>(step % 15));
-    ASSERT_THAT(episode.later_levels, Not(IsEmpty()));
-    EXPECT_EQ(episode.later_levels.back().action, static_cast<int32_t>(episode.actions.size()) - 1);
+    ASSERT_THAT(episode.level_changes, Not(IsEmpty()));
+    EXPECT_EQ(episode.level_changes.back().action,
+              static_cast<int32_t>(episode.actions.size()) - 1);
   }
   EXPECT_GE(checked, 12);
 }
@@ -183,7 +184,7 @@ TEST(EpisodeLogTest, WithoutAnyRoomNothingIsRemembered) {
   MadeUpPool pool(10, &log);
   pool.Step(1);
   pool.Step(-1, {3});
-  EXPECT_EQ(EpisodeOf(&log, 3, false).lack, EpisodeLack::kTooOld);
+  EXPECT_EQ(EpisodeOf(&log, 3, false).incomplete_reason, IncompleteReason::kTooOld);
   EXPECT_EQ(bytes.reserved_bytes(), 0);
 }
 
