@@ -37,7 +37,7 @@ def canonical(
     asked.observation = asked.observation or step_pb2.OBSERVATION_FRAME
     if kind == "step":
         asked.repeat_count = asked.repeat_count or 1
-        asked.response_count_min = 0
+        asked.chunk_count = 0
     return same
 
 

@@ -51,7 +51,7 @@ def requests() -> list[step_pb2.StepPoolRequest]:
     asked = [
         {"attach": step_pb2.Attach(pool="pools/recorded")},
         {"observe": step_pb2.Observe()},
-        {"step": step_pb2.Step(actions=[4, 7], response_count_min=2)},
+        {"step": step_pb2.Step(actions=[4, 7], chunk_count=2)},
         {"step": step_pb2.Step(actions=[-1, 3], with_final_observations=True)},
         {
             "step": step_pb2.Step(

@@ -18,17 +18,17 @@ const responseBytesDefault = 4 << 20
 // What a response for one environment has besides an observation and a final one, at most. In bytes.
 const rowOverheadBytes = 1024
 
-// Slices smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
-const sliceBytesMin = 2 << 20
-const slicesMax = 4
+// Chunks smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
+const chunkBytesMin = 2 << 20
+const defaultChunkCountMax = 4
 
 // HoldOptions is how a pool is held; the zero value will do.
 type HoldOptions struct {
 	// How many requests may be unanswered. 0: 2.
 	RequestsInFlightMax int32
-	// In how many slices the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. 0: as many as
+	// In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. 0: as many as
 	// pay.
-	Pipeline int32
+	ChunkCount int32
 	// Of a pool that shares memory: how many batches may be unreleased, besides those of unanswered requests. 0: 2.
 	HeldBatchesMax int32
 }
@@ -79,28 +79,28 @@ type Slice struct {
 //
 // One goroutine at a time; meanwhile others may Watch.
 type Pool struct {
-	client   *Client
-	message  *pb.Pool
-	inFlight int32 // That may be.
-	pipeline int32
-	heldMax  int32
-	stream   *stream
-	memory   *sharedMemory // Of its streams, if it shares any.
+	client     *Client
+	message    *pb.Pool
+	inFlight   int32 // That may be.
+	chunkCount int32
+	heldMax    int32
+	stream     *stream
+	memory     *sharedMemory // Of its streams, if it shares any.
 	// The last stream was given up, which the server may not have noticed yet.
 	abandoned bool
 }
 
 func newPool(client *Client, message *pb.Pool, hold HoldOptions) (*Pool, error) {
-	pool := &Pool{client: client, message: message, inFlight: hold.RequestsInFlightMax, pipeline: hold.Pipeline,
+	pool := &Pool{client: client, message: message, inFlight: hold.RequestsInFlightMax, chunkCount: hold.ChunkCount,
 		heldMax: hold.HeldBatchesMax}
 	if pool.inFlight == 0 {
 		pool.inFlight = 2
 	}
-	if pool.pipeline == 0 {
-		pool.pipeline = int32(clamp(pool.EnvCount()*int(message.ObservationBytes)/sliceBytesMin, 1, slicesMax))
+	if pool.chunkCount == 0 {
+		pool.chunkCount = int32(clamp(pool.EnvCount()*int(message.ObservationBytes)/chunkBytesMin, 1, defaultChunkCountMax))
 	}
-	if pool.pipeline < 1 || pool.pipeline > 64 {
-		return nil, invalid("Pipeline is %d; it is in [1, 64], or 0", pool.pipeline)
+	if pool.chunkCount < 1 || pool.chunkCount > 64 {
+		return nil, invalid("ChunkCount is %d; it is in [1, 64], or 0", pool.chunkCount)
 	}
 	return pool, nil
 }
@@ -212,7 +212,7 @@ func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOption
 		Resets:                options.Resets,
 	}
 	if !options.Blind && len(actions) == p.EnvCount() {
-		step.ResponseCountMin = p.pipeline
+		step.ChunkCount = p.chunkCount
 	}
 	for environment, seed := range options.NextLevels {
 		step.NextLevels = append(step.NextLevels, &pb.NextLevel{Environment: environment, LevelSeed: seed})

@@ -14,7 +14,7 @@ namespace {
 constexpr int64_t kRowNumberBytes = 5 * 4 + 4 + 8;
 // All that a response has besides its rows: tags and lengths, at most, rounded up.
 constexpr int64_t kResponseOverheadBytes = 256;
-constexpr int32_t kResponseCountMinMax = 64;
+constexpr int32_t kChunkCountMax = 64;
 
 absl::Status ReadObservation(v1::Observation observation, Request* request) {
   switch (observation) {
@@ -65,12 +65,11 @@ absl::Status ReadStep(const v1::Step& step, StreamRequest* request) {
   request->request.next_levels = request->next_levels;
   ReadResets(step.resets(), request);
   request->request.with_final_observations = step.with_final_observations();
-  if (step.response_count_min() < 0 || step.response_count_min() > kResponseCountMinMax) {
-    return absl::InvalidArgumentError(absl::StrCat("response_count_min is ",
-                                                   step.response_count_min(), ", allowed: 0 to ",
-                                                   kResponseCountMinMax));
+  if (step.chunk_count() < 0 || step.chunk_count() > kChunkCountMax) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("chunk_count is ", step.chunk_count(), ", allowed: 0 to ", kChunkCountMax));
   }
-  request->request.chunk_count = std::max(step.response_count_min(), 1);
+  request->request.chunk_count = std::max(step.chunk_count(), 1);
   return ReadObservation(step.observation(), &request->request);
 }
 

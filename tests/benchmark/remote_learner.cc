@@ -67,7 +67,7 @@ absl::Status RemoteLearner::MakePool() {
   pool_ = pool->name();
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = case_.requests_in_flight;
-  options.pipeline = case_.pipeline;
+  options.chunk_count = case_.chunk_count;
   auto stream = client_->Attach(pool_, options);
   if (!stream.ok()) {
     return stream.status();

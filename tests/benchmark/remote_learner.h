@@ -30,7 +30,7 @@ struct RemoteCase {
   std::string game = kStreamGame;
   int32_t env_count = 64;
   int requests_in_flight = 1;
-  int32_t pipeline = 1;        // as StreamOptions::pipeline
+  int32_t chunk_count = 1;     // as StreamOptions::chunk_count
   bool shares_memory = false;  // else all is sent
 };
 

@@ -18,7 +18,7 @@ constexpr double kMinTimeSeconds = 3;
 void RegisterAll() {
   RegisterTcpStreams();
   RegisterSharedMemoryStreams();
-  RegisterPipelines();
+  RegisterChunks();
   RegisterLatencies();
   RegisterFairness();
   RegisterWatches();

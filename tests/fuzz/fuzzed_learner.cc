@@ -105,11 +105,11 @@ void Step(StepStream* stream) {
   const std::vector<int32_t> actions(kEnvCount, 4);
   Batch batch;
   ReadAnswer(*stream, batch, stream->Observe(&batch));
-  for (const int32_t slice_count : {1, 1, 2}) {
+  for (const int32_t chunk_count : {1, 1, 2}) {
     v1::StepPoolRequest request;
     request.mutable_step()->mutable_actions()->Assign(actions.begin(), actions.end());
     request.mutable_step()->set_with_final_observations(true);
-    request.mutable_step()->set_response_count_min(slice_count);
+    request.mutable_step()->set_chunk_count(chunk_count);
     Batch answer;  // A new one each time: that of an error is empty.
     ReadAnswer(*stream, answer, stream->Call(request, &answer));
   }
@@ -162,7 +162,7 @@ void RunLearner(const std::shared_ptr<grpc::Channel>& channel, LearnerOptions op
   }
   const auto stream = client->Attach(
       kPool, {.reconnect_timeout = options.resumes ? absl::Seconds(1) : absl::ZeroDuration(),
-              .pipeline = 1,
+              .chunk_count = 1,
               .direct_line = false});
   if (IsDocumented(stream.status())) {
     Step(stream->get());

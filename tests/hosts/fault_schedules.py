@@ -31,7 +31,7 @@ def play(
 ) -> tuple[str | None, float]:
     """Plays the schedule of a seed; says what went wrong, and the longest pause in seconds."""
     script = Script(
-        seed=seed, request_count=request_count, sent_ahead=1 + seed % 3, pipeline=1 + seed % 4
+        seed=seed, request_count=request_count, sent_ahead=1 + seed % 3, chunk_count=1 + seed % 4
     )
     expected = single_server_trace(script, folder)
     schedule = draw(seed, request_count, theme)

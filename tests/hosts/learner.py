@@ -131,7 +131,7 @@ def main() -> None:
             script.games,
             script.env_count,
             requests_in_flight_max=script.sent_ahead,
-            pipeline=script.pipeline,
+            chunk_count=script.chunk_count,
             rand_seed=script.seed,
         ) as pool:
             play(script, pool, announced | gates, gates).save(arguments.trace)

@@ -14,4 +14,4 @@ class Script:
     env_count: int = 16
     games: list[str] = field(default_factory=lambda: ["coinrun", "maze", "starpilot", "jumper"])
     sent_ahead: int = 2  # Requests that may be unanswered.
-    pipeline: int = 2  # Parts that the answer to a step of the whole pool comes in, at least.
+    chunk_count: int = 2  # Parts that the answer to a step of the whole pool comes in, at least.

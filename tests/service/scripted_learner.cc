@@ -132,7 +132,7 @@ class Player {
     step->set_repeat_count(odd < 6 ? 1 + static_cast<int32_t>(Draw(4)) : 0);
     step->set_observation(odd > 30 ? v1::OBSERVATION_NONE : v1::OBSERVATION_FRAME);
     step->set_with_final_observations(odd % 5 == 0);
-    step->set_response_count_min(odd % 7 == 0 ? 3 : 0);
+    step->set_chunk_count(odd % 7 == 0 ? 3 : 0);
     if (odd % 4 == 0) {
       v1::NextLevel* next = step->add_next_levels();
       next->set_environment(first + static_cast<int32_t>(Draw(static_cast<uint32_t>(count))));

@@ -15,11 +15,11 @@
 namespace procgen_client {
 namespace {
 
-// Where server and learner share all cores of a machine, slices that are smaller than this, in
+// Where server and learner share all cores of a machine, chunks that are smaller than this, in
 // bytes of observations, cost more than they save (procgen-benchmark-stream, step/...); and more of
 // them than this save nothing.
-constexpr int64_t kSliceBytesMin = 2 << 20;
-constexpr int64_t kSlicesMax = 4;
+constexpr int64_t kChunkBytesMin = 2 << 20;
+constexpr int64_t kDefaultChunkCountMax = 4;
 
 // Not absl::Now, which is set back and forth with the machine's clock.
 using Steady = std::chrono::steady_clock;
@@ -34,12 +34,13 @@ bool IsSamePool(const procgen::v1::Pool& one, const procgen::v1::Pool& other) {
                     other.observation_shape().begin(), other.observation_shape().end());
 }
 
-int32_t PayingSlices(const procgen::v1::Pool& pool) {
+int32_t DefaultChunkCount(const procgen::v1::Pool& pool) {
   if (pool.spec().transport() == procgen::v1::TRANSPORT_SHARED_MEMORY) {
     return 1;  // nothing is on its way there
   }
   const int64_t bytes = int64_t{pool.observation_bytes()} * pool.spec().env_count();
-  return static_cast<int32_t>(std::clamp(bytes / kSliceBytesMin, int64_t{1}, kSlicesMax));
+  return static_cast<int32_t>(
+      std::clamp(bytes / kChunkBytesMin, int64_t{1}, kDefaultChunkCountMax));
 }
 
 class Backoff {
@@ -65,7 +66,7 @@ StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
       attach_timeout_(attach_timeout),
       reconnect_timeout_(options.reconnect_timeout),
       wants_direct_line_(options.direct_line),
-      pipeline_(options.pipeline) {
+      chunk_count_(options.chunk_count) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
   attach->set_requests_in_flight_max(options.requests_in_flight_max);
@@ -93,8 +94,8 @@ absl::Status StepStream::Attach() {
     }
     decoder_ = std::make_unique<ObservationDecoder>(*std::move(decoder));
   }
-  if (pipeline_ == 0) {
-    pipeline_ = PayingSlices(pool());
+  if (chunk_count_ == 0) {
+    chunk_count_ = DefaultChunkCount(pool());
   }
   // Whoever has it when the connection breaks was this stream, as far as the server knows.
   attach_.mutable_attach()->set_take_over(true);
@@ -278,7 +279,7 @@ procgen::v1::StepPoolRequest StepStream::StepRequest(absl::Span<const int32_t> a
   procgen::v1::Step* step = request.mutable_step();
   step->Clear();
   step->mutable_actions()->Assign(actions.begin(), actions.end());
-  step->set_response_count_min(pipeline_);
+  step->set_chunk_count(chunk_count_);
   return request;
 }
 

@@ -32,10 +32,10 @@ struct StreamOptions {
   // answers meanwhile, so that no step is lost or taken twice. 0: a broken connection ends the
   // stream, and the server keeps nothing.
   absl::Duration reconnect_timeout = absl::Minutes(1);
-  // In how many slices Step and SendStep have the pool stepped, in [0, 64]: while one is on its
+  // In how many chunks Step and SendStep have the pool stepped, in [0, 64]: while one is on its
   // way, the next is stepped. The step is one request all the same, taken whole or not at all. 0:
   // as many as pay for observations of this size.
-  int32_t pipeline = 0;
+  int32_t chunk_count = 0;
   // Another stream that has the pool ends.
   bool take_over = false;
   // Of a pool with TRANSPORT_SHARED_MEMORY: how many Batches may be held besides those of
@@ -76,8 +76,8 @@ class StepStream {
   int32_t requests_in_flight_max() const { return attached_.requests_in_flight_max(); }
   int64_t response_bytes_max() const { return attached_.response_bytes_max(); }
 
-  // In how many slices a step of the whole pool is carried out.
-  int32_t pipeline() const { return pipeline_; }
+  // In how many chunks a step of the whole pool is carried out.
+  int32_t chunk_count() const { return chunk_count_; }
 
   // Steps the whole pool and waits for the answer. `actions`: [env_count()], each in [-1, 15).
   // REQUIRES: nothing is unanswered.
@@ -161,7 +161,7 @@ class StepStream {
   const absl::Duration attach_timeout_;
   const absl::Duration reconnect_timeout_;
   const bool wants_direct_line_;
-  int32_t pipeline_;  // 0: until it is attached
+  int32_t chunk_count_;  // 0: until it is attached
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;  // at first
   ResponseValidator validator_;

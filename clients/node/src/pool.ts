@@ -14,17 +14,17 @@ const actionMin = -1;
 const actionMax = 14;
 // What a response for one environment has besides an observation and a final one, at most. In bytes.
 const rowOverheadBytes = 1024;
-// Slices smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
-const sliceBytesMin = 2 * 1024 * 1024;
-const slicesMax = 4;
+// Chunks smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
+const chunkBytesMin = 2 * 1024 * 1024;
+const defaultChunkCountMax = 4;
 
 // How a pool is held.
 export interface HoldOptions {
   // How many requests may be unanswered. Default: 2.
   requestsInFlightMax?: number;
-  // In how many slices the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. Default: as many
+  // In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. Default: as many
   // as pay.
-  pipeline?: number;
+  chunkCount?: number;
 }
 
 export interface AttachOptions {
@@ -72,7 +72,7 @@ export interface PlayOptions extends StepOptions {
 // environments stand as they did before the request at fault.
 export class Pool extends PoolResource {
   #requestsInFlightMax: number;
-  readonly #pipeline: number;
+  readonly #chunkCount: number;
   readonly #reconnectTimeoutMs: number;
   readonly #deletesOnClose: boolean;
   #stream: Promise<Stream> | undefined;
@@ -88,7 +88,7 @@ export class Pool extends PoolResource {
   ) {
     super(connection, message, of.limits);
     this.#requestsInFlightMax = of.requestsInFlightMax ?? 2;
-    this.#pipeline = inRange("pipeline", of.pipeline ?? this.#payingSlices(), 1, 64);
+    this.#chunkCount = inRange("chunkCount", of.chunkCount ?? this.#defaultChunkCount(), 1, 64);
     this.#reconnectTimeoutMs = of.reconnectTimeoutMs;
     this.#deletesOnClose = of.deletesOnClose;
   }
@@ -112,7 +112,7 @@ export class Pool extends PoolResource {
       repeatCount: inRange("repeatCount", repeatCount, 1, 1000),
       observation: observation(observe),
       withFinalObservations: options.finalObservations ?? false,
-      responseCountMin: observe && actions.length === this.envCount ? this.#pipeline : 0,
+      chunkCount: observe && actions.length === this.envCount ? this.#chunkCount : 0,
       nextLevels: Array.from(nextLevels ?? [], ([environment, levelSeed]) => ({ environment, levelSeed })),
       resets: [...resets],
     };
@@ -257,9 +257,9 @@ export class Pool extends PoolResource {
     }
   }
 
-  #payingSlices(): number {
-    const slices = Math.floor((this.envCount * this.observationBytes) / sliceBytesMin);
-    return Math.min(Math.max(slices, 1), slicesMax);
+  #defaultChunkCount(): number {
+    const count = Math.floor((this.envCount * this.observationBytes) / chunkBytesMin);
+    return Math.min(Math.max(count, 1), defaultChunkCountMax);
   }
 
   // 0, for what servers send by default, or more where that has no room for a row.

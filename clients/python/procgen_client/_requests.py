@@ -85,7 +85,7 @@ def _step_fields(
     repeat_count: int,
     observe: bool,
     final_observations: bool,
-    response_count_min: int,
+    chunk_count: int,
 ) -> bytes:
     """Gives what is the same from step to step: a request but for its end, the actions."""
     fields = step_pb2.Step(
@@ -93,7 +93,7 @@ def _step_fields(
         repeat_count=repeat_count,
         observation=observation(observe),
         with_final_observations=final_observations,
-        response_count_min=response_count_min,
+        chunk_count=chunk_count,
     ).SerializeToString()
     step = fields + bytes_field(_ACTIONS_NUMBER, bytes(env_count))
     whole = bytes_field(_STEP_NUMBER, step)
@@ -107,7 +107,7 @@ def step_request(
     repeat_count: int,
     observe: bool,
     final_observations: bool,
-    response_count_min: int,
+    chunk_count: int,
     next_levels: Mapping[int, int] | None,
     resets: Iterable[int | Reset],
 ) -> bytes:
@@ -127,7 +127,7 @@ def step_request(
             in_range("repeat_count", repeat_count, 1, 1000),
             bool(observe),
             bool(final_observations),
-            response_count_min,
+            chunk_count,
         )
         + actions
     )

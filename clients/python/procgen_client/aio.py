@@ -314,7 +314,7 @@ class AsyncPool:
             repeat_count=repeat_count,
             observe=observe,
             final_observations=final_observations,
-            response_count_min=0,
+            chunk_count=0,
             next_levels=next_levels,
             resets=resets,
         )

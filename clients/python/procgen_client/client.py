@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
-# Most slices that a step can be asked to be carried out in (Step.response_count_min).
-_PIPELINE_MAX = 64
+# Most chunks that a step can be asked to be carried out in (Step.chunk_count).
+_CHUNK_COUNT_MAX = 64
 # Of clients that were made before this process was forked. Never freed: that would end those of
 # the parent.
 _abandoned_channels: list[Http2Channel | grpc.Channel] = []
@@ -215,7 +215,7 @@ class Client:
         total_env_count: int = 0,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
-        pipeline: int | None = None,
+        chunk_count: int | None = None,
         screen_size: int = 64,
         grayscale_obs: bool = False,
         layout: str = "hwc",
@@ -238,7 +238,7 @@ class Client:
                 the whole's number of environments; 0: up to this pool's last.
             pool_id: Last part of the pool's name. Empty: the server chooses.
             requests_in_flight_max: How many requests may be sent ahead of the answers.
-            pipeline: In how many slices the whole pool is stepped, 1 to 64. None: as many as pay.
+            chunk_count: In how many chunks the pool is stepped, 1 to 64. None: as many as pay.
             screen_size, grayscale_obs, layout, frame_stack: As options.observation_format tells.
             encoding: "raw", or for thin networks "zstd_difference".
             lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
@@ -272,7 +272,7 @@ class Client:
             spec,
             pool_id=pool_id,
             requests_in_flight_max=requests_in_flight_max,
-            pipeline=pipeline,
+            chunk_count=chunk_count,
             held_batches_max=held_batches_max,
         )
 
@@ -282,7 +282,7 @@ class Client:
         *,
         pool_id: str = "",
         requests_in_flight_max: int = 2,
-        pipeline: int | None = None,
+        chunk_count: int | None = None,
         held_batches_max: int = 0,
     ) -> Pool:
         """Makes a pool from a spec.
@@ -292,7 +292,7 @@ class Client:
         Errors as :meth:`create_pool`.
         """
         check_decodable(spec.encoding)
-        _check_pipeline(pipeline)
+        _check_chunk_count(chunk_count)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
         message = self._unary(self._pool_stub.CreatePool, request)
         check_pool(message, f"pools/{pool_id}" if pool_id else None, spec.env_count)
@@ -301,7 +301,7 @@ class Client:
             message,
             deletes_on_close=True,
             requests_in_flight_max=requests_in_flight_max,
-            pipeline=pipeline,
+            chunk_count=chunk_count,
             held_batches_max=held_batches_max,
         )
 
@@ -310,21 +310,21 @@ class Client:
         name: str,
         *,
         requests_in_flight_max: int = 2,
-        pipeline: int | None = None,
+        chunk_count: int | None = None,
         held_batches_max: int = 0,
     ) -> Pool:
         """Gives a pool that is there already; closing it leaves it there.
 
         Args:
             name: The pool's name.
-            requests_in_flight_max, pipeline: As create_pool takes them.
+            requests_in_flight_max, chunk_count: As create_pool takes them.
 
         Raises:
-            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `pipeline` is
+            InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``, or `chunk_count` is
                 out of range.
             NotFoundError: There is no such pool.
         """
-        _check_pipeline(pipeline)
+        _check_chunk_count(chunk_count)
         message = self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name))
         check_pool(message, name)
         return Pool(
@@ -332,7 +332,7 @@ class Client:
             message,
             deletes_on_close=False,
             requests_in_flight_max=requests_in_flight_max,
-            pipeline=pipeline,
+            chunk_count=chunk_count,
             held_batches_max=held_batches_max,
         )
 
@@ -450,9 +450,9 @@ class Client:
         return "it has just begun to"
 
 
-def _check_pipeline(pipeline: int | None) -> None:
-    if pipeline is not None:
-        in_range("pipeline", pipeline, 1, _PIPELINE_MAX)
+def _check_chunk_count(chunk_count: int | None) -> None:
+    if chunk_count is not None:
+        in_range("chunk_count", chunk_count, 1, _CHUNK_COUNT_MAX)
 
 
 def connect(

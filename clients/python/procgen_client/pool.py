@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
 _ROW_OVERHEAD_BYTES = 1024
-# Where server and learner share all cores of a machine, slices that are smaller than this,
+# Where server and learner share all cores of a machine, chunks that are smaller than this,
 # in bytes of observations, cost more than they save; and more of them than this save nothing.
-_SLICE_BYTES_MIN = 2 * 1024 * 1024
-_SLICES_MAX = 4
+_CHUNK_BYTES_MIN = 2 * 1024 * 1024
+_DEFAULT_CHUNK_COUNT_MAX = 4
 
 
 class Pool(PoolResource):
@@ -59,9 +59,9 @@ class Pool(PoolResource):
     were still owed are lost, and the next request attaches anew; the environments stand as they did
     before the request at fault.
 
-    A step of the whole pool may be carried out in several slices: while one is on its way, the next
+    A step of the whole pool may be carried out in several chunks: while one is on its way, the next
     is stepped. It is one request all the same, taken whole or not at all, and its answer is one
-    batch, the same whatever the number of slices.
+    batch, the same whatever the number of chunks.
 
     An interruption (Ctrl-C) while an answer is waited for ends the stream, too, but what was sent
     is carried out.
@@ -70,7 +70,7 @@ class Pool(PoolResource):
 
     Attributes, beside those of PoolResource:
         requests_in_flight_max: How many requests may be unanswered.
-        pipeline: In how many slices a step of the whole pool with pictures is carried out.
+        chunk_count: In how many chunks a step of the whole pool with pictures is carried out.
         held_batches_max: With transport "shared_memory": how many batches arrays may refer to,
             besides those of unanswered requests. 0: 2.
     """
@@ -82,13 +82,13 @@ class Pool(PoolResource):
         *,
         deletes_on_close: bool,
         requests_in_flight_max: int = 2,
-        pipeline: int | None = None,
+        chunk_count: int | None = None,
         held_batches_max: int = 0,
     ) -> None:
         """For :class:`Client`; use its create_pool or get_pool."""
         super().__init__(client, message)
         self.requests_in_flight_max = requests_in_flight_max
-        self.pipeline = self._paying_slices() if pipeline is None else pipeline
+        self.chunk_count = self._default_chunk_count() if chunk_count is None else chunk_count
         self.held_batches_max = held_batches_max
         self._deletes_on_close = deletes_on_close
         self._closed = False
@@ -258,7 +258,7 @@ class Pool(PoolResource):
             repeat_count=repeat_count,
             observe=observe,
             final_observations=final_observations,
-            response_count_min=self.pipeline if observe and len(on_wire) == self.env_count else 0,
+            chunk_count=self.chunk_count if observe and len(on_wire) == self.env_count else 0,
             next_levels=next_levels,
             resets=resets,
         )
@@ -372,11 +372,11 @@ class Pool(PoolResource):
 
     # Internals.
 
-    def _paying_slices(self) -> int:
+    def _default_chunk_count(self) -> int:
         if self.spec.transport == pools_pb2.TRANSPORT_SHARED_MEMORY:
             return 1  # Nothing is on its way there.
         pool_bytes = self.env_count * int(np.prod(self.observation_shape))
-        return min(max(pool_bytes // _SLICE_BYTES_MIN, 1), _SLICES_MAX)
+        return min(max(pool_bytes // _CHUNK_BYTES_MIN, 1), _DEFAULT_CHUNK_COUNT_MAX)
 
     def _response_bytes_max(self) -> int:
         """Gives 0, for what servers send by default, or more where that has no room for a row."""

@@ -308,7 +308,7 @@ absl::Status Shard::CarryOut(const LoggedRequest& logged) {
   }
   procgen_client::StepStream* const stream = placement_->stream.get();
   if (request->has_step()) {
-    request->mutable_step()->set_response_count_min(stream->pipeline());
+    request->mutable_step()->set_chunk_count(stream->chunk_count());
   }
   const bool has_rows = !request->has_level_sampler();
   const AskedRows asked = AskedRowsOf(*request);

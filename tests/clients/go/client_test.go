@@ -65,8 +65,8 @@ func TestErrorsAreTheServersWords(t *testing.T) {
 	expectError(t, err, codes.NotFound, "pong")
 	_, err = client.CreatePool(testContext(t), "", easy(0, "maze"), HoldOptions{})
 	expectError(t, err, codes.InvalidArgument)
-	_, err = client.CreatePool(testContext(t), "", easy(1, "maze"), HoldOptions{Pipeline: 65})
-	expectError(t, err, codes.InvalidArgument, "Pipeline is 65")
+	_, err = client.CreatePool(testContext(t), "", easy(1, "maze"), HoldOptions{ChunkCount: 65})
+	expectError(t, err, codes.InvalidArgument, "ChunkCount is 65")
 }
 
 func TestWhereNoServerIsThatIsToldInTime(t *testing.T) {

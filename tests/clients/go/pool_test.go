@@ -29,10 +29,10 @@ func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
 	}
 }
 
-func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsSliced(t *testing.T) {
+func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsChunked(t *testing.T) {
 	client := connected(t, Options{})
 	plain := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{})
-	ahead := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 4, Pipeline: 3})
+	ahead := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 4, ChunkCount: 3})
 	ended := 0
 	for step := 0; step < 60; step += 2 {
 		actions, more := actionsOf(step, 8), actionsOf(step+1, 8)

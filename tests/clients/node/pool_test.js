@@ -30,7 +30,7 @@ test("a pool stands at first steps before it is stepped", () =>
     assert.notDeepEqual(observationOf(batch, 0), observationOf(batch, 1));
   }));
 
-test("equal pools give equal batches, whatever is sent ahead and however it is sliced", async () => {
+test("equal pools give equal batches, whatever is sent ahead and however it is chunked", async () => {
   const whole = await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
     const batches = [];
     for (let step = 0; step < 60; step += 1) {
@@ -38,7 +38,7 @@ test("equal pools give equal batches, whatever is sent ahead and however it is s
     }
     return batches;
   });
-  const hold = { requestsInFlightMax: 4, pipeline: 3 };
+  const hold = { requestsInFlightMax: 4, chunkCount: 3 };
   await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
     let pending = [];
     for (let step = 0; step < 60; step += 1) {

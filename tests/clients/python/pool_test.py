@@ -136,14 +136,14 @@ def test_an_answer_in_several_responses_equals_one_in_one(client: Client) -> Non
 
 @pytest.mark.parametrize("game", ["bigfish", "maze"])
 @pytest.mark.parametrize("env_count", [1, 3, 20])
-def test_a_step_in_slices_equals_one_of_the_whole(
+def test_a_step_in_chunks_equals_one_of_the_whole(
     client: Client, game: str, env_count: int
 ) -> None:
     options = {"distribution_mode": "easy", "rand_seed": 3}
     rng = np.random.default_rng(2)
     with (
-        client.create_pool(game, env_count, pipeline=1, **options) as whole,
-        client.create_pool(game, env_count, pipeline=3, **options) as sliced,
+        client.create_pool(game, env_count, chunk_count=1, **options) as whole,
+        client.create_pool(game, env_count, chunk_count=3, **options) as chunked,
     ):
         for step in range(20):
             arguments = {
@@ -153,25 +153,25 @@ def test_a_step_in_slices_equals_one_of_the_whole(
                 "resets": [Reset(env_count // 2, level_seed=7)] if step % 6 == 5 else [],
             }
             actions = rng.integers(-1, 15, env_count)
-            one, other = whole.step(actions, **arguments), sliced.step(actions, **arguments)
+            one, other = whole.step(actions, **arguments), chunked.step(actions, **arguments)
             assert_same(one, other)
             np.testing.assert_array_equal(one.final_observations, other.final_observations)
             np.testing.assert_array_equal(one.fingerprints, other.fingerprints)
             assert one.sequence_number == other.sequence_number
 
 
-def test_only_large_pools_are_sliced_unless_told_to(client: Client) -> None:
+def test_only_large_pools_are_chunked_unless_told_to(client: Client) -> None:
     with client.create_pool("maze", 16) as small, client.create_pool("maze", 400) as large:
-        assert small.pipeline == 1
-        assert large.pipeline > 1
-        assert client.get_pool(small.name, pipeline=2).pipeline == 2
-    for pipeline in (0, 65):
+        assert small.chunk_count == 1
+        assert large.chunk_count > 1
+        assert client.get_pool(small.name, chunk_count=2).chunk_count == 2
+    for chunk_count in (0, 65):
         with pytest.raises(errors.InvalidArgumentError, match=r"it is in \[1, 64\]"):
-            client.create_pool("maze", 2, pipeline=pipeline)
+            client.create_pool("maze", 2, chunk_count=chunk_count)
 
 
-def test_a_mistake_in_the_last_slice_moves_nothing_in_the_first(client: Client) -> None:
-    with client.create_pool("maze", 4, pipeline=2) as pool:
+def test_a_mistake_in_the_last_chunk_moves_nothing_in_the_first(client: Client) -> None:
+    with client.create_pool("maze", 4, chunk_count=2) as pool:
         with pytest.raises(errors.InvalidArgumentError, match="is 9, the slice is 0 to 3"):
             pool.step([4, 4, 4, 4], resets=[9])
         assert pool.step([4, 4, 4, 4]).episode_lengths.tolist() == [1, 1, 1, 1]

@@ -55,10 +55,10 @@ TEST(ConvertStepTest, UnknownObservationIsRefused) {
 TEST(ConvertStepTest, NumbersOfResponsesOutOfRangeAreRefused) {
   for (const int32_t count : {-1, 65}) {
     StreamRequest request;
-    request.message.mutable_step()->set_response_count_min(count);
+    request.message.mutable_step()->set_chunk_count(count);
     EXPECT_THAT(ReadStreamRequest(&request),
                 StatusIs(absl::StatusCode::kInvalidArgument,
-                         absl::StrCat("response_count_min is ", count, ", allowed: 0 to 64")));
+                         absl::StrCat("chunk_count is ", count, ", allowed: 0 to 64")));
   }
 }
 

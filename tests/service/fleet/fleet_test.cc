@@ -214,7 +214,7 @@ TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
       request.mutable_step()->mutable_actions()->Resize(kEnvCount, 7);
       request.mutable_step()->set_repeat_count(1);
       request.mutable_step()->set_observation(v1::OBSERVATION_FRAME);
-      request.mutable_step()->set_response_count_min(4);
+      request.mutable_step()->set_chunk_count(4);
       EXPECT_THAT(stream->Call(std::move(request), &batch), IsOk());
       answers.emplace_back(batch);
     }

@@ -40,7 +40,7 @@ v1::StepPoolRequest RequestAt(int request) {
     message.mutable_step()->set_actions(row, ActionOf(request, first + row));
   }
   message.mutable_step()->set_with_final_observations(request % 3 == 0);
-  message.mutable_step()->set_response_count_min(request % 4);
+  message.mutable_step()->set_chunk_count(request % 4);
   if (request % 13 == 0) {
     message.mutable_step()->add_resets()->set_environment(first + 1);
   }

@@ -115,7 +115,7 @@ class ProcgenVectorEnv(VectorEnv):
             **options: As Client.create_pool takes them: the options of Procgen 0.10.7
                 (distribution_mode, num_levels, start_level, rand_seed, use_sequential_levels, ...),
                 the form of the observations (screen_size, grayscale_obs, layout, frame_stack) and
-                how they travel (encoding, pipeline, transport).
+                how they travel (encoding, chunk_count, transport).
 
         Raises:
             InvalidArgumentError: An argument is out of range.

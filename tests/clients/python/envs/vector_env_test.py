@@ -337,7 +337,7 @@ def test_disabled_wants_ended_environments_reset(make_env: MakeEnv) -> None:
 
 def test_a_step_may_be_taken_in_two_halves(make_env: MakeEnv) -> None:
     # vector/async_vector_env.py, step_async and step_wait.
-    env, twin = make_env(), make_env(pipeline=2)
+    env, twin = make_env(), make_env(chunk_count=2)
     env.reset(seed=5)
     twin.reset(seed=5)
     for action in range(9):

@@ -29,7 +29,7 @@ constexpr char kStep[] = R"pb(
     repeat_count: 3
     observation: OBSERVATION_FRAME
     with_final_observations: true
-    response_count_min: 4
+    chunk_count: 4
     next_levels { environment: 3 level_seed: 33 }
     next_levels { environment: 5 level_seed: 55 }
     resets { environment: 4 level_seed: 44 }

@@ -1,4 +1,4 @@
-// A step that is carried out in several slices is one step: taken whole or not at all, with the
+// A step that is carried out in several chunks is one step: taken whole or not at all, with the
 // same values to the last bit.
 
 #include <cstdint>
@@ -45,10 +45,10 @@ v1::StepPoolRequest RequestAt(int step, int32_t env_count) {
   return request;
 }
 
-class PipelineTest : public ServiceTest {
+class ChunksTest : public ServiceTest {
  protected:
   // How many environments each response to a step of a pool has.
-  std::vector<int32_t> ResponseSizes(int32_t env_count, int32_t response_count_min) {
+  std::vector<int32_t> ResponseSizes(int32_t env_count, int32_t chunk_count) {
     const std::string name = CreatePool(MazeSpec(env_count));
     const auto stub = v1::StepService::NewStub(channel_);
     grpc::ClientContext context;
@@ -58,7 +58,7 @@ class PipelineTest : public ServiceTest {
     stream->Write(request);
     request = StepRequest(std::vector<int32_t>(static_cast<size_t>(env_count), 4));
     request.set_sequence_number(1);
-    request.mutable_step()->set_response_count_min(response_count_min);
+    request.mutable_step()->set_chunk_count(chunk_count);
     stream->Write(request);
     stream->WritesDone();
     v1::StepPoolResponse response;
@@ -78,25 +78,25 @@ class PipelineTest : public ServiceTest {
     return sizes;
   }
 
-  // A step in slices after the other beside whole ones, in pools of their own.
-  void ExpectSlicedStepsEqualWholeOnes(const v1::PoolSpec& spec) {
+  // A step in chunks after the other beside whole ones, in pools of their own.
+  void ExpectChunkedStepsEqualWholeOnes(const v1::PoolSpec& spec) {
     const auto whole = CreateAndAttach(spec);
-    const auto sliced = CreateAndAttach(spec);
+    const auto chunked = CreateAndAttach(spec);
     procgen_client::Batch expected;
     procgen_client::Batch batch;
     for (int step = 0; step < 12; ++step) {
       v1::StepPoolRequest request = RequestAt(step, spec.env_count());
       ASSERT_THAT(whole->Call(request, &expected), IsOk());
-      request.mutable_step()->set_response_count_min(2 + step % 5);
-      ASSERT_THAT(sliced->Call(request, &batch), IsOk());
+      request.mutable_step()->set_chunk_count(2 + step % 5);
+      ASSERT_THAT(chunked->Call(request, &batch), IsOk());
       ASSERT_TRUE(BatchCopy(batch) == BatchCopy(expected)) << "step " << step;
     }
     EXPECT_THAT(client_->DeletePool(whole->pool().name()), IsOk());
-    EXPECT_THAT(client_->DeletePool(sliced->pool().name()), IsOk());
+    EXPECT_THAT(client_->DeletePool(chunked->pool().name()), IsOk());
   }
 };
 
-TEST_F(PipelineTest, AnswersComeInAsManyResponsesAsAskedFor) {
+TEST_F(ChunksTest, AnswersComeInAsManyResponsesAsAskedFor) {
   EXPECT_THAT(ResponseSizes(8, 0), ElementsAre(8));
   EXPECT_THAT(ResponseSizes(8, 1), ElementsAre(8));
   EXPECT_THAT(ResponseSizes(8, 2), ElementsAre(4, 4));
@@ -104,11 +104,11 @@ TEST_F(PipelineTest, AnswersComeInAsManyResponsesAsAskedFor) {
   EXPECT_THAT(ResponseSizes(3, 64), ElementsAre(1, 1, 1));
 }
 
-TEST_F(PipelineTest, ResponsesStayWithinTheirLimit) {
+TEST_F(ChunksTest, ResponsesStayWithinTheirLimit) {
   // Five environments fit 65536 bytes.
   procgen_client::StreamOptions options;
   options.response_bytes_max = 65536;
-  options.pipeline = 2;
+  options.chunk_count = 2;
   const auto stream = CreateAndAttach(MazeSpec(33), options);
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step(std::vector<int32_t>(33, 4), &batch), IsOk());
@@ -116,43 +116,43 @@ TEST_F(PipelineTest, ResponsesStayWithinTheirLimit) {
   EXPECT_THAT(batch.episode_lengths(), Each(1));
 }
 
-TEST_F(PipelineTest, SlicedStepsEqualWholeOnes) {
+TEST_F(ChunksTest, ChunkedStepsEqualWholeOnes) {
   for (const std::string game : {"bigfish", "coinrun", "maze", "plunder"}) {
     for (const int32_t env_count : {1, 2, 13, 40}) {
       SCOPED_TRACE(game + ", environments: " + std::to_string(env_count));
-      ExpectSlicedStepsEqualWholeOnes(SpecOf(game, env_count));
+      ExpectChunkedStepsEqualWholeOnes(SpecOf(game, env_count));
     }
   }
 }
 
-TEST_F(PipelineTest, ClientStepsInTheSlicesThatItIsTold) {
+TEST_F(ChunksTest, ClientStepsInAsManyChunksAsItIsTold) {
   procgen_client::StreamOptions options;
-  options.pipeline = 3;
-  const auto sliced = CreateAndAttach(MazeSpec(10), options);
-  options.pipeline = 1;
+  options.chunk_count = 3;
+  const auto chunked = CreateAndAttach(MazeSpec(10), options);
+  options.chunk_count = 1;
   const auto whole = CreateAndAttach(MazeSpec(10), options);
-  EXPECT_EQ(sliced->pipeline(), 3);
+  EXPECT_EQ(chunked->chunk_count(), 3);
   procgen_client::Batch expected;
   procgen_client::Batch batch;
   for (int step = 0; step < 20; ++step) {
     std::vector<int32_t> actions(10, step % 9);
     actions[static_cast<size_t>(step % 10)] = -1;
     ASSERT_THAT(whole->Step(actions, &expected), IsOk());
-    ASSERT_THAT(sliced->SendStep(actions), IsOk());
-    ASSERT_THAT(sliced->Receive(&batch), IsOk());
+    ASSERT_THAT(chunked->SendStep(actions), IsOk());
+    ASSERT_THAT(chunked->Receive(&batch), IsOk());
     ASSERT_TRUE(BatchCopy(batch) == BatchCopy(expected)) << step;
   }
 }
 
-TEST_F(PipelineTest, OnlyLargePoolsAreSlicedUnlessToldTo) {
-  EXPECT_EQ(CreateAndAttach(MazeSpec(16))->pipeline(), 1);
-  EXPECT_GT(CreateAndAttach(MazeSpec(400))->pipeline(), 1);
+TEST_F(ChunksTest, OnlyLargePoolsAreChunkedUnlessToldTo) {
+  EXPECT_EQ(CreateAndAttach(MazeSpec(16))->chunk_count(), 1);
+  EXPECT_GT(CreateAndAttach(MazeSpec(400))->chunk_count(), 1);
 }
 
-TEST_F(PipelineTest, MistakeInTheLastSliceMovesNothingInTheFirst) {
+TEST_F(ChunksTest, MistakeInTheLastChunkMovesNothingInTheFirst) {
   const std::string name = CreatePool(MazeSpec(8));
   procgen_client::StreamOptions options;
-  options.pipeline = 4;
+  options.chunk_count = 4;
   std::vector<int32_t> wrong(8, 4);
   wrong.back() = 15;
   procgen_client::Batch batch;
@@ -169,12 +169,12 @@ TEST_F(PipelineTest, MistakeInTheLastSliceMovesNothingInTheFirst) {
   EXPECT_THAT(batch.episode_lengths(), Each(1));
 }
 
-TEST_F(PipelineTest, EpisodeThatAwaitsItsResetInTheLastSliceStopsTheFirst) {
+TEST_F(ChunksTest, EpisodeThatAwaitsItsResetInTheLastChunkStopsTheFirst) {
   v1::PoolSpec spec = MazeSpec(4);
   spec.set_autoreset_mode(v1::AUTORESET_MODE_DISABLED);
   const std::string name = CreatePool(spec);
   procgen_client::StreamOptions options;
-  options.pipeline = 2;
+  options.chunk_count = 2;
   procgen_client::Batch batch;
   {
     const auto stream = client_->Attach(name, options);
