@@ -142,7 +142,7 @@ func (s *stream) readAnswer(ctx context.Context) ([]*part, error) {
 			return nil, newError(codes.Internal, "%s answered request %d, where %d is next", s.attach.Pool, number, next)
 		}
 		if got.part == nil {
-			if got.message.GetDone() == nil || !expected.done {
+			if got.message.GetAck() == nil || !expected.ack {
 				return nil, wrong("request %d: %T, expected: its values", number, got.message.Response)
 			}
 			return parts, nil

@@ -79,7 +79,7 @@ func checkAttached(attached *pb.Attached, attach *pb.Attach, known *pb.Pool) err
 type expected struct {
 	first, count      int
 	pictures, finals  bool
-	done              bool // Nothing but that it was carried out.
+	ack               bool // Nothing but that it was carried out.
 	observationBytes  int
 	isEncoded, shares bool
 	responseBytesMax  int64
@@ -100,7 +100,7 @@ func (s *stream) expected(request *pb.StepPoolRequest) expected {
 	} else if reset := request.GetReset_(); reset != nil {
 		slice, pictures = reset.Slice, reset.Observation
 	}
-	of.done = request.GetLevelSampler() != nil
+	of.ack = request.GetLevelSampler() != nil
 	of.pictures = pictures != pb.Observation_OBSERVATION_NONE
 	if slice != nil {
 		of.first, of.count = int(slice.FirstEnv), int(slice.EnvCount)
@@ -115,7 +115,7 @@ func (of expected) check(got *part, before []*part) error {
 		next += part.count
 	}
 	number, left := got.SequenceNumber, of.first+of.count-next
-	if of.done {
+	if of.ack {
 		return wrong("request %d with values, expected: that it was carried out", number)
 	}
 	if got.FirstEnv != next || got.count < 1 || got.count > left {

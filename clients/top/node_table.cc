@@ -52,7 +52,7 @@ std::vector<std::string> NodeTableOf(const v1::ListNodesResponse& cluster) {
   std::vector<Row> rows = {
       {"NODE", "ADDRESS", "VERSION", "ROLE", "STATE", "ENVS", "POOLS", "STREAMS", "STEPS/S"}};
   for (const v1::Node& node : cluster.nodes()) {
-    rows.push_back(RowOf(node, node.name() == cluster.answering_node()));
+    rows.push_back(RowOf(node, node.name() == cluster.local_node()));
   }
   std::array<size_t, kColumnCount> widths = {};
   for (const Row& row : rows) {

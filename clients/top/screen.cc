@@ -47,8 +47,8 @@ std::string SecondsText(double seconds) {
 }
 
 // What was counted between two samples. Without the one before: since the start.
-v1::Latency Between(const v1::Latency& before, const v1::Latency& now) {
-  v1::Latency between = now;
+v1::LatencyHistogram Between(const v1::LatencyHistogram& before, const v1::LatencyHistogram& now) {
+  v1::LatencyHistogram between = now;
   if (before.counts_size() != now.counts_size() || before.sum_seconds() > now.sum_seconds()) {
     return between;
   }
@@ -59,7 +59,7 @@ v1::Latency Between(const v1::Latency& before, const v1::Latency& now) {
   return between;
 }
 
-int64_t CountOf(const v1::Latency& latency) {
+int64_t CountOf(const v1::LatencyHistogram& latency) {
   int64_t count = 0;
   for (const int64_t counted : latency.counts()) {
     count += counted;
@@ -68,7 +68,7 @@ int64_t CountOf(const v1::Latency& latency) {
 }
 
 // The bound that a share of all is below, as text.
-std::string QuantileText(const v1::Latency& latency, double share) {
+std::string QuantileText(const v1::LatencyHistogram& latency, double share) {
   const auto wanted =
       static_cast<int64_t>(std::ceil(share * static_cast<double>(CountOf(latency))));
   int64_t count = 0;
@@ -81,7 +81,7 @@ std::string QuantileText(const v1::Latency& latency, double share) {
   return "beyond";
 }
 
-std::string LatencyText(absl::string_view name, const v1::Latency& latency) {
+std::string LatencyText(absl::string_view name, const v1::LatencyHistogram& latency) {
   const int64_t count = CountOf(latency);
   if (count == 0 || latency.counts_size() != latency.bounds_seconds_size() + 1) {
     return absl::StrFormat("%-9s mean -   p50 -   p99 -", name);
@@ -177,8 +177,9 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
                                   const Sample& now) {
   const double seconds = absl::ToDoubleSeconds(now.time - before.time);
   const v1::Load& load = now.load;
-  const v1::Latency queue = Between(before.load.queue_latency(), load.queue_latency());
-  const v1::Latency run = Between(before.load.run_latency(), load.run_latency());
+  const v1::LatencyHistogram queue_wait = Between(before.load.queue_wait(), load.queue_wait());
+  const v1::LatencyHistogram execution_time =
+      Between(before.load.execution_time(), load.execution_time());
   const double received =
       RateOf(before.load.stream_received_bytes(), load.stream_received_bytes(), seconds);
   const double sent = RateOf(before.load.stream_sent_bytes(), load.stream_sent_bytes(), seconds);
@@ -188,12 +189,12 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
       "%-9s pools %d   environments %d   streams %d   workers %d   kept answers %s", "holds",
       load.pool_count(), load.env_count(), load.stream_count(), load.worker_count(),
       BytesText(static_cast<double>(load.kept_answer_bytes()))));
-  lines.push_back(
-      absl::StrFormat("%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",
-                      RateOf(before.load.step_count(), load.step_count(), seconds),
-                      RateOf(0, CountOf(run), seconds), BytesText(received), BytesText(sent)));
-  lines.push_back(LatencyText("queue", queue));
-  lines.push_back(LatencyText("run", run));
+  lines.push_back(absl::StrFormat(
+      "%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",
+      RateOf(before.load.step_count(), load.step_count(), seconds),
+      RateOf(0, CountOf(execution_time), seconds), BytesText(received), BytesText(sent)));
+  lines.push_back(LatencyText("queue", queue_wait));
+  lines.push_back(LatencyText("run", execution_time));
   lines.emplace_back("");
   if (std::vector<std::string> nodes = NodeTableOf(now.nodes); !nodes.empty()) {
     lines.insert(lines.end(), nodes.begin(), nodes.end());

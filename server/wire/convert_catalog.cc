@@ -130,7 +130,7 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
 }
 
-void FillLatency(const HistogramCounts& seconds, v1::Latency* message) {
+void FillLatencyHistogram(const HistogramCounts& seconds, v1::LatencyHistogram* message) {
   message->mutable_bounds_seconds()->Assign(seconds.bounds.begin(), seconds.bounds.end());
   message->mutable_counts()->Assign(seconds.counts.begin(), seconds.counts.end());
   message->set_sum_seconds(seconds.sum);
@@ -188,8 +188,8 @@ v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
   message.set_kept_answer_bytes(load.kept_answer_bytes);
   message.set_stream_received_bytes(streams.received_bytes);
   message.set_stream_sent_bytes(streams.sent_bytes);
-  FillLatency(streams.queue_seconds, message.mutable_queue_latency());
-  FillLatency(streams.run_seconds, message.mutable_run_latency());
+  FillLatencyHistogram(streams.queue_seconds, message.mutable_queue_wait());
+  FillLatencyHistogram(streams.run_seconds, message.mutable_execution_time());
   return message;
 }
 

@@ -16,7 +16,7 @@ Response NodesMessageOf(const Cluster& cluster) {
   for (const NodeStatus& node : cluster.Nodes()) {
     *response.add_nodes() = NodeMessageOf(node);
     if (node.node_id == cluster.node_id()) {
-      response.set_answering_node(response.nodes().rbegin()->name());
+      response.set_local_node(response.nodes().rbegin()->name());
     }
   }
   response.set_cluster(cluster.name());

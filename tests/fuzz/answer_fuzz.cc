@@ -101,7 +101,7 @@ class Call final : public grpc::ServerGenericBidiReactor {
     }
     if (kind_ == Kind::kStepStream) {
       is_answer_complete_ = response.has_batch() ? response.batch().last()
-                                                 : response.has_attached() || response.has_done();
+                                                 : response.has_attached() || response.has_ack();
     }
     StartWrite(&response_);
   }

@@ -78,7 +78,7 @@ TEST_F(ServedMetricsTest, LoadAndPoolsTellWhatIsCounted) {
   ASSERT_THAT(load, IsOk());
   EXPECT_EQ(load->step_count(), 12);
   EXPECT_EQ(client_->GetPool(name)->step_count(), 12);
-  for (const v1::Latency& latency : {load->queue_latency(), load->run_latency()}) {
+  for (const v1::LatencyHistogram& latency : {load->queue_wait(), load->execution_time()}) {
     EXPECT_EQ(latency.counts_size(), latency.bounds_seconds_size() + 1);
     int64_t count = 0;
     for (const int64_t counted : latency.counts()) {

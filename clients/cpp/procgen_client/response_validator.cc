@@ -70,7 +70,7 @@ ResponseValidator::ResponseValidator(const v1::Attached& attached, int32_t share
 void ResponseValidator::Expect(const v1::StepPoolRequest& request) {
   sequence_number_ = request.sequence_number();
   is_complete_ = false;
-  wants_done_ = request.has_level_sampler();
+  wants_ack_ = request.has_level_sampler();
   wants_final_observations_ = false;
   if (request.has_step()) {
     const v1::Step& step = request.step();
@@ -95,13 +95,13 @@ absl::Status ResponseValidator::Validate(const v1::StepPoolResponse& response) {
     return Wrong(
         absl::StrCat("number ", response.sequence_number(), ", expected: ", sequence_number_));
   }
-  if (wants_done_ ? !response.has_done() : !response.has_batch()) {
+  if (wants_ack_ ? !response.has_ack() : !response.has_batch()) {
     return Wrong(absl::StrCat("a response of kind ", static_cast<int>(response.response_case()),
                               ", expected: ",
-                              wants_done_ ? v1::StepPoolResponse::kDoneFieldNumber
-                                          : v1::StepPoolResponse::kBatchFieldNumber));
+                              wants_ack_ ? v1::StepPoolResponse::kAckFieldNumber
+                                         : v1::StepPoolResponse::kBatchFieldNumber));
   }
-  if (wants_done_) {
+  if (wants_ack_) {
     is_complete_ = true;
     return absl::OkStatus();
   }

@@ -56,7 +56,7 @@ class ResponseValidator {
   int64_t sequence_number_ = 0;
   int64_t next_environment_ = 0;  // the first that no response has covered
   int64_t end_environment_ = 0;   // exclusive
-  bool wants_done_ = false;
+  bool wants_ack_ = false;
   bool wants_observations_ = false;
   bool wants_final_observations_ = false;
   bool is_complete_ = false;

@@ -228,7 +228,7 @@ export class Stream {
         if (!response.last) {
           return;
         }
-      } else if (response.response.case !== "done" || oldest.request.request.case !== "levelSampler") {
+      } else if (response.response.case !== "ack" || oldest.request.request.case !== "levelSampler") {
         const kind = response.response.case ?? "a kind that is not known";
         throw new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber} with ${kind}`);
       }

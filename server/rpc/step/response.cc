@@ -82,7 +82,7 @@ Batch PrepareResponse(const Request& request, Part part, int64_t observation_byt
                       FrameRing* frames, Response* response) {
   response->message.set_sequence_number(request.sequence_number);
   if (request.kind == Request::Kind::kSample) {
-    response->message.mutable_done();
+    response->message.mutable_ack();
     return {};
   }
   const int64_t picture_bytes = part.count * observation_bytes;

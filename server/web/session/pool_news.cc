@@ -117,7 +117,7 @@ absl::StatusOr<Json> PoolNews::EventFor(procgen_client::Client* client) {
   }
   double steps_per_second = 0;
   for (const v1::Node& node : nodes->nodes()) {
-    if (node.name() == nodes->answering_node()) {
+    if (node.name() == nodes->local_node()) {
       steps_per_second = node.steps_per_second();
     }
   }

@@ -160,13 +160,13 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
   outbox_->Welcome();
   const Json node_list = NodesJson(*nodes);
   const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
-    return node["name"] == nodes->answering_node() && node["role"] == "fleet";
+    return node["name"] == nodes->local_node() && node["role"] == "fleet";
   });
   return Answer{{{"version", terms_.version},
                  {"asks_token", terms_.asks_token},
                  {"is_fleet", is_fleet},
                  {"cluster", nodes->cluster()},
-                 {"node", nodes->answering_node()},
+                 {"node", nodes->local_node()},
                  {"art", catalog_.art()},
                  {"catalog", CatalogJson(catalog_)},
                  {"limits",

@@ -37,7 +37,7 @@ TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
       {[](auto* r) { r->mutable_batch()->set_first_env(1 << 30); },
        "4 environments from 1073741824, expected: 1 to 4 from 0"},
       {[](auto* r) { r->mutable_batch()->set_env_count(-1); }, "-1 environments from 0"},
-      {[](auto* r) { r->mutable_done(); }, "a response of kind 3, expected: 4"},
+      {[](auto* r) { r->mutable_ack(); }, "a response of kind 3, expected: 4"},
       {[](auto* r) { r->clear_batch(); }, "a response of kind 0, expected: 4"},
       {[](auto* r) { r->set_sequence_number(1); }, "number 1, expected: 2"},
   };
@@ -64,7 +64,7 @@ TEST_F(DamagedAnswersTest, NothingOfThemIsRead) {
 TEST_F(DamagedAnswersTest, ThoseToAttachAreRefused) {
   const std::string pool = CreatePool(MazeSpec(4));
   const std::pair<DamagingServer::Damage, std::string> cases[] = {
-      {[](auto* r) { r->mutable_done(); }, "the server's first response does not answer attach"},
+      {[](auto* r) { r->mutable_ack(); }, "the server's first response does not answer attach"},
       {[](auto* r) { r->mutable_attached()->clear_pool(); }, "pool '', expected: 'pools/"},
       {[](auto* r) {
          r->mutable_attached()->mutable_pool()->mutable_spec()->set_env_count(INT32_MAX);

@@ -100,7 +100,7 @@ TEST(ResponseValidatorTest, AnswerThatDoesNotFitIsDataLoss) {
   const std::pair<Change, std::string> cases[] = {
       {[](auto* r) { r->set_sequence_number(8); }, "request 7: number 8, expected: 7"},
       {[](auto* r) { r->clear_batch(); }, "a response of kind 0, expected: 4"},
-      {[](auto* r) { r->mutable_done(); }, "a response of kind 3, expected: 4"},
+      {[](auto* r) { r->mutable_ack(); }, "a response of kind 3, expected: 4"},
       {[](auto* r) { r->mutable_attached(); }, "a response of kind 2, expected: 4"},
       {[](auto* r) { r->mutable_batch()->set_first_env(1 << 30); },
        "6 environments from 1073741824, expected: 1 to 6 from 0"},

@@ -16,7 +16,7 @@ func TestServerWithoutAClusterTellsOfItself(t *testing.T) {
 	client := connected(t, Options{})
 	nodes, err := client.ListNodes(testContext(t))
 	must(t, err)
-	if len(nodes.Nodes) != 1 || nodes.Cluster != "" || nodes.Nodes[0].Name != nodes.AnsweringNode {
+	if len(nodes.Nodes) != 1 || nodes.Cluster != "" || nodes.Nodes[0].Name != nodes.LocalNode {
 		t.Fatal(nodes)
 	}
 	if node := nodes.Nodes[0]; node.Address != client.Address() || node.Role != pb.NodeRole_NODE_ROLE_HOST || !node.Healthy {

@@ -106,7 +106,7 @@ def stream_answers(mode: str, message: bytes) -> Iterator[bytes]:
     if response.HasField("attached") and mode in ATTACHED:
         ATTACHED[mode](response.attached)
     elif response.HasField("attached") and mode == "attached_missing":
-        response = StreamAnswer(done=step_pb2.Done())
+        response = StreamAnswer(ack=step_pb2.Ack())
     elif is_step and mode in BATCHES:
         BATCHES[mode](response.batch)
     elif is_step and mode in _LYING_BYTES:
@@ -128,7 +128,7 @@ def stream_answers(mode: str, message: bytes) -> Iterator[bytes]:
 def _other_answers(mode: str, response: StreamAnswer) -> Iterator[bytes]:
     number = response.sequence_number
     if mode == "done_in_place_of_values":
-        response = StreamAnswer(sequence_number=number, done=step_pb2.Done())
+        response = StreamAnswer(sequence_number=number, ack=step_pb2.Ack())
     elif mode == "attached_again":
         response = StreamAnswer(sequence_number=number, attached=step_pb2.Attached())
     elif mode == "answer_of_unknown_kind":

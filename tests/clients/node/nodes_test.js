@@ -10,9 +10,9 @@ import { easy, withServer } from "./server.js";
 const it = withServer();
 
 test("a server without a cluster tells of itself", async () => {
-  const { nodes, cluster, answeringNode } = await it.client.listNodes();
+  const { nodes, cluster, localNode } = await it.client.listNodes();
   assert.equal(cluster, "");
-  assert.deepEqual(nodes.map((node) => node.name), [answeringNode]);
+  assert.deepEqual(nodes.map((node) => node.name), [localNode]);
   assert.equal(nodes[0].address, it.client.address);
   assert.equal(nodes[0].role, NodeRole.HOST);
   assert.equal(nodes[0].healthy, true);

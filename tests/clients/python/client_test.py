@@ -40,7 +40,7 @@ def test_load_counts_pools_and_environments(client: Client) -> None:
 def test_a_server_without_a_cluster_tells_of_itself(client: Client) -> None:
     told = client.list_nodes()
     assert told.cluster == ""
-    assert [node.name for node in told.nodes] == [told.answering_node]
+    assert [node.name for node in told.nodes] == [told.local_node]
     assert told.nodes[0].address == client.address
     assert told.nodes[0].healthy
 

@@ -25,7 +25,8 @@ v1::Pool PoolOf(const std::string& name, const std::string& owner,
   return pool;
 }
 
-void FillLatency(const std::vector<int64_t>& counts, double sum, v1::Latency* latency) {
+void FillLatencyHistogram(const std::vector<int64_t>& counts, double sum,
+                          v1::LatencyHistogram* latency) {
   for (const double bound : {1e-5, 1e-3, 1.0}) {
     latency->add_bounds_seconds(bound);
   }
@@ -39,8 +40,8 @@ Sample Before() {
   sample.load.set_step_count(10000);
   sample.load.set_stream_received_bytes(100);
   sample.load.set_stream_sent_bytes(5000);
-  FillLatency({100, 0, 0, 0}, 1e-4, sample.load.mutable_queue_latency());
-  FillLatency({0, 100, 0, 0}, 0.05, sample.load.mutable_run_latency());
+  FillLatencyHistogram({100, 0, 0, 0}, 1e-4, sample.load.mutable_queue_wait());
+  FillLatencyHistogram({0, 100, 0, 0}, 0.05, sample.load.mutable_execution_time());
   sample.pools = {PoolOf("pools/1", "", {"maze"}, 4000), PoolOf("pools/2", "", {"maze"}, 6000)};
   return sample;
 }
@@ -57,10 +58,10 @@ Sample Now() {
   sample.load.set_step_count(11280);
   sample.load.set_stream_received_bytes(2100);
   sample.load.set_stream_sent_bytes(3'005'000);
-  sample.load.clear_queue_latency();
-  FillLatency({119, 0, 1, 0}, 0.4001, sample.load.mutable_queue_latency());
-  sample.load.clear_run_latency();
-  FillLatency({0, 120, 0, 0}, 0.06, sample.load.mutable_run_latency());
+  sample.load.clear_queue_wait();
+  FillLatencyHistogram({119, 0, 1, 0}, 0.4001, sample.load.mutable_queue_wait());
+  sample.load.clear_execution_time();
+  FillLatencyHistogram({0, 120, 0, 0}, 0.06, sample.load.mutable_execution_time());
   sample.pools[0].mutable_expire_time()->set_seconds(1032);
   sample.pools[1].set_step_count(7280);
   sample.pools[1].set_attached(true);
@@ -102,8 +103,8 @@ TEST(ScreenTest, AServerThatBeganAnewCountsFromZero) {
 
 TEST(ScreenTest, LatenciesBeyondAllBoundsAreToldSo) {
   Sample now = Before();
-  now.load.mutable_queue_latency()->set_counts(3, 7);
-  now.load.mutable_queue_latency()->set_sum_seconds(700);
+  now.load.mutable_queue_wait()->set_counts(3, 7);
+  now.load.mutable_queue_wait()->set_sum_seconds(700);
   EXPECT_THAT(ScreenOf("title", Before(), now)[3], HasSubstr("mean 100 s   p50 beyond"));
 }
 
@@ -124,7 +125,7 @@ TEST(ScreenTest, ADrainIsTold) {
 TEST(ScreenTest, TheClusterStandsAboveThePools) {
   Sample now = Now();
   now.nodes.set_cluster("night\n");
-  now.nodes.set_answering_node("nodes/b");
+  now.nodes.set_local_node("nodes/b");
   v1::Node* node = now.nodes.add_nodes();
   node->set_name("nodes/a");
   node->set_address("unix:/a\x1b.sock");

@@ -131,7 +131,7 @@ TEST_F(ClusterServiceTest, ThreeServersTellOfEachOther) {
              told.nodes(1).pool_count() == 1;
     }));
   }
-  EXPECT_EQ(a.client().ListNodes()->answering_node(), "nodes/a");
+  EXPECT_EQ(a.client().ListNodes()->local_node(), "nodes/a");
 }
 
 TEST_F(ClusterServiceTest, RatesAreTold) {
@@ -245,7 +245,7 @@ TEST_F(ClusterServiceTest, AServerWithoutAClusterTellsOfItself) {
   EXPECT_EQ(nodes->nodes(0).name(), "nodes/hermit");
   EXPECT_EQ(nodes->nodes(0).address(), address);
   EXPECT_EQ(nodes->nodes(0).environment_capacity(), Limits().env_count_max);
-  EXPECT_EQ(nodes->answering_node(), "nodes/hermit");
+  EXPECT_EQ(nodes->local_node(), "nodes/hermit");
 }
 
 TEST_F(ClusterServiceTest, WrongFlagsAreExplained) {

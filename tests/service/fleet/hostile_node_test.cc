@@ -73,10 +73,10 @@ std::vector<Attack> AttacksOnBatches() {
 
 std::vector<Attack> AttacksOnMessages() {
   std::vector<Attack> attacks;
-  attacks.push_back({"DoneInPlaceOfABatch", {}});
+  attacks.push_back({"AckInPlaceOfABatch", {}});
   attacks.back().damage.step = [](v1::StepPoolResponse* response) {
     response->clear_batch();
-    response->mutable_done();
+    response->mutable_ack();
   };
   attacks.push_back({"NoStates", {}});
   attacks.back().damage.states = [](v1::SaveStatesResponse* response) { response->clear_states(); };

@@ -403,10 +403,10 @@ def check_answers(
             f"{request.sequence_number} is next"
         )
     kind = "batch" if isinstance(response, Part) else response.WhichOneof("response")
-    if kind != ("done" if request.expected is None else "batch"):
+    if kind != ("ack" if request.expected is None else "batch"):
         raise InternalError(
             f"{pool} answered request {request.sequence_number} with {kind}, expected: "
-            f"{'done' if request.expected is None else 'batch'}"
+            f"{'ack' if request.expected is None else 'batch'}"
         )
     if isinstance(response, Part) and request.expected is not None:
         check_part(response, request.expected, before, attached)

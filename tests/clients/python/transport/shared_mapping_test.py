@@ -169,11 +169,11 @@ def test_what_answers_otherwise_is_not_read(mapping: SharedMapping) -> None:
     head, batch = _request().head, _answer(0).SerializeToString()
     for message in (head + batch, batch + head):  # It knows such an answer.
         assert mapping.read(message, _request()) is not None
-    done = step_pb2.StepPoolResponse(sequence_number=300, done=step_pb2.Done())
+    ack = step_pb2.StepPoolResponse(sequence_number=300, ack=step_pb2.Ack())
     for message in (
         _answer(301).SerializeToString(),
         _answer(0).SerializeToString(),
-        done.SerializeToString(),
+        ack.SerializeToString(),
         head,
         b"",
         b"\xff",

@@ -110,7 +110,7 @@ def test_fields_of_a_later_server_are_passed_over() -> None:
 
 
 def test_other_answers_are_messages() -> None:
-    message = step_pb2.StepPoolResponse(sequence_number=7, done=step_pb2.Done())
+    message = step_pb2.StepPoolResponse(sequence_number=7, ack=step_pb2.Ack())
     assert read_response(message.SerializeToString()) == message
 
 
