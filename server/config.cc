@@ -214,7 +214,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"request_bytes_max", limits.request_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"response_bytes_max", limits.response_bytes_max, kMessageBytesMin, INT32_MAX},
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
-        Range{"kept_answer_bytes_max", limits.kept_answer_bytes_max, 0, int64_t{1} << 40},
+        Range{"resume_buffer_bytes_max", limits.resume_buffer_bytes_max, 0, int64_t{1} << 40},
         Range{"shared_memory_bytes_max", limits.shared_memory_bytes_max, 0, int64_t{1} << 40},
         Range{"episode_bytes_max", limits.episode_bytes_max, 0, int64_t{1} << 40},
         Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,

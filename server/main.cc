@@ -54,7 +54,7 @@ ABSL_FLAG(int64_t, response_bytes_max, procgen::Limits().response_bytes_max,
           "bytes of one response message that a client may ask for");
 ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_max,
           "unanswered requests of one stream that a client may ask for");
-ABSL_FLAG(int64_t, kept_answer_bytes_max, procgen::Limits().kept_answer_bytes_max,
+ABSL_FLAG(int64_t, resume_buffer_bytes_max, procgen::Limits().resume_buffer_bytes_max,
           "bytes of the answers that are kept for streams that may be resumed, of all pools "
           "together");
 ABSL_FLAG(int64_t, episode_bytes_max, procgen::Limits().episode_bytes_max,
@@ -131,7 +131,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.request_bytes_max = absl::GetFlag(FLAGS_request_bytes_max);
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
-  limits.kept_answer_bytes_max = absl::GetFlag(FLAGS_kept_answer_bytes_max);
+  limits.resume_buffer_bytes_max = absl::GetFlag(FLAGS_resume_buffer_bytes_max);
   limits.episode_bytes_max = absl::GetFlag(FLAGS_episode_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);

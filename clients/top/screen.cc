@@ -186,9 +186,9 @@ std::vector<std::string> ScreenOf(const std::string& title, const Sample& before
   std::vector<std::string> lines;
   lines.push_back(absl::StrCat(Shown(title), load.draining() ? "   DRAINING" : ""));
   lines.push_back(absl::StrFormat(
-      "%-9s pools %d   environments %d   streams %d   workers %d   kept answers %s", "holds",
+      "%-9s pools %d   environments %d   streams %d   workers %d   resume buffers %s", "holds",
       load.pool_count(), load.env_count(), load.stream_count(), load.worker_count(),
-      BytesText(static_cast<double>(load.kept_answer_bytes()))));
+      BytesText(static_cast<double>(load.resume_buffer_bytes()))));
   lines.push_back(absl::StrFormat(
       "%-9s steps/s %.0f   requests/s %.1f   in %s/s   out %s/s", "does",
       RateOf(before.load.step_count(), load.step_count(), seconds),

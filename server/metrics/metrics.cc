@@ -101,9 +101,9 @@ class Metrics::Families final : public prometheus::Collectable {
         environments_(AddGauge("procgen_environments", "Environments of all pools.")),
         attached_streams_(AddGauge("procgen_streams", "Streams that are attached.")),
         workers_(AddGauge("procgen_workers", "Threads that step environments.")),
-        kept_answers_(AddGauge("procgen_kept_answer_bytes",
-                               "Reserved for answers that are kept for streams that may be "
-                               "resumed.")),
+        resume_buffer_bytes_(AddGauge("procgen_resume_buffer_bytes",
+                                      "Reserved for answers that are kept for streams that may be "
+                                      "resumed.")),
         draining_(AddGauge("procgen_draining", "1 while the server drains, otherwise 0.")) {
     prometheus::BuildGauge()
         .Name("procgen_build_info")
@@ -169,7 +169,7 @@ class Metrics::Families final : public prometheus::Collectable {
     environments_.Set(now.env_count);
     attached_streams_.Set(now.stream_count);
     workers_.Set(now.worker_count);
-    kept_answers_.Set(static_cast<double>(now.kept_answer_bytes));
+    resume_buffer_bytes_.Set(static_cast<double>(now.resume_buffer_bytes));
     draining_.Set(now.draining ? 1 : 0);
   }
 
@@ -212,7 +212,7 @@ class Metrics::Families final : public prometheus::Collectable {
   Gauge& environments_;
   Gauge& attached_streams_;
   Gauge& workers_;
-  Gauge& kept_answers_;
+  Gauge& resume_buffer_bytes_;
   Gauge& draining_;
 
   mutable absl::Mutex mutex_;

@@ -23,7 +23,7 @@ struct ServerGauges {
   int32_t env_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
-  int64_t kept_answer_bytes = 0;
+  int64_t resume_buffer_bytes = 0;
   bool draining = false;
 };
 

@@ -93,7 +93,7 @@ ServerGauges GaugesOf(const Load& load) {
           .env_count = load.env_count,
           .stream_count = load.stream_count,
           .worker_count = load.worker_count,
-          .kept_answer_bytes = load.kept_answer_bytes,
+          .resume_buffer_bytes = load.resume_buffer_bytes,
           .draining = load.draining};
 }
 

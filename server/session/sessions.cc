@@ -43,7 +43,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       art_(std::move(art)),
       owners_(limits, [this] { memory_trimmer_.Request(); }),
       capacity_(limits),
-      kept_answer_bytes_(limits.kept_answer_bytes_max),
+      resume_buffer_bytes_(limits.resume_buffer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
       episode_bytes_(limits.episode_bytes_max),
       shared_folder_(std::move(shared_folder)),
@@ -119,7 +119,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
   // Shared by the registry and by who uses it at the moment; freed on the background executor,
   // because the last to let go may be a worker, which the pool's worker pool cannot do without.
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
-                          {&owners_, &executor_, &lease_alarm_, &kept_answer_bytes_,
+                          {&owners_, &executor_, &lease_alarm_, &resume_buffer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           terms.encoding, terms.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {
@@ -205,7 +205,7 @@ Load Sessions::load() const {
   Load load;
   load.worker_count = host_->worker_count();
   load.step_count = step_count_;
-  load.kept_answer_bytes = kept_answer_bytes_.reserved_bytes();
+  load.resume_buffer_bytes = resume_buffer_bytes_.reserved_bytes();
   load.draining = draining_;
   load.env_count = capacity_.env_count();
   for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {

@@ -42,8 +42,8 @@ struct Load {
   int32_t env_count = 0;
   int32_t stream_count = 0;
   int32_t worker_count = 0;
-  int64_t step_count = 0;         // environment steps since the start
-  int64_t kept_answer_bytes = 0;  // reserved for answers of streams that may be resumed
+  int64_t step_count = 0;           // environment steps since the start
+  int64_t resume_buffer_bytes = 0;  // reserved for answers of streams that may be resumed
   bool draining = false;
 };
 
@@ -157,7 +157,7 @@ class Sessions {
   Owners owners_;
   Capacity capacity_;
   PoolRegistry pools_;  // after those that its pools have shares of
-  ByteBudget kept_answer_bytes_;
+  ByteBudget resume_buffer_bytes_;
   ByteBudget shared_memory_bytes_;
   ByteBudget episode_bytes_;
   const std::shared_ptr<const SharedFolder> shared_folder_;

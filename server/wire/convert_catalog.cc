@@ -125,7 +125,7 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_observation_size_px_min(kObservationSizePxMin);
   message->set_observation_size_px_max(kObservationSizePxMax);
   message->set_frame_stack_max(kFrameStackMax);
-  message->set_kept_answer_bytes_max(limits.kept_answer_bytes_max);
+  message->set_resume_buffer_bytes_max(limits.resume_buffer_bytes_max);
   message->set_shared_memory_bytes_max(limits.shared_memory_bytes_max);
   *message->mutable_lease_duration_max() = DurationMessageOf(limits.lease_duration_max);
 }
@@ -185,7 +185,7 @@ v1::Load LoadMessageOf(const Load& load, const StreamTotals& streams) {
   message.set_worker_count(load.worker_count);
   message.set_step_count(load.step_count);
   message.set_draining(load.draining);
-  message.set_kept_answer_bytes(load.kept_answer_bytes);
+  message.set_resume_buffer_bytes(load.resume_buffer_bytes);
   message.set_stream_received_bytes(streams.received_bytes);
   message.set_stream_sent_bytes(streams.sent_bytes);
   FillLatencyHistogram(streams.queue_seconds, message.mutable_queue_wait());

@@ -179,13 +179,13 @@ TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {
                        "--observation_bytes_max is 0, allowed: 65536 to 1099511627776"));
 }
 
-TEST(ConfigTest, LeasesKeptAnswersAndKeepaliveHaveRanges) {
+TEST(ConfigTest, LeasesResumeBuffersAndKeepaliveHaveRanges) {
   Config config;
-  config.server.limits.kept_answer_bytes_max = -1;
+  config.server.limits.resume_buffer_bytes_max = -1;
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "--kept_answer_bytes_max is -1, allowed: 0 to 1099511627776"));
-  config.server.limits.kept_answer_bytes_max = 0;
+                       "--resume_buffer_bytes_max is -1, allowed: 0 to 1099511627776"));
+  config.server.limits.resume_buffer_bytes_max = 0;
   EXPECT_THAT(CheckConfig(config), IsOk());
   config.server.limits.lease_duration_max = absl::Milliseconds(999);
   EXPECT_THAT(CheckConfig(config),

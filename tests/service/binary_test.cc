@@ -138,7 +138,7 @@ TEST(BinaryTest, HelpListsTheFlags) {
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
         "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level", "--tls_certificate",
         "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max",
-        "--kept_answer_bytes_max", "--lease_duration_max", "--keepalive_time",
+        "--resume_buffer_bytes_max", "--lease_duration_max", "--keepalive_time",
         "--keepalive_timeout", "--metrics_address", "--web_address"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }

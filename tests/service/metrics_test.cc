@@ -91,9 +91,9 @@ TEST_F(ServedMetricsTest, LoadAndPoolsTellWhatIsCounted) {
   EXPECT_EQ(load->stream_received_bytes(), totals.received_bytes);
   EXPECT_EQ(load->stream_sent_bytes(), totals.sent_bytes);
   EXPECT_GE(load->stream_sent_bytes(), 3 * static_cast<int64_t>(batch.observations().size()));
-  EXPECT_GT(load->kept_answer_bytes(), 0);
-  EXPECT_THAT(Text(), HasSubstr(absl::StrCat("procgen_kept_answer_bytes ",
-                                             load->kept_answer_bytes(), "\n")));
+  EXPECT_GT(load->resume_buffer_bytes(), 0);
+  EXPECT_THAT(Text(), HasSubstr(absl::StrCat("procgen_resume_buffer_bytes ",
+                                             load->resume_buffer_bytes(), "\n")));
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Ho
                        : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
                                                       observation_bytes())),
       turns_(name_),
-      resume_buffer_(name_, AnswerBytesMax(), surroundings.kept_answer_bytes,
+      resume_buffer_(name_, AnswerBytesMax(), surroundings.resume_buffer_bytes,
                      shared_ring_ != nullptr),
       observers_(pool_->options(), surroundings),
       executor_({.pool_name = name_,

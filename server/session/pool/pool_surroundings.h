@@ -17,7 +17,7 @@ struct PoolSurroundings {
   Owners* owners = nullptr;
   BackgroundExecutor* executor = nullptr;
   Alarm* lease_alarm = nullptr;                // also tells the time
-  ByteBudget* kept_answer_bytes = nullptr;     // for the answers that they keep
+  ByteBudget* resume_buffer_bytes = nullptr;   // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
   ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember
   std::atomic<int64_t>* step_count = nullptr;  // environment steps are added to it

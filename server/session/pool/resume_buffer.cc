@@ -36,7 +36,7 @@ absl::Status ResumeBuffer::Reserve(const AttachOptions& options) {
         absl::StrCat("attach.resumable keeps ", options.kept_answer_count(), " answers of up to ",
                      answer_bytes_max_, " bytes, and other pools have ",
                      budget_->reserved_bytes() - reserved_bytes_,
-                     ", limit kept_answer_bytes_max is ", budget_->bytes_max()));
+                     ", limit resume_buffer_bytes_max is ", budget_->bytes_max()));
   }
   reserved_bytes_ = std::max(reserved_bytes_, bytes);
   return absl::OkStatus();

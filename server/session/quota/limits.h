@@ -31,7 +31,7 @@ struct Limits {
   // From the beginning of a stream until it has attached.
   absl::Duration attach_timeout = absl::Seconds(30);
   // Answers that are kept for streams that may be resumed, of all pools together, in bytes.
-  int64_t kept_answer_bytes_max = int64_t{4} << 30;
+  int64_t resume_buffer_bytes_max = int64_t{4} << 30;
   // Memory that pools share with learners on the same machine, of all pools together, in bytes.
   int64_t shared_memory_bytes_max = int64_t{4} << 30;
   // What pools remember of episodes, of all together, in bytes; 0: nothing.

@@ -54,7 +54,7 @@ Sample Now() {
   sample.load.set_env_count(192);
   sample.load.set_stream_count(1);
   sample.load.set_worker_count(2);
-  sample.load.set_kept_answer_bytes(12'300'000);
+  sample.load.set_resume_buffer_bytes(12'300'000);
   sample.load.set_step_count(11280);
   sample.load.set_stream_received_bytes(2100);
   sample.load.set_stream_sent_bytes(3'005'000);
@@ -76,7 +76,7 @@ TEST(ScreenTest, RatesAndLatenciesAreThoseBetweenTheSamples) {
       ScreenOf("the title", Before(), Now()),
       ElementsAre(
           "the title",
-          "holds     pools 3   environments 192   streams 1   workers 2   kept answers 12.3 MB",
+          "holds     pools 3   environments 192   streams 1   workers 2   resume buffers 12.3 MB",
           "does      steps/s 640   requests/s 10.0   in 1.0 kB/s   out 1.5 MB/s",
           "queue     mean 20 ms   p50 <= 10 us   p99 <= 1 s",
           "run       mean 500 us   p50 <= 1 ms   p99 <= 1 ms", "",

@@ -39,13 +39,15 @@ TEST(MetricsTest, GaugesAreAskedForWhenTheyAreRead) {
   Metrics metrics("1");
   int pool_count = 0;
   metrics.ReadGaugesFrom([&pool_count] {
-    return ServerGauges{
-        .pool_count = ++pool_count, .worker_count = 2, .kept_answer_bytes = 4096, .draining = true};
+    return ServerGauges{.pool_count = ++pool_count,
+                        .worker_count = 2,
+                        .resume_buffer_bytes = 4096,
+                        .draining = true};
   });
   EXPECT_THAT(
       metrics.Text(),
       AllOf(HasSubstr("procgen_pools 1\n"), HasSubstr("procgen_workers 2\n"),
-            HasSubstr("procgen_kept_answer_bytes 4096\n"), HasSubstr("procgen_draining 1\n")));
+            HasSubstr("procgen_resume_buffer_bytes 4096\n"), HasSubstr("procgen_draining 1\n")));
   EXPECT_THAT(metrics.Text(), HasSubstr("procgen_pools 2\n"));
 }
 

@@ -35,7 +35,7 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners,        &executor,   &lease_alarm, &kept_answer_bytes, &shared_memory_bytes,
+    return {&owners,        &executor,   &lease_alarm, &resume_buffer_bytes, &shared_memory_bytes,
             &episode_bytes, &step_count, &metrics};
   }
 
@@ -48,7 +48,7 @@ struct TestSurroundings {
   Metrics metrics{"test"};
   std::atomic<int64_t> step_count = 0;
   Owners owners;
-  ByteBudget kept_answer_bytes{int64_t{1} << 30};
+  ByteBudget resume_buffer_bytes{int64_t{1} << 30};
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   ByteBudget episode_bytes{int64_t{1} << 30};
   BackgroundExecutor executor{1};

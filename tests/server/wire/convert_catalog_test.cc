@@ -79,10 +79,10 @@ TEST(ConvertCatalogTest, FeaturesAreThoseThatAreOffered) {
 
 TEST(ConvertCatalogTest, LimitsOfResumingAndLeasesAreTold) {
   Limits limits;
-  limits.kept_answer_bytes_max = 123456;
+  limits.resume_buffer_bytes_max = 123456;
   limits.lease_duration_max = absl::Milliseconds(90500);
   const v1::Catalog catalog = CatalogMessageOf({}, limits);
-  EXPECT_EQ(catalog.limits().kept_answer_bytes_max(), 123456);
+  EXPECT_EQ(catalog.limits().resume_buffer_bytes_max(), 123456);
   EXPECT_EQ(catalog.limits().lease_duration_max().seconds(), 90);
   EXPECT_EQ(catalog.limits().lease_duration_max().nanos(), 500'000'000);
 }

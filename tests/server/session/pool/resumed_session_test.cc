@@ -125,28 +125,28 @@ TEST_F(ResumedSessionTest, OnlyEarlierRequestsCanBeAcknowledged) {
 TEST_F(ResumedSessionTest, StreamThatIsNotResumableForgetsAll) {
   Attach(kResumable);
   ASSERT_THAT(Ask(1), IsOk());
-  EXPECT_GT(surroundings_.kept_answer_bytes.reserved_bytes(), 0);
+  EXPECT_GT(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
   session_->Detach();
   Attach({});
   EXPECT_EQ(session_->oldest_kept_sequence_number(), 2);
-  EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), 0);
+  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
   EXPECT_THAT(Ask(1), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: none")));
 }
 
 TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
   Attach(kResumable);
-  const int64_t bytes = surroundings_.kept_answer_bytes.reserved_bytes();
+  const int64_t bytes = surroundings_.resume_buffer_bytes.reserved_bytes();
   EXPECT_EQ(bytes, 2 * kEnvCount * (2 * 12288 + 512));
   session_->Detach();
   Attach(kResumable);
-  EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), bytes);
+  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), bytes);
   session_ = nullptr;
-  EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(), 0);
+  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
 }
 
 TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
   constexpr int64_t kAnswerBytes = kEnvCount * (2 * 12288 + 512);
-  const ByteBudget& bytes = surroundings_.kept_answer_bytes;
+  const ByteBudget& bytes = surroundings_.resume_buffer_bytes;
   Attach({.requests_in_flight_max = 8, .resumable = true});
   EXPECT_EQ(bytes.reserved_bytes(), 8 * kAnswerBytes);
   for (const int64_t number : {1, 2, 3}) {
@@ -179,19 +179,19 @@ TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
 TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
   session_ = Make(&surroundings_, absl::InfiniteDuration(), Encoding::kDeltaZstd);
   Attach(kResumable);
-  EXPECT_EQ(surroundings_.kept_answer_bytes.reserved_bytes(),
+  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(),
             2 * kEnvCount * (session_->coding().sent_bytes_max() + 12288 + 512));
 }
 
 TEST_F(ResumedSessionTest, StreamWhoseAnswersHaveNoRoomIsRefused) {
-  ASSERT_TRUE(surroundings_.kept_answer_bytes.Change(0, (1 << 30) - 100'000));
+  ASSERT_TRUE(surroundings_.resume_buffer_bytes.Change(0, (1 << 30) - 100'000));
   Stream stream;
   stream.Attach(session_.get(), kResumable);
   EXPECT_THAT(stream.attached,
               testing::Optional(StatusIs(
                   absl::StatusCode::kResourceExhausted,
                   "attach.resumable keeps 2 answers of up to 50176 bytes, and other pools have "
-                  "1073641824, limit kept_answer_bytes_max is 1073741824")));
+                  "1073641824, limit resume_buffer_bytes_max is 1073741824")));
   EXPECT_FALSE(session_->attached());
   Attach({});
 }

@@ -129,7 +129,7 @@ TEST_F(SharedSessionTest, WhatDoesNotFitTheLimitIsRefusedAndTakesNothing) {
 
 TEST_F(SharedSessionTest, AnswersThatAreKeptTakeNoMemoryForPictures) {
   ASSERT_THAT(Attach(kResumable), IsOk());
-  EXPECT_LT(surroundings_.kept_answer_bytes.reserved_bytes(), 12288);
+  EXPECT_LT(surroundings_.resume_buffer_bytes.reserved_bytes(), 12288);
 }
 
 }  // namespace
