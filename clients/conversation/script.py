@@ -18,7 +18,7 @@ from procgen_client.batch import assemble  # noqa: E402
 # One folder of messages for each.
 ENCODINGS = {
     "raw": pools_pb2.ENCODING_RAW,
-    "zstd": pools_pb2.ENCODING_ZSTD_DIFFERENCE,
+    "zstd": pools_pb2.ENCODING_DELTA_ZSTD,
 }
 CATALOG = "catalog.response.bin"
 EXPECTED = "expected.json"

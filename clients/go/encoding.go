@@ -38,8 +38,8 @@ type ObservationDecoder struct {
 // NewObservationDecoder is for a pool as the server told it.
 func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
 	spec := pool.Spec
-	if spec.Encoding != pb.Encoding_ENCODING_ZSTD_DIFFERENCE {
-		return nil, invalid("encoding is %v; decoded is ENCODING_ZSTD_DIFFERENCE", spec.Encoding)
+	if spec.Encoding != pb.Encoding_ENCODING_DELTA_ZSTD {
+		return nil, invalid("encoding is %v; decoded is ENCODING_DELTA_ZSTD", spec.Encoding)
 	}
 	format := spec.GetObservationFormat()
 	sizePx := int(format.GetSizePx())

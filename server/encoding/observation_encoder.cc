@@ -65,7 +65,7 @@ void ObservationEncoder::Append(size_t environment, const uint8_t* now) {
     *advances_.Room(1) = static_cast<uint8_t>(advance);
     advances_.Extend(1);
   }
-  AppendDifference(shape_, before, now, state.search, difference_);
+  AppendDelta(shape_, before, now, state.search, delta_);
   std::memcpy(before, now, shape_.bytes());
   state.age = NextAge(state.age);
 }
@@ -78,17 +78,16 @@ std::string ObservationEncoder::Encode(int32_t first, int32_t count,
         "a slice of the pool, with its observations");
   ages_.Clear();
   advances_.Clear();
-  difference_.Clear();
+  delta_.Clear();
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     Append(static_cast<size_t>(first) + i, observations.data() + i * shape_.bytes());
   }
   numbers_.clear();
-  for (const ByteList* list :
-       {&ages_, &advances_, &difference_.changed, &difference_.move_rows, &difference_.move_columns,
-        &difference_.patched, &difference_.masks}) {
+  for (const ByteList* list : {&ages_, &advances_, &delta_.changed, &delta_.move_rows,
+                               &delta_.move_columns, &delta_.patched, &delta_.masks}) {
     numbers_.insert(numbers_.end(), list->bytes().begin(), list->bytes().end());
   }
-  return compressor_.Compress(numbers_, difference_.pixels.bytes());
+  return compressor_.Compress(numbers_, delta_.pixels.bytes());
 }
 
 }  // namespace procgen

@@ -8,7 +8,7 @@
 
 #include "absl/types/span.h"
 #include "server/encoding/compressor.h"
-#include "server/encoding/difference.h"
+#include "server/encoding/delta.h"
 #include "server/encoding/motion_search.h"
 #include "server/encoding/picture_shape.h"
 
@@ -57,7 +57,7 @@ class ObservationEncoder {
   // Of the slice that is being encoded.
   ByteList ages_;
   ByteList advances_;
-  Difference difference_;
+  Delta delta_;
   std::vector<uint8_t> numbers_;
 };
 

@@ -155,7 +155,7 @@ v1::Catalog CatalogMessageOf(const ServerFacts& server, const Limits& limits) {
     catalog.add_transports(v1::TRANSPORT_SHARED_MEMORY);
   }
   catalog.add_encodings(v1::ENCODING_RAW);
-  catalog.add_encodings(v1::ENCODING_ZSTD_DIFFERENCE);
+  catalog.add_encodings(v1::ENCODING_DELTA_ZSTD);
   catalog.add_colors(v1::COLOR_RGB);
   catalog.add_colors(v1::COLOR_GRAYSCALE);
   catalog.add_layouts(v1::LAYOUT_HWC);

@@ -83,7 +83,7 @@ absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
     case v1::ENCODING_UNSPECIFIED:
     case v1::ENCODING_RAW:
       return Encoding::kRaw;
-    case v1::ENCODING_ZSTD_DIFFERENCE:
+    case v1::ENCODING_DELTA_ZSTD:
       break;
     default:
       return NoSuchValue("spec.encoding", spec.encoding());
@@ -97,7 +97,7 @@ absl::StatusOr<Encoding> EncodingOf(const v1::PoolSpec& spec) {
 }
 
 v1::Encoding EncodingMessageOf(Encoding encoding) {
-  return encoding == Encoding::kRaw ? v1::ENCODING_RAW : v1::ENCODING_ZSTD_DIFFERENCE;
+  return encoding == Encoding::kRaw ? v1::ENCODING_RAW : v1::ENCODING_DELTA_ZSTD;
 }
 
 }  // namespace procgen

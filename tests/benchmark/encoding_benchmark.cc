@@ -77,7 +77,7 @@ class EncodedLine final : public Line {
   static procgen_client::ObservationDecoder MakeDecoder() {
     procgen::v1::Pool pool;
     pool.mutable_spec()->set_env_count(kEnvCount);
-    pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
+    pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
     return procgen_client::ObservationDecoder::Make(pool).value();
   }
 

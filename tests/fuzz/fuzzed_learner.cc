@@ -30,7 +30,7 @@ v1::PoolSpec SpecFor(const LearnerOptions& options) {
   spec.mutable_options()->set_rand_seed(5);
   spec.mutable_observation_format()->set_color(v1::COLOR_GRAYSCALE);
   spec.mutable_observation_format()->set_size_px(kSizePx);
-  spec.set_encoding(options.observations == 1 ? v1::ENCODING_ZSTD_DIFFERENCE : v1::ENCODING_RAW);
+  spec.set_encoding(options.observations == 1 ? v1::ENCODING_DELTA_ZSTD : v1::ENCODING_RAW);
   if (options.observations == 3) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }

@@ -51,7 +51,7 @@ struct Choice {
     procgen::v1::Pool pool;
     procgen::v1::PoolSpec& spec = *pool.mutable_spec();
     spec.set_env_count(kEnvCount);
-    spec.set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
+    spec.set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
     procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
     format.set_size_px(shape.columns);
     format.set_frame_stack(shape.stack);

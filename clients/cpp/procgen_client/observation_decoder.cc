@@ -106,10 +106,9 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
                      size_px, " in stacks of ", stack, "; decoded are sizes of 1 to ", kSizePxMax,
                      " and stacks of 1 to ", kStackMax));
   }
-  if (spec.encoding() != procgen::v1::ENCODING_ZSTD_DIFFERENCE) {
-    return absl::InvalidArgumentError(absl::StrCat("encoding is ",
-                                                   static_cast<int>(spec.encoding()),
-                                                   "; decoded is ENCODING_ZSTD_DIFFERENCE"));
+  if (spec.encoding() != procgen::v1::ENCODING_DELTA_ZSTD) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "encoding is ", static_cast<int>(spec.encoding()), "; decoded is ENCODING_DELTA_ZSTD"));
   }
   const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
   const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;

@@ -28,8 +28,8 @@ export class ObservationDecoder {
   constructor(pool: Pool) {
     const spec = pool.spec!;
     const format = spec.observationFormat;
-    if (spec.encoding !== Encoding.ZSTD_DIFFERENCE) {
-      throw new InvalidArgumentError(`encoding is ${spec.encoding}; decoded is ZSTD_DIFFERENCE`);
+    if (spec.encoding !== Encoding.DELTA_ZSTD) {
+      throw new InvalidArgumentError(`encoding is ${spec.encoding}; decoded is DELTA_ZSTD`);
     }
     const channels = format?.color === Color.GRAYSCALE ? 1 : 3;
     const isPlanes = format?.layout === Layout.CHW;

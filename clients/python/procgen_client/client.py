@@ -240,7 +240,7 @@ class Client:
             requests_in_flight_max: How many requests may be sent ahead of the answers.
             chunk_count: In how many chunks the pool is stepped, 1 to 64. None: as many as pay.
             screen_size, grayscale_obs, layout, frame_stack: As options.observation_format tells.
-            encoding: "raw", or for thin networks "zstd_difference".
+            encoding: "raw", or for thin networks "delta_zstd".
             lease_duration: How long it lives while nobody steps it, in seconds. None: for good.
             level_sampler: Chooses the levels, in place of num_levels and start_level.
             transport: "stream"; or "shared_memory", raw, on the server's machine and as its user.

@@ -36,7 +36,7 @@ DISTRIBUTION_MODES = ("easy", "hard", "extreme", "memory", "exploration")
 AUTORESET_MODES = ("same_step", "next_step", "disabled")
 LAYOUTS = ("hwc", "chw")
 TRANSPORTS = ("stream", "shared_memory")
-ENCODINGS = ("raw", "zstd_difference")
+ENCODINGS = ("raw", "delta_zstd")
 # Sides that an observation is drawn at, in pixels, and the most pictures in one.
 SCREEN_SIZE_MIN = 16
 SCREEN_SIZE_MAX = 512

@@ -84,7 +84,7 @@ TEST_F(DamagedAnswersTest, ThoseToAttachAreRefused) {
 
 TEST_F(DamagedAnswersTest, EnvironmentsThatAServerOnlySaysItHasTakeNoMemory) {
   v1::PoolSpec spec = MazeSpec(4);
-  spec.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
+  spec.set_encoding(v1::ENCODING_DELTA_ZSTD);
   DamagingServer between(channel_, 0, [](auto* response) {
     // Decoding remembers an observation of each: 192 GiB.
     response->mutable_attached()->mutable_pool()->mutable_spec()->set_env_count(1 << 24);

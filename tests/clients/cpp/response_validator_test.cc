@@ -172,7 +172,7 @@ TEST(ResponseValidatorTest, ServerWithoutFingerprintsSendsNone) {
 
 TEST(ResponseValidatorTest, EncodedObservationsDoNotBecomeMoreThanAResponseHolds) {
   v1::Attached attached = AttachedTo("pools/a");
-  attached.mutable_pool()->mutable_spec()->set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
+  attached.mutable_pool()->mutable_spec()->set_encoding(v1::ENCODING_DELTA_ZSTD);
   v1::StepPoolResponse response = Response(0, 6, true);
   response.mutable_batch()->set_observations("frame");
   EXPECT_THAT(StatusFor(attached, Request(0, 6), response), IsOk());

@@ -98,7 +98,7 @@ func TestConversationIsPlayedAndUnderstood(t *testing.T) {
 	var expected []*expectedValues
 	must(t, json.Unmarshal(text, &expected))
 	for name, encoding := range map[string]pb.Encoding{
-		"raw": pb.Encoding_ENCODING_RAW, "zstd": pb.Encoding_ENCODING_ZSTD_DIFFERENCE,
+		"raw": pb.Encoding_ENCODING_RAW, "zstd": pb.Encoding_ENCODING_DELTA_ZSTD,
 	} {
 		t.Run(name, func(t *testing.T) {
 			check := exec.Command(os.Getenv("PROCGEN_SYSTEM_PYTHON"), "-B", filepath.Join(folder, "check.py"), name)

@@ -25,7 +25,7 @@ func TestEncodedObservationsAreLossless(t *testing.T) {
 			spec.ObservationFormat = format
 			raw := madePool(t, client, spec, HoldOptions{})
 			encoded := proto.Clone(spec).(*pb.PoolSpec)
-			encoded.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
+			encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 			told := madePool(t, client, encoded, HoldOptions{})
 			for step := 0; step < 80; step++ {
 				if step == 40 {
@@ -51,7 +51,7 @@ func zstdFrame(t *testing.T, content ...byte) []byte {
 func decoder(t *testing.T) *ObservationDecoder {
 	decoder, err := NewObservationDecoder(&pb.Pool{Spec: &pb.PoolSpec{
 		EnvCount:          1,
-		Encoding:          pb.Encoding_ENCODING_ZSTD_DIFFERENCE,
+		Encoding:          pb.Encoding_ENCODING_DELTA_ZSTD,
 		ObservationFormat: &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, SizePx: 16},
 	}})
 	must(t, err)

@@ -51,7 +51,7 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 	client := connected(t, Options{})
 	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 3}), 150)
 	encoded := easy(2*half, "maze", "bigfish")
-	encoded.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
+	encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	for name, test := range map[string]struct {
 		spec               *pb.PoolSpec
 		bytesBetweenFaults string

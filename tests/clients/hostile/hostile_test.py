@@ -113,7 +113,7 @@ def _against(server: ServerProcess, modes: list[str], encoding: str = "raw") -> 
             each.stop()
 
 
-@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+@pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_wrong_answers_of_a_stream_are_errors(server: ServerProcess, encoding: str) -> None:
     modes = (
         hostile_answers.STREAM_ERRORS if encoding == "raw" else hostile_answers.ENCODED_ERRORS
@@ -132,7 +132,7 @@ def test_wrong_answers_beside_the_stream_are_errors(server: ServerProcess) -> No
         assert results[mode].get("message"), (mode, results[mode])
 
 
-@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+@pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_mutated_answers_are_errors_or_batches(server: ServerProcess, encoding: str) -> None:
     results = _against(server, mutated_answers.modes(_MUTATION_COUNT), encoding)
     assert "digest" in results["undisturbed"]

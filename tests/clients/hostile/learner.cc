@@ -94,7 +94,7 @@ absl::StatusOr<uint32_t> Learn(const std::string& address, bool is_encoded) {
   spec.mutable_options()->set_distribution_mode(v1::DISTRIBUTION_MODE_EASY);
   spec.mutable_options()->set_rand_seed(5);
   if (is_encoded) {
-    spec.set_encoding(v1::ENCODING_ZSTD_DIFFERENCE);
+    spec.set_encoding(v1::ENCODING_DELTA_ZSTD);
   }
   const auto pool = (*client)->CreatePool(spec);
   if (!pool.ok()) {

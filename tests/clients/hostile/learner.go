@@ -43,7 +43,7 @@ func learn(address, encoding string) (uint32, error) {
 		Options:  &pb.EnvironmentOptions{DistributionMode: pb.DistributionMode_DISTRIBUTION_MODE_EASY, RandSeed: &seed},
 	}
 	if encoding != "raw" {
-		spec.Encoding = pb.Encoding_ENCODING_ZSTD_DIFFERENCE
+		spec.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	}
 	pool, err := connection.CreatePool(ctx, "", spec, client.HoldOptions{})
 	if err != nil {

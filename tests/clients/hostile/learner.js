@@ -30,7 +30,7 @@ async function learn(address, encoding) {
       games: ["coinrun"],
       envCount,
       options: { distributionMode: DistributionMode.EASY, randSeed: 5n },
-      encoding: encoding !== "raw" ? Encoding.ZSTD_DIFFERENCE : Encoding.RAW,
+      encoding: encoding !== "raw" ? Encoding.DELTA_ZSTD : Encoding.RAW,
     });
     let digest = digestOf(0, await pool.observe());
     for (let step = 0; step < 10; step += 1) {

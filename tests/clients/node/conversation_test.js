@@ -56,7 +56,7 @@ function check(batch, values) {
   assert.deepEqual(digest(batch.observations), values.observations);
 }
 
-for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.ZSTD_DIFFERENCE]]) {
+for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.DELTA_ZSTD]]) {
   test(`the conversation is played and understood: ${name}`, async (t) => {
     const checking = new Check(name);
     t.after(() => checking.process.kill());

@@ -19,7 +19,7 @@ for (const [number, observationFormat] of formats.entries()) {
   test(`encoded observations are lossless in format ${number}`, async () => {
     const spec = easy(["bigfish", "jumper", "maze"], 6, { observationFormat });
     const raw = await it.client.createPool(spec);
-    const told = await it.client.createPool({ ...spec, encoding: Encoding.ZSTD_DIFFERENCE });
+    const told = await it.client.createPool({ ...spec, encoding: Encoding.DELTA_ZSTD });
     for (let step = 0; step < 80; step += 1) {
       const [expected, batch] = await Promise.all([raw, told].map((pool) => pool.step(actionsOf(step, 6))));
       assert.equal(Buffer.compare(batch.observations, expected.observations), 0, `step ${step}`);
@@ -48,7 +48,7 @@ function zstdFrame(content) {
 
 function decoder() {
   const observationFormat = { color: Color.GRAYSCALE, sizePx: 16 };
-  const spec = { games: ["maze"], envCount: 1, observationFormat, encoding: Encoding.ZSTD_DIFFERENCE };
+  const spec = { games: ["maze"], envCount: 1, observationFormat, encoding: Encoding.DELTA_ZSTD };
   return new ObservationDecoder(create(PoolSchema, { spec }));
 }
 

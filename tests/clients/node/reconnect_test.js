@@ -47,7 +47,7 @@ async function traceOf(pool, stepCount) {
 
 for (const [name, encoding, stepCount, bytesBetweenFaults, leastBreakCount] of [
   ["raw", Encoding.RAW, 100, 120_000, 15],
-  ["zstd", Encoding.ZSTD_DIFFERENCE, 150, 20_000, 5],
+  ["zstd", Encoding.DELTA_ZSTD, 150, 20_000, 5],
 ]) {
   test(`nothing is lost on a bad network: ${name}`, { skip: !process.env.PROCGEN_FAULT_PROXY }, async () => {
     const undisturbedPool = await it.client.createPool(easy(["maze", "bigfish"], envCount));

@@ -31,7 +31,7 @@ def _assert_equal(left: Batch, right: Batch) -> None:
         np.testing.assert_array_equal(getattr(left, name), getattr(right, name), name)
 
 
-@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+@pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_batches_are_those_of_the_other_client(
     server: ServerProcess, client: Client, encoding: str
 ) -> None:
@@ -164,7 +164,7 @@ def test_nobody_there_is_told(server: ServerProcess) -> None:
     asyncio.run(play())
 
 
-@pytest.mark.parametrize("encoding", ["raw", "zstd_difference"])
+@pytest.mark.parametrize("encoding", ["raw", "delta_zstd"])
 def test_nothing_is_lost_on_a_bad_network(server: ServerProcess, encoding: str) -> None:
     async def trace(pool: aio.AsyncPool) -> list[Batch]:
         while True:

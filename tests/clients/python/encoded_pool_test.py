@@ -20,7 +20,7 @@ from procgen_client.errors import (
     UnimplementedError,
 )
 
-_ENCODING = "zstd_difference"
+_ENCODING = "delta_zstd"
 _FORMATS: dict[str, dict[str, Any]] = {
     "default": {},
     "grey stack": {"grayscale_obs": True, "screen_size": 84, "frame_stack": 4},
@@ -164,7 +164,7 @@ def test_a_damaged_answer_ends_the_stream(
 
 @pytest.mark.parametrize("encoding", ["gzip", "lz4_difference"])
 def test_unknown_encodings_are_refused(client: Client, encoding: str) -> None:
-    allowed = "it is one of raw, zstd_difference"
+    allowed = "it is one of raw, delta_zstd"
     with pytest.raises(InvalidArgumentError, match=f"encoding is '{encoding}'; {allowed}"):
         client.create_pool("maze", 1, encoding=encoding)
 

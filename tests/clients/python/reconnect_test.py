@@ -67,7 +67,7 @@ def _trace(pool: Pool, count: int) -> list[int]:
     "encoding,count,bytes_between_faults,least_break_count",
     [
         ("raw", 150, 120_000, 30),
-        ("zstd_difference", 300, 40_000, 5),
+        ("delta_zstd", 300, 40_000, 5),
     ],
 )
 def test_nothing_is_lost_on_a_bad_network(

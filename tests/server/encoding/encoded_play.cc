@@ -58,7 +58,7 @@ procgen::v1::Pool EncodedPlay::pool() const {
   procgen::v1::PoolSpec& spec = *pool.mutable_spec();
   spec.add_games(options_.game);
   spec.set_env_count(options_.env_count);
-  spec.set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
+  spec.set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
   procgen::v1::ObservationFormat& format = *spec.mutable_observation_format();
   format.set_color(options_.format.frame.color == Color::kRgb ? procgen::v1::COLOR_RGB
                                                               : procgen::v1::COLOR_GRAYSCALE);

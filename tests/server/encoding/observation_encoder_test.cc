@@ -26,7 +26,7 @@ ObservationEncoder NewEncoder(int32_t env_count = 1) { return {kShape, env_count
 ObservationDecoder NewDecoder(int32_t env_count = 1) {
   procgen::v1::Pool pool;
   pool.mutable_spec()->set_env_count(env_count);
-  pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_ZSTD_DIFFERENCE);
+  pool.mutable_spec()->set_encoding(procgen::v1::ENCODING_DELTA_ZSTD);
   return ObservationDecoder::Make(pool).value();
 }
 

@@ -16,7 +16,7 @@ v1::PoolSpec SpecWith(v1::Encoding encoding) {
 
 TEST(ConvertObservationTest, EncodingsAreThoseOfTheContract) {
   EXPECT_EQ(*EncodingOf(v1::PoolSpec()), Encoding::kRaw);
-  for (const v1::Encoding message : {v1::ENCODING_RAW, v1::ENCODING_ZSTD_DIFFERENCE}) {
+  for (const v1::Encoding message : {v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD}) {
     const auto encoding = EncodingOf(SpecWith(message));
     ASSERT_THAT(encoding, IsOk());
     EXPECT_EQ(EncodingMessageOf(*encoding), message);
@@ -29,16 +29,16 @@ TEST(ConvertObservationTest, UnknownEncodingsAreRefused) {
     EXPECT_THAT(EncodingOf(SpecWith(static_cast<v1::Encoding>(number))),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          absl::StrCat("spec.encoding is number ", number,
-                                      ", allowed: ENCODING_RAW, ENCODING_ZSTD_DIFFERENCE")));
+                                      ", allowed: ENCODING_RAW, ENCODING_DELTA_ZSTD")));
   }
 }
 
 TEST(ConvertObservationTest, SharedMemoryIsNotEncoded) {
-  v1::PoolSpec spec = SpecWith(v1::ENCODING_ZSTD_DIFFERENCE);
+  v1::PoolSpec spec = SpecWith(v1::ENCODING_DELTA_ZSTD);
   spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   EXPECT_THAT(EncodingOf(spec),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "spec.encoding is ENCODING_ZSTD_DIFFERENCE, allowed with "
+                       "spec.encoding is ENCODING_DELTA_ZSTD, allowed with "
                        "TRANSPORT_SHARED_MEMORY: ENCODING_RAW, as nothing is sent"));
   spec.set_encoding(v1::ENCODING_RAW);
   EXPECT_THAT(EncodingOf(spec), IsOk());

@@ -215,7 +215,7 @@ TEST_P(FleetRestartTest, AFleetServerGoesOnWhereItWas) {
 
 INSTANTIATE_TEST_SUITE_P(KilledAndStopped, FleetRestartTest,
                          testing::Values(Restart{v1::ENCODING_RAW, true},
-                                         Restart{v1::ENCODING_ZSTD_DIFFERENCE, true},
+                                         Restart{v1::ENCODING_DELTA_ZSTD, true},
                                          Restart{v1::ENCODING_RAW, false}));
 
 TEST(FleetFlagsTest, WrongFlagsAreTold) {

@@ -23,7 +23,7 @@ struct Carriage {
 // All that there are.
 inline constexpr std::array<Carriage, 4> kCarriages = {{
     {v1::TRANSPORT_STREAM, v1::ENCODING_RAW},
-    {v1::TRANSPORT_STREAM, v1::ENCODING_ZSTD_DIFFERENCE},
+    {v1::TRANSPORT_STREAM, v1::ENCODING_DELTA_ZSTD},
     {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW},
     {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW, /*direct_line=*/false},
 }};

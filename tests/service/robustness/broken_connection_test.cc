@@ -16,7 +16,7 @@ TEST_F(BrokenConnectionTest, NothingIsLostInFiftyBreaks) {
 
 TEST_F(BrokenConnectionTest, NothingIsLostOfWhatIsToldByDifferences) {
   ExpectNothingIsLost(server_->address(), /*seed=*/8, /*break_count=*/40,
-                      {.encoding = v1::ENCODING_ZSTD_DIFFERENCE});
+                      {.encoding = v1::ENCODING_DELTA_ZSTD});
 }
 
 }  // namespace

@@ -122,8 +122,8 @@ TEST_P(EncodedFormatsTest, AnswersAreThoseOfARawPool) {
   const procgen_client::StreamOptions options = {.response_bytes_max = 65536};
   const auto raw = CreateAndAttach(SpecOf(game, v1::ENCODING_RAW, FormatOf(format)), options);
   const auto encoded =
-      CreateAndAttach(SpecOf(game, v1::ENCODING_ZSTD_DIFFERENCE, FormatOf(format)), options);
-  EXPECT_EQ(encoded->pool().spec().encoding(), v1::ENCODING_ZSTD_DIFFERENCE);
+      CreateAndAttach(SpecOf(game, v1::ENCODING_DELTA_ZSTD, FormatOf(format)), options);
+  EXPECT_EQ(encoded->pool().spec().encoding(), v1::ENCODING_DELTA_ZSTD);
   EXPECT_EQ(encoded->pool().observation_bytes(), raw->pool().observation_bytes());
   ExpectSameAnswers(*raw, *encoded, /*request_count=*/300, /*seed=*/format);
 }
@@ -185,7 +185,7 @@ class EncodingTest : public EncodingsTest {
 
 TEST_F(EncodingTest, AnswersGivenAgainFollowWhatCameBeforeAndOthersBeginAnew) {
   const std::vector<std::vector<uint8_t>> expected = Expected("coinrun", 4);
-  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   auto decoder = procgen_client::ObservationDecoder::Make(*client_->GetPool(pool));
   auto newcomer = procgen_client::ObservationDecoder::Make(*client_->GetPool(pool));
   ASSERT_THAT(decoder, IsOk());
@@ -217,7 +217,7 @@ TEST_F(EncodingTest, AnswersGivenAgainFollowWhatCameBeforeAndOthersBeginAnew) {
 
 TEST_F(EncodingTest, AnswersThatNobodyHasReadAreNoPast) {
   const std::vector<std::vector<uint8_t>> expected = Expected("coinrun", 5);
-  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   const auto first = Open(pool, /*resumable=*/false);
   first->Receive();
   first->Send(StepRequest(right_), 1);
@@ -238,7 +238,7 @@ TEST_F(EncodingTest, AnswersThatNobodyHasReadAreNoPast) {
 
 TEST_F(EncodingTest, WhoTakesOverSeesWhatARawPoolShows) {
   const auto raw = CreateAndAttach(SpecOf("fruitbot", v1::ENCODING_RAW));
-  const std::string pool = CreatePool(SpecOf("fruitbot", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("fruitbot", v1::ENCODING_DELTA_ZSTD));
   const auto first = client_->Attach(pool);
   ASSERT_THAT(first, IsOk());
   ExpectSameAnswers(*raw, **first, /*request_count=*/20, /*seed=*/1);
@@ -252,7 +252,7 @@ TEST_F(EncodingTest, WhoTakesOverSeesWhatARawPoolShows) {
 
 TEST_F(EncodingTest, RestoredStatesAreTold) {
   const auto raw = CreateAndAttach(SpecOf("coinrun", v1::ENCODING_RAW));
-  const auto encoded = CreateAndAttach(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const auto encoded = CreateAndAttach(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   ExpectSameAnswers(*raw, *encoded, /*request_count=*/10, /*seed=*/1);
   const auto states = client_->SaveStates(encoded->pool().name());
   ASSERT_THAT(states, IsOk());
@@ -279,11 +279,11 @@ TEST_F(EncodingTest, BytesThatAreCountedAreThoseOnTheWire) {
   };
   const int64_t raw = sent_by(v1::ENCODING_RAW);
   EXPECT_GT(raw, 50 * kEnvCount * 12288);
-  EXPECT_LT(sent_by(v1::ENCODING_ZSTD_DIFFERENCE), raw / 16);
+  EXPECT_LT(sent_by(v1::ENCODING_DELTA_ZSTD), raw / 16);
 }
 
 TEST_F(EncodingTest, DamagedAnswersEndTheStream) {
-  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   const auto bytes_of = [](v1::StepPoolResponse* response) {
     return response->mutable_batch()->mutable_observations();
   };
@@ -319,14 +319,14 @@ TEST_F(EncodingTest, DamagedAnswersEndTheStream) {
 }
 
 TEST_F(EncodingTest, AnswersThatComeTwiceAreNotTakenForOthers) {
-  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   std::string second;
   DamagingServer between(channel_, 3, [&](v1::StepPoolResponse* response) {
     response->mutable_batch()->set_observations(second);
   });
   // The same answers, as another learner of an equal pool gets them.
   const auto stream =
-      Open(CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE)), /*resumable=*/false);
+      Open(CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD)), /*resumable=*/false);
   stream->Receive();
   for (const int64_t number : {1, 2}) {
     stream->Send(StepRequest(right_), number);
@@ -345,7 +345,7 @@ TEST_F(EncodingTest, AnswersThatComeTwiceAreNotTakenForOthers) {
 }
 
 TEST_F(EncodingTest, EncodingsOfLaterServersAreRefused) {
-  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_ZSTD_DIFFERENCE));
+  const std::string pool = CreatePool(SpecOf("coinrun", v1::ENCODING_DELTA_ZSTD));
   DamagingServer between(channel_, 0, [&](v1::StepPoolResponse* response) {
     v1::PoolSpec* spec = response->mutable_attached()->mutable_pool()->mutable_spec();
     spec->set_encoding(static_cast<v1::Encoding>(9));
@@ -360,7 +360,7 @@ TEST_F(EncodingTest, EncodingsOfLaterServersAreRefused) {
 TEST_F(EncodingsTest, CatalogTellsThem) {
   const auto catalog = client_->GetCatalog();
   ASSERT_THAT(catalog, IsOk());
-  EXPECT_THAT(catalog->encodings(), ElementsAre(v1::ENCODING_RAW, v1::ENCODING_ZSTD_DIFFERENCE));
+  EXPECT_THAT(catalog->encodings(), ElementsAre(v1::ENCODING_RAW, v1::ENCODING_DELTA_ZSTD));
 }
 
 TEST_F(EncodingsTest, OthersAreRefused) {
@@ -369,9 +369,9 @@ TEST_F(EncodingsTest, OthersAreRefused) {
     EXPECT_THAT(client_->CreatePool(SpecOf("maze", static_cast<v1::Encoding>(number))),
                 StatusIs(absl::StatusCode::kInvalidArgument,
                          absl::StrCat("spec.encoding is number ", number,
-                                      ", allowed: ENCODING_RAW, ENCODING_ZSTD_DIFFERENCE")));
+                                      ", allowed: ENCODING_RAW, ENCODING_DELTA_ZSTD")));
   }
-  v1::PoolSpec shared = SpecOf("maze", v1::ENCODING_ZSTD_DIFFERENCE);
+  v1::PoolSpec shared = SpecOf("maze", v1::ENCODING_DELTA_ZSTD);
   shared.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   EXPECT_THAT(client_->CreatePool(shared),
               StatusIs(absl::StatusCode::kInvalidArgument,

@@ -62,7 +62,7 @@ def check_decodable(encoding: int) -> None:
     Raises:
         UnimplementedError: The package that decompresses it is not installed.
     """
-    if encoding == pools_pb2.ENCODING_ZSTD_DIFFERENCE:
+    if encoding == pools_pb2.ENCODING_DELTA_ZSTD:
         _Zstd()
 
 
@@ -147,9 +147,9 @@ class ObservationDecoder:
             UnimplementedError: The package that decompresses it is not installed.
         """
         spec = pool.spec
-        if spec.encoding != pools_pb2.ENCODING_ZSTD_DIFFERENCE:
+        if spec.encoding != pools_pb2.ENCODING_DELTA_ZSTD:
             raise InvalidArgumentError(
-                f"encoding is {spec.encoding}; decoded is ENCODING_ZSTD_DIFFERENCE"
+                f"encoding is {spec.encoding}; decoded is ENCODING_DELTA_ZSTD"
             )
         self._decompressor = _Zstd()
         layout = spec.observation_format

@@ -31,7 +31,7 @@ vector = ProcgenVectorEnv("maze", 2)
 assert vector.pool._client.address == env.env.pool._client.address
 for each in (env.env.pool, vector.pool):
     assert each.spec.transport == 2, "shared memory"
-encoded = ProcgenVectorEnv("maze", 2, encoding="zstd_difference")
+encoded = ProcgenVectorEnv("maze", 2, encoding="delta_zstd")
 assert encoded.pool.spec.transport == 1, "the stream"
 vector.reset()
 vector.step([4, 4])

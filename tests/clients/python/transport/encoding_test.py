@@ -147,4 +147,4 @@ def test_other_encodings_are_refused() -> None:
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "zstandard", None)
     with pytest.raises(UnimplementedError, match="python3-zstandard"):
-        encoding.check_decodable(pools_pb2.ENCODING_ZSTD_DIFFERENCE)
+        encoding.check_decodable(pools_pb2.ENCODING_DELTA_ZSTD)

@@ -383,4 +383,4 @@ def test_transports_have_names(client: Client) -> None:
 
 def test_what_is_shared_is_raw(client: Client) -> None:
     with pytest.raises(errors.InvalidArgumentError, match="SHARED_MEMORY: ENCODING_RAW"):
-        _create(client, encoding="zstd_difference")
+        _create(client, encoding="delta_zstd")

@@ -1,4 +1,4 @@
-#include "server/encoding/difference.h"
+#include "server/encoding/delta.h"
 
 #include <algorithm>
 #include <array>
@@ -107,22 +107,22 @@ void AppendAll(const PictureShape& shape, const uint8_t* before, const uint8_t* 
 
 }  // namespace
 
-void Difference::Clear() {
+void Delta::Clear() {
   for (ByteList* list : {&changed, &move_rows, &move_columns, &patched, &masks, &pixels}) {
     list->Clear();
   }
 }
 
-void AppendDifference(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
-                      MotionSearch& search, Difference& difference) {
-  uint8_t* changed = difference.changed.Room(shape.block_map_bytes());
+void AppendDelta(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
+                 MotionSearch& search, Delta& delta) {
+  uint8_t* changed = delta.changed.Room(shape.block_map_bytes());
   std::fill_n(changed, shape.block_map_bytes(), uint8_t{0});
-  difference.changed.Extend(shape.block_map_bytes());
+  delta.changed.Extend(shape.block_map_bytes());
   const auto blocks = static_cast<size_t>(shape.block_count());
   // One more pixel than there can be: what is written and does not count.
-  const Pens begin = {difference.move_rows.Room(blocks), difference.move_columns.Room(blocks),
-                      difference.patched.Room(blocks), difference.masks.Room(blocks * kBlockSide),
-                      difference.pixels.Room(shape.bytes() + 3)};
+  const Pens begin = {delta.move_rows.Room(blocks), delta.move_columns.Room(blocks),
+                      delta.patched.Room(blocks), delta.masks.Room(blocks * kBlockSide),
+                      delta.pixels.Room(shape.bytes() + 3)};
   Pens pens = begin;
   search.BeginObservation();
   if (shape.pixel_bytes == 3) {
@@ -130,11 +130,11 @@ void AppendDifference(const PictureShape& shape, const uint8_t* before, const ui
   } else {
     AppendAll<1>(shape, before, now, search, changed, pens);
   }
-  difference.move_rows.Extend(static_cast<size_t>(pens.move_rows - begin.move_rows));
-  difference.move_columns.Extend(static_cast<size_t>(pens.move_columns - begin.move_columns));
-  difference.patched.Extend(static_cast<size_t>(pens.patched - begin.patched));
-  difference.masks.Extend(static_cast<size_t>(pens.masks - begin.masks));
-  difference.pixels.Extend(static_cast<size_t>(pens.pixels - begin.pixels));
+  delta.move_rows.Extend(static_cast<size_t>(pens.move_rows - begin.move_rows));
+  delta.move_columns.Extend(static_cast<size_t>(pens.move_columns - begin.move_columns));
+  delta.patched.Extend(static_cast<size_t>(pens.patched - begin.patched));
+  delta.masks.Extend(static_cast<size_t>(pens.masks - begin.masks));
+  delta.pixels.Extend(static_cast<size_t>(pens.pixels - begin.pixels));
 }
 
 }  // namespace procgen

@@ -1,5 +1,5 @@
-#ifndef SERVER_ENCODING_DIFFERENCE_H_
-#define SERVER_ENCODING_DIFFERENCE_H_
+#ifndef SERVER_ENCODING_DELTA_H_
+#define SERVER_ENCODING_DELTA_H_
 
 #include <cstdint>
 
@@ -11,7 +11,7 @@ namespace procgen {
 
 // What tells observations by what was there before: a list for each kind of value, since values of
 // one kind compress best together. README.md beside this file defines them.
-struct Difference {
+struct Delta {
   ByteList changed;       // a bit for each block of each observation
   ByteList move_rows;     // of each changed block: int8
   ByteList move_columns;  // of each changed block: int8
@@ -22,11 +22,11 @@ struct Difference {
   void Clear();
 };
 
-// Appends to `difference` how `now` follows from `before`; both are shape.bytes() long. `search`
+// Appends to `delta` how `now` follows from `before`; both are shape.bytes() long. `search`
 // remembers how this environment's view moved.
-void AppendDifference(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
-                      MotionSearch& search, Difference& difference);
+void AppendDelta(const PictureShape& shape, const uint8_t* before, const uint8_t* now,
+                 MotionSearch& search, Delta& delta);
 
 }  // namespace procgen
 
-#endif  // SERVER_ENCODING_DIFFERENCE_H_
+#endif  // SERVER_ENCODING_DELTA_H_
