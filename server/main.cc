@@ -24,8 +24,8 @@
 #include "envcore/pool/shared_art.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster_flags.h"
-#include "server/concurrency/alarm.h"
 #include "server/concurrency/cpu_count.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/config.h"
 #include "server/fleet_flags.h"
 #include "server/logging/event_log.h"
@@ -235,7 +235,7 @@ int FailToStart(const absl::Status& status) {
 class StopWatchdog {
  public:
   // From now on the process has `timeout` to end.
-  void Start(absl::Duration timeout) { alarm_.RingBy(SteadyNow() + timeout); }
+  void Start(absl::Duration timeout) { timer_.ArmBy(SteadyNow() + timeout); }
 
  private:
   static absl::Time End(absl::Time /*now*/) {
@@ -245,7 +245,7 @@ class StopWatchdog {
     _exit(kExitStopTimedOut);
   }
 
-  Alarm alarm_{SteadyNow, End};
+  DeadlineTimer timer_{SteadyNow, End};
 };
 
 void LogLeftovers(const Config& config) {

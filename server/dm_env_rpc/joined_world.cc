@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/session/pool/batch_sink.h"
 
 namespace procgen {

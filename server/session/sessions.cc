@@ -50,7 +50,7 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
       executor_(kBackgroundThreadCount),
       host_(host != nullptr ? std::move(host)
                             : std::make_unique<LocalPoolHost>(worker_count, art_, &executor_)),
-      lease_alarm_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
+      lease_timer_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 Sessions::~Sessions() {
   pools_.Clear();
@@ -119,7 +119,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
   // Shared by the registry and by who uses it at the moment; freed on the background executor,
   // because the last to let go may be a worker, which the pool's worker pool cannot do without.
   return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
-                          {&owners_, &executor_, &lease_alarm_, &resume_buffer_bytes_,
+                          {&owners_, &executor_, &lease_timer_, &resume_buffer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           terms.encoding, terms.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {

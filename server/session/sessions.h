@@ -15,8 +15,8 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "envcore/pool/pool.h"
-#include "server/concurrency/alarm.h"
 #include "server/concurrency/background_executor.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/metrics/metrics.h"
 #include "server/session/host/hosted_pool.h"
 #include "server/session/pool/pool_session.h"
@@ -169,7 +169,7 @@ class Sessions {
   // Last, so that their threads end before what they use.
   BackgroundExecutor executor_;
   const std::unique_ptr<PoolHost> host_;
-  Alarm lease_alarm_;
+  DeadlineTimer lease_timer_;
   PoolViews views_;
 };
 

@@ -12,7 +12,7 @@
 #include "absl/time/time.h"
 #include "server/cluster/node_status.h"
 #include "server/cluster/subscription.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/fleet/log/fleet_state.h"
 
 namespace procgen {

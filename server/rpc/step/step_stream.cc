@@ -5,7 +5,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/logging/event_log.h"
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/wire/convert_pool.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/session/pool/batch_sink.h"
 
 namespace procgen {
@@ -26,7 +26,7 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Ho
       pool_(std::move(pool)),
       coding_(pool_->options().observation_format, encoding),
       surroundings_(surroundings),
-      create_time_(surroundings.lease_alarm->Now()),
+      create_time_(surroundings.lease_timer->Now()),
       shared_ring_(shared_folder == nullptr
                        ? nullptr
                        : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
@@ -44,7 +44,7 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Ho
       stream_({.owner = owner_,
                .pool_name = name_,
                .owners = surroundings.owners,
-               .lease_alarm = surroundings.lease_alarm,
+               .lease_timer = surroundings.lease_timer,
                .resume_buffer = &resume_buffer_,
                .next_sequence_number = &executor_.next_sequence_number()},
               lease_duration) {}

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "server/concurrency/alarm.h"
 #include "server/concurrency/background_executor.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/metrics/metrics.h"
 #include "server/session/quota/byte_budget.h"
 #include "server/session/quota/owners.h"
@@ -16,7 +16,7 @@ namespace procgen {
 struct PoolSurroundings {
   Owners* owners = nullptr;
   BackgroundExecutor* executor = nullptr;
-  Alarm* lease_alarm = nullptr;                // also tells the time
+  DeadlineTimer* lease_timer = nullptr;        // also tells the time
   ByteBudget* resume_buffer_bytes = nullptr;   // for the answers that they keep
   ByteBudget* shared_memory_bytes = nullptr;   // for what they share with learners
   ByteBudget* episode_bytes = nullptr;         // for the episodes that they remember

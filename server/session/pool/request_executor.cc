@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 
 namespace procgen {
 namespace {

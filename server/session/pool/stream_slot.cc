@@ -117,8 +117,8 @@ void StreamSlot::Detach() {
 }
 
 void StreamSlot::BeginLease() {
-  expire_time_ = context_.lease_alarm->Now() + lease_duration_;
-  context_.lease_alarm->RingBy(expire_time_);
+  expire_time_ = context_.lease_timer->Now() + lease_duration_;
+  context_.lease_timer->ArmBy(expire_time_);
 }
 
 absl::Status StreamSlot::Renew(std::optional<absl::Duration> lease_duration) {

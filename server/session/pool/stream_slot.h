@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/session/pool/attach_options.h"
 #include "server/session/pool/resume_buffer.h"
 #include "server/session/quota/owners.h"
@@ -39,7 +39,7 @@ class StreamSlot {
     std::string owner;
     std::string pool_name;
     Owners* owners = nullptr;
-    Alarm* lease_alarm = nullptr;
+    DeadlineTimer* lease_timer = nullptr;
     ResumeBuffer* resume_buffer = nullptr;
     const std::atomic<int64_t>* next_sequence_number = nullptr;
   };

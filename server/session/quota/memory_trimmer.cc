@@ -15,7 +15,7 @@ constexpr absl::Duration kDelay = absl::Seconds(1);
 }  // namespace
 
 MemoryTrimmer::MemoryTrimmer()
-    : alarm_(SteadyNow, [this](absl::Time /*now*/) {
+    : timer_(SteadyNow, [this](absl::Time /*now*/) {
         const CoreUse use;
         malloc_trim(0);
         rests_until_ns_ = absl::ToUnixNanos(SteadyNow() + use.RestDue());
@@ -23,7 +23,7 @@ MemoryTrimmer::MemoryTrimmer()
       }) {}
 
 void MemoryTrimmer::Request() {
-  alarm_.RingBy(std::max(SteadyNow() + kDelay, absl::FromUnixNanos(rests_until_ns_)));
+  timer_.ArmBy(std::max(SteadyNow() + kDelay, absl::FromUnixNanos(rests_until_ns_)));
 }
 
 }  // namespace procgen

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 
 namespace procgen {
 
@@ -22,7 +22,7 @@ class MemoryTrimmer {
 
  private:
   std::atomic<int64_t> rests_until_ns_ = 0;
-  Alarm alarm_;  // last, so that its thread ends before what it uses
+  DeadlineTimer timer_;  // last, so that its thread ends before what it uses
 };
 
 }  // namespace procgen

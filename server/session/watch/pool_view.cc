@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
-#include "server/concurrency/alarm.h"
+#include "server/concurrency/deadline_timer.h"
 
 namespace procgen {
 namespace {

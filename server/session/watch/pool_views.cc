@@ -14,7 +14,7 @@ constexpr int kNicenessMax = 19;
 
 }  // namespace
 
-PoolViews::PoolViews() : alarm_(SteadyNow, [this](absl::Time now) { return Ring(now); }) {
+PoolViews::PoolViews() : timer_(SteadyNow, [this](absl::Time now) { return OnTimer(now); }) {
   // On Linux that is said of a thread. Where it is refused, pictures cost the learners more.
   drawing_.Run("", [] { setpriority(PRIO_PROCESS, 0, kNicenessMax); });
 }
@@ -43,7 +43,7 @@ absl::Status PoolViews::Watch(const std::shared_ptr<PoolSession>& pool, const Wa
     seen_by_[watcher.get()] = view;
   }
   if (moment->empty()) {
-    alarm_.RingBy(alarm_.Now());
+    timer_.ArmBy(timer_.Now());
   } else {
     watcher->Take(*moment);
   }
@@ -69,7 +69,7 @@ void PoolViews::Leave(const Watcher* watcher) {
   }
 }
 
-absl::Time PoolViews::Ring(absl::Time now) {
+absl::Time PoolViews::OnTimer(absl::Time now) {
   std::vector<std::shared_ptr<PoolView>> views;
   {
     absl::MutexLock lock(&mutex_);

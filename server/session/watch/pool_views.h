@@ -9,8 +9,8 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "server/concurrency/alarm.h"
 #include "server/concurrency/background_executor.h"
+#include "server/concurrency/deadline_timer.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/watch/pool_view.h"
 #include "server/session/watch/watcher.h"
@@ -38,7 +38,7 @@ class PoolViews {
  private:
   using Key = std::pair<const PoolSession*, WatchOrder>;
 
-  absl::Time Ring(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+  absl::Time OnTimer(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
 
   absl::Mutex mutex_;
   std::map<Key, std::shared_ptr<PoolView>> views_ ABSL_GUARDED_BY(mutex_);
@@ -46,7 +46,7 @@ class PoolViews {
 
   // Last, so that their threads end before what they use.
   BackgroundExecutor drawing_{1};
-  Alarm alarm_;
+  DeadlineTimer timer_;
 };
 
 }  // namespace procgen

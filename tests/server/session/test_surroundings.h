@@ -35,7 +35,7 @@ struct TestSurroundings {
   explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
 
   PoolSurroundings Get() {
-    return {&owners,        &executor,   &lease_alarm, &resume_buffer_bytes, &shared_memory_bytes,
+    return {&owners,        &executor,   &lease_timer, &resume_buffer_bytes, &shared_memory_bytes,
             &episode_bytes, &step_count, &metrics};
   }
 
@@ -52,9 +52,9 @@ struct TestSurroundings {
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   ByteBudget episode_bytes{int64_t{1} << 30};
   BackgroundExecutor executor{1};
-  // Rings for nobody: the test asks the pool itself.
-  Alarm lease_alarm{[this] { return clock.Now(); },
-                    [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
+  // Fires for nobody: the test asks the pool itself.
+  DeadlineTimer lease_timer{[this] { return clock.Now(); },
+                            [](absl::Time /*now*/) { return absl::InfiniteFuture(); }};
 };
 
 }  // namespace procgen
