@@ -12,7 +12,7 @@
 #include "boost/asio/io_context.hpp"
 #include "boost/asio/ip/tcp.hpp"
 #include "boost/asio/strand.hpp"
-#include "server/concurrency/joined_threads.h"
+#include "server/concurrency/thread_group.h"
 #include "server/net/address.h"
 #include "server/net/listener.h"
 #include "server/web/http/connection.h"
@@ -42,7 +42,7 @@ std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
                       is_ipv6 ? "]" : "", ":", port, "/");
 }
 
-ViewerTerms TermsOf(const WebOptions& options, PoolNews* news, JoinedThreads* watch_threads) {
+ViewerTerms TermsOf(const WebOptions& options, PoolNews* news, ThreadGroup* watch_threads) {
   ViewerTerms terms;
   terms.version = options.version;
   terms.asks_token = options.asks_token;
@@ -68,10 +68,10 @@ class BeastServer final : public WebServer {
         site_(HostsOf(options, address), EmbeddedPages()),
         tls_(options.tls),
         news_(std::make_unique<PoolNews>(options.list_pools)),
-        watch_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max) *
-                                                       kWatchesMax)),
+        watch_threads_(
+            std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max) * kWatchesMax)),
         viewer_terms_(TermsOf(options, news_.get(), watch_threads_.get())),
-        viewer_threads_(std::make_unique<JoinedThreads>(static_cast<size_t>(options.viewers_max))),
+        viewer_threads_(std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max))),
         sockets_(viewer_terms_, viewer_threads_.get()),
         connection_terms_{&site_, &sockets_, viewer_threads_.get()},
         work_(asio::make_work_guard(io_)),
@@ -120,9 +120,9 @@ class BeastServer final : public WebServer {
   const Site site_;
   TlsContexts tls_;  // of the listener's thread
   std::unique_ptr<PoolNews> news_;
-  std::unique_ptr<JoinedThreads> watch_threads_;
+  std::unique_ptr<ThreadGroup> watch_threads_;
   const ViewerTerms viewer_terms_;
-  std::unique_ptr<JoinedThreads> viewer_threads_;
+  std::unique_ptr<ThreadGroup> viewer_threads_;
   OpenSockets sockets_;
   const ConnectionTerms connection_terms_;
   asio::io_context io_;  // what it still holds at the end ends before the others

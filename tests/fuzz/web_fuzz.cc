@@ -15,7 +15,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "procgen_client/client.h"
-#include "server/concurrency/joined_threads.h"
+#include "server/concurrency/thread_group.h"
 #include "server/web/session/pool_news.h"
 #include "server/web/session/viewer.h"
 #include "tests/fuzz/fuzzed_server.h"
@@ -86,7 +86,7 @@ class CheckedOutbox final : public web::Outbox {
 // What a viewer needs of its server. Ends after it.
 struct Surroundings {
   web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
-  JoinedThreads watch_threads{kThreadsMax};
+  ThreadGroup watch_threads{kThreadsMax};
   web::ViewerTerms terms{.version = "fuzzed",
                          .asks_token = false,
                          .viewers_max = 1,

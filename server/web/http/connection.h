@@ -5,7 +5,7 @@
 
 #include "boost/asio/ip/tcp.hpp"
 #include "boost/asio/ssl/context.hpp"
-#include "server/concurrency/joined_threads.h"
+#include "server/concurrency/thread_group.h"
 #include "server/web/http/site.h"
 #include "server/web/http/socket.h"
 
@@ -15,7 +15,7 @@ namespace procgen::web {
 struct ConnectionTerms {
   const Site* site = nullptr;
   OpenSockets* sockets = nullptr;
-  const JoinedThreads* viewer_threads = nullptr;
+  const ThreadGroup* viewer_threads = nullptr;
 };
 
 // Speaks HTTP on a connection, on its strand, until it ends or becomes a WebSocket. `tls`: null,

@@ -13,8 +13,8 @@
 #include "boost/beast/http/empty_body.hpp"
 #include "boost/beast/http/message.hpp"
 #include "boost/beast/ssl/ssl_stream.hpp"
-#include "server/concurrency/joined_threads.h"
 #include "server/concurrency/steady_time.h"
+#include "server/concurrency/thread_group.h"
 #include "server/web/session/outbox.h"
 #include "server/web/session/viewer.h"
 
@@ -27,8 +27,7 @@ using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_bod
 // All WebSockets that are open. Threads: any method from any thread.
 class OpenSockets {
  public:
-  OpenSockets(const ViewerTerms& terms, JoinedThreads* threads)
-      : terms_(terms), threads_(threads) {}
+  OpenSockets(const ViewerTerms& terms, ThreadGroup* threads) : terms_(terms), threads_(threads) {}
 
   // Each goes on with a connection as a WebSocket, with a viewer on a thread of its own.
   void Open(PlainStream stream, const UpgradeRequest& request);
@@ -56,7 +55,7 @@ class OpenSockets {
   void Remove(const Closable* socket);
 
   const ViewerTerms& terms_;
-  JoinedThreads* const threads_;
+  ThreadGroup* const threads_;
   absl::Mutex mutex_;
   SteadyCondVar removed_;
   bool is_closing_ ABSL_GUARDED_BY(mutex_) = false;

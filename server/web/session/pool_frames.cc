@@ -79,7 +79,7 @@ v1::WatchPoolRequest ReadWatch(Fields* fields) {
 
 absl::StatusOr<std::unique_ptr<PoolFrames>> PoolFrames::Start(
     std::shared_ptr<procgen_client::Client> client, const v1::WatchPoolRequest& request,
-    int64_t number, std::shared_ptr<Outbox> outbox, JoinedThreads* threads) {
+    int64_t number, std::shared_ptr<Outbox> outbox, ThreadGroup* threads) {
   const absl::StatusOr<v1::Pool> pool = client->GetPool(request.pool());
   if (!pool.ok()) {
     return pool.status();

@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/notification.h"
 #include "procgen_client/client.h"
-#include "server/concurrency/joined_threads.h"
+#include "server/concurrency/thread_group.h"
 #include "server/web/json/message.h"
 #include "server/web/session/outbox.h"
 
@@ -31,7 +31,7 @@ class PoolFrames {
   // while others come as the event watch_ended.
   static absl::StatusOr<std::unique_ptr<PoolFrames>> Start(
       std::shared_ptr<procgen_client::Client> client, const procgen::v1::WatchPoolRequest& request,
-      int64_t number, std::shared_ptr<Outbox> outbox, JoinedThreads* threads);
+      int64_t number, std::shared_ptr<Outbox> outbox, ThreadGroup* threads);
   // REQUIRES: Begin. No event comes after.
   ~PoolFrames();
   PoolFrames(const PoolFrames&) = delete;

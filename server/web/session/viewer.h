@@ -16,8 +16,8 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "procgen_client/client.h"
-#include "server/concurrency/joined_threads.h"
 #include "server/concurrency/steady_time.h"
+#include "server/concurrency/thread_group.h"
 #include "server/web/json/message.h"
 #include "server/web/play/play.h"
 #include "server/web/play/replay.h"
@@ -44,7 +44,7 @@ struct ViewerTerms {
   // A client of this server that shows `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;
   PoolNews* news = nullptr;
-  JoinedThreads* watch_threads = nullptr;  // those of what viewers watch
+  ThreadGroup* watch_threads = nullptr;  // those of what viewers watch
 };
 
 // The conversation with one page: its requests are carried out one after the other, on a thread of

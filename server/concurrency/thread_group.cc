@@ -1,4 +1,4 @@
-#include "server/concurrency/joined_threads.h"
+#include "server/concurrency/thread_group.h"
 
 #include <utility>
 
@@ -7,14 +7,14 @@
 
 namespace procgen {
 
-JoinedThreads::~JoinedThreads() {
+ThreadGroup::~ThreadGroup() {
   absl::MutexLock lock(&mutex_);
   for (Entry& entry : entries_) {
     entry.thread.join();
   }
 }
 
-absl::Status JoinedThreads::Start(std::function<void()> work) {
+absl::Status ThreadGroup::Start(std::function<void()> work) {
   absl::MutexLock lock(&mutex_);
   Reap();
   if (entries_.size() >= count_max_) {
@@ -33,7 +33,7 @@ absl::Status JoinedThreads::Start(std::function<void()> work) {
   return thread.status();
 }
 
-bool JoinedThreads::HasRoom() const {
+bool ThreadGroup::HasRoom() const {
   absl::MutexLock lock(&mutex_);
   size_t count = 0;
   for (const Entry& entry : entries_) {
@@ -42,7 +42,7 @@ bool JoinedThreads::HasRoom() const {
   return count < count_max_;
 }
 
-void JoinedThreads::Reap() {
+void ThreadGroup::Reap() {
   for (auto entry = entries_.begin(); entry != entries_.end();) {
     if (*entry->has_ended) {
       entry->thread.join();

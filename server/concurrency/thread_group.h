@@ -1,5 +1,5 @@
-#ifndef SERVER_CONCURRENCY_JOINED_THREADS_H_
-#define SERVER_CONCURRENCY_JOINED_THREADS_H_
+#ifndef SERVER_CONCURRENCY_THREAD_GROUP_H_
+#define SERVER_CONCURRENCY_THREAD_GROUP_H_
 
 #include <atomic>
 #include <cstddef>
@@ -16,13 +16,13 @@ namespace procgen {
 
 // Threads that come and go, at most so many at a time, and of which none outlives this. Threads:
 // any method from any thread that is none of them.
-class JoinedThreads {
+class ThreadGroup {
  public:
-  explicit JoinedThreads(size_t count_max) : count_max_(count_max) {}
+  explicit ThreadGroup(size_t count_max) : count_max_(count_max) {}
   // Waits until all have ended.
-  ~JoinedThreads();
-  JoinedThreads(const JoinedThreads&) = delete;
-  JoinedThreads& operator=(const JoinedThreads&) = delete;
+  ~ThreadGroup();
+  ThreadGroup(const ThreadGroup&) = delete;
+  ThreadGroup& operator=(const ThreadGroup&) = delete;
 
   // Runs `work` on a thread of its own. Errors: RESOURCE_EXHAUSTED there are as many as may be, or
   // the process may have no more threads.
@@ -46,4 +46,4 @@ class JoinedThreads {
 
 }  // namespace procgen
 
-#endif  // SERVER_CONCURRENCY_JOINED_THREADS_H_
+#endif  // SERVER_CONCURRENCY_THREAD_GROUP_H_
