@@ -197,7 +197,7 @@ void Sessions::Drain() {
   }
   for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     pool->End(StreamEnd::kDrain, Draining());
-    pool->EndTaps(Draining());
+    pool->EndObservers(Draining());
   }
 }
 

@@ -15,7 +15,7 @@
 #include "server/logging/event_log.h"
 #include "server/rpc/step/response.h"
 #include "server/rpc/step/response_builder.h"
-#include "server/session/pool/pool_tap.h"
+#include "server/session/pool/pool_observer.h"
 #include "server/session/pool/response_sink.h"
 #include "server/session/quota/limits.h"
 #include "server/wire/convert_step.h"
@@ -48,9 +48,9 @@ gpr_timespec After(absl::Duration duration) {
                       gpr_time_from_millis(absl::ToInt64Milliseconds(duration), GPR_TIMESPAN));
 }
 
-// Shared, because it lasts until its last callback. As a tap it learns that the pool is closed or
-// that the server drains.
-class AnswerReplay final : public PoolTap,
+// Shared, because it lasts until its last callback. As an observer it learns that the pool is
+// closed or that the server drains.
+class AnswerReplay final : public PoolObserver,
                            public ResponseSink,
                            public std::enable_shared_from_this<AnswerReplay> {
  public:
@@ -68,7 +68,7 @@ class AnswerReplay final : public PoolTap,
 
   void Start() {
     pool_->TakeTurn([self = shared_from_this()](const absl::Status& turn) {
-      if (turn.ok() && self->pool_->AddTap(self).ok()) {
+      if (turn.ok() && self->pool_->AddObserver(self).ok()) {
         self->ExecuteNext();
       } else if (turn.ok()) {
         self->pool_->EndTurn();
@@ -78,7 +78,7 @@ class AnswerReplay final : public PoolTap,
 
   void OnPart(Part /*part*/, absl::Span<const uint8_t> /*observations*/) override {}
   void OnRequestEnd(int64_t /*sequence_number*/, int64_t /*change_number*/) override {}
-  void OnUnseen() override {}
+  void OnInvalidated() override {}
   void OnEnd(const absl::Status& /*reason*/) override {
     std::shared_ptr<grpc::Alarm> alarm;
     {
@@ -189,7 +189,7 @@ class AnswerReplay final : public PoolTap,
   }
 
   void End() {
-    pool_->RemoveTap(this);
+    pool_->RemoveObserver(this);
     pool_->EndTurn();
   }
 

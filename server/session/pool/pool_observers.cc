@@ -25,18 +25,17 @@ std::vector<EpisodeLog::PutIn> PutInOf(const std::vector<StateToRestore>& states
 
 }  // namespace
 
-PoolObservers::PoolObservers(const PoolOptions& options, const PoolSurroundings& surroundings)
-    : step_count_(surroundings.step_count),
-      counts_(options, surroundings.metrics),
-      episodes_(surroundings.episode_bytes->bytes_max() == 0
+PoolObservers::PoolObservers(const PoolOptions& options, const PoolContext& context)
+    : step_count_(context.step_count),
+      counts_(options, context.metrics),
+      episodes_(context.episode_bytes->bytes_max() == 0
                     ? nullptr
-                    : std::make_unique<EpisodeLog>(options.env_count, surroundings.episode_bytes)) {
-}
+                    : std::make_unique<EpisodeLog>(options.env_count, context.episode_bytes)) {}
 
 void PoolObservers::OnPart(const Request& request, const StepInput& input, const Batch& batch,
                            bool ok) {
   Remember(request, input, batch, ok);
-  TellTaps(request, {input.first, input.count}, batch, ok);
+  NotifyObservers(request, {input.first, input.count}, batch, ok);
 }
 
 void PoolObservers::Remember(const Request& request, const StepInput& input, const Batch& batch,
@@ -58,20 +57,21 @@ void PoolObservers::Remember(const Request& request, const StepInput& input, con
   }
 }
 
-void PoolObservers::TellTaps(const Request& request, Part part, const Batch& batch, bool ok) {
-  if (!is_tapped_ || request.sequence_number == 0) {
+void PoolObservers::NotifyObservers(const Request& request, Part part, const Batch& batch,
+                                    bool ok) {
+  if (!has_observers_ || request.sequence_number == 0) {
     return;
   }
   const bool is_last = part.first + part.count == request.first + request.count;
-  absl::MutexLock lock(&taps_mutex_);
-  for (const std::shared_ptr<PoolTap>& tap : taps_) {
+  absl::MutexLock lock(&observers_mutex_);
+  for (const std::shared_ptr<PoolObserver>& observer : observers_) {
     if (!ok) {
-      tap->OnUnseen();
+      observer->OnInvalidated();
       continue;
     }
-    tap->OnPart(part, batch.observations);
+    observer->OnPart(part, batch.observations);
     if (is_last) {
-      tap->OnRequestEnd(request.sequence_number, change_number_);
+      observer->OnRequestEnd(request.sequence_number, change_number_);
     }
   }
 }
@@ -88,13 +88,13 @@ void PoolObservers::OnClone(const std::vector<StateToClone>& pairs) {
   }
 }
 
-void PoolObservers::OnUnseen() {
-  if (!is_tapped_) {
+void PoolObservers::OnInvalidated() {
+  if (!has_observers_) {
     return;
   }
-  absl::MutexLock lock(&taps_mutex_);
-  for (const std::shared_ptr<PoolTap>& tap : taps_) {
-    tap->OnUnseen();
+  absl::MutexLock lock(&observers_mutex_);
+  for (const std::shared_ptr<PoolObserver>& observer : observers_) {
+    observer->OnInvalidated();
   }
 }
 
@@ -104,31 +104,33 @@ void PoolObservers::ForgetEpisodes(int32_t env_count) {
   }
 }
 
-absl::Status PoolObservers::AddTap(std::shared_ptr<PoolTap> tap) {
-  absl::MutexLock lock(&taps_mutex_);
-  if (taps_end_.ok()) {
-    taps_.push_back(std::move(tap));
-    is_tapped_ = true;
+absl::Status PoolObservers::AddObserver(std::shared_ptr<PoolObserver> observer) {
+  absl::MutexLock lock(&observers_mutex_);
+  if (observers_end_.ok()) {
+    observers_.push_back(std::move(observer));
+    has_observers_ = true;
   }
-  return taps_end_;
+  return observers_end_;
 }
 
-void PoolObservers::RemoveTap(const PoolTap* tap) {
-  absl::MutexLock lock(&taps_mutex_);
-  std::erase_if(taps_, [tap](const std::shared_ptr<PoolTap>& each) { return each.get() == tap; });
-  is_tapped_ = !taps_.empty();
+void PoolObservers::RemoveObserver(const PoolObserver* observer) {
+  absl::MutexLock lock(&observers_mutex_);
+  std::erase_if(observers_, [observer](const std::shared_ptr<PoolObserver>& each) {
+    return each.get() == observer;
+  });
+  has_observers_ = !observers_.empty();
 }
 
-void PoolObservers::EndTaps(const absl::Status& reason) {
-  std::vector<std::shared_ptr<PoolTap>> taps;
+void PoolObservers::EndObservers(const absl::Status& reason) {
+  std::vector<std::shared_ptr<PoolObserver>> observers;
   {
-    absl::MutexLock lock(&taps_mutex_);
-    taps.swap(taps_);
-    taps_end_.Update(reason);
-    is_tapped_ = false;
+    absl::MutexLock lock(&observers_mutex_);
+    observers.swap(observers_);
+    observers_end_.Update(reason);
+    has_observers_ = false;
   }
-  for (const std::shared_ptr<PoolTap>& tap : taps) {
-    tap->OnEnd(reason);
+  for (const std::shared_ptr<PoolObserver>& observer : observers) {
+    observer->OnEnd(reason);
   }
 }
 

@@ -13,19 +13,20 @@
 #include "envcore/pool/pool.h"
 #include "server/session/episodes/episode_log.h"
 #include "server/session/host/request.h"
+#include "server/session/pool/pool_context.h"
 #include "server/session/pool/pool_counts.h"
-#include "server/session/pool/pool_surroundings.h"
-#include "server/session/pool/pool_tap.h"
+#include "server/session/pool/pool_observer.h"
 
 namespace procgen {
 
 // All that looks at a pool's batches beside its learner: statistics, the history of episodes, and
-// taps.
-// Threads: methods that change something are called in a turn, but those of taps from any thread.
+// observers.
+// Threads: methods that change something are called in a turn, but those of observers from any
+// thread.
 class PoolObservers {
  public:
-  // `surroundings` must outlive this.
-  PoolObservers(const PoolOptions& options, const PoolSurroundings& surroundings);
+  // `context` must outlive this.
+  PoolObservers(const PoolOptions& options, const PoolContext& context);
 
   // A part of `request` was executed into `batch`, as BatchNumbers lends it; or failed, and with it
   // the whole request. `request_number`: its sequence number.
@@ -33,18 +34,19 @@ class PoolObservers {
   // States were restored: nobody has seen them.
   void OnRestore(const std::vector<StateToRestore>& states);
   void OnClone(const std::vector<StateToClone>& pairs);
-  // They are about to be, or may have been, changed past requests, and observations of taps with
-  // them.
-  void OnUnseen() ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  // They are about to be, or may have been, changed past requests, and with
+  // them what observers have seen.
+  void OnInvalidated() ABSL_LOCKS_EXCLUDED(observers_mutex_);
   // An earlier process executed the requests before; what happened in them is not known.
   void ForgetEpisodes(int32_t env_count);
   // Environments are changed by what comes next.
   void AddChange() { ++change_number_; }
 
   // As those of PoolSession.
-  absl::Status AddTap(std::shared_ptr<PoolTap> tap) ABSL_LOCKS_EXCLUDED(taps_mutex_);
-  void RemoveTap(const PoolTap* tap) ABSL_LOCKS_EXCLUDED(taps_mutex_);
-  void EndTaps(const absl::Status& reason) ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  absl::Status AddObserver(std::shared_ptr<PoolObserver> observer)
+      ABSL_LOCKS_EXCLUDED(observers_mutex_);
+  void RemoveObserver(const PoolObserver* observer) ABSL_LOCKS_EXCLUDED(observers_mutex_);
+  void EndObservers(const absl::Status& reason) ABSL_LOCKS_EXCLUDED(observers_mutex_);
   int64_t change_number() const { return change_number_; }
 
   const PoolCounts& counts() const { return counts_; }
@@ -53,18 +55,18 @@ class PoolObservers {
 
  private:
   void Remember(const Request& request, const StepInput& input, const Batch& batch, bool ok);
-  void TellTaps(const Request& request, Part part, const Batch& batch, bool ok)
-      ABSL_LOCKS_EXCLUDED(taps_mutex_);
+  void NotifyObservers(const Request& request, Part part, const Batch& batch, bool ok)
+      ABSL_LOCKS_EXCLUDED(observers_mutex_);
 
   std::atomic<int64_t>* const step_count_;  // of the server
   PoolCounts counts_;
   const std::unique_ptr<EpisodeLog> episodes_;
   std::atomic<int64_t> change_number_ = 0;
 
-  absl::Mutex taps_mutex_;
-  std::vector<std::shared_ptr<PoolTap>> taps_ ABSL_GUARDED_BY(taps_mutex_);
-  absl::Status taps_end_ ABSL_GUARDED_BY(taps_mutex_);  // OK while they may be added
-  std::atomic<bool> is_tapped_ = false;                 // taps_ has some
+  absl::Mutex observers_mutex_;
+  std::vector<std::shared_ptr<PoolObserver>> observers_ ABSL_GUARDED_BY(observers_mutex_);
+  absl::Status observers_end_ ABSL_GUARDED_BY(observers_mutex_);  // OK while they may be added
+  std::atomic<bool> has_observers_ = false;                       // observers_ has some
 };
 
 }  // namespace procgen

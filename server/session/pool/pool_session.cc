@@ -19,39 +19,38 @@ constexpr absl::Duration kPauseMax = absl::Seconds(1);
 }  // namespace
 
 PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
-                         absl::Duration lease_duration, const PoolSurroundings& surroundings,
+                         absl::Duration lease_duration, const PoolContext& context,
                          Encoding encoding, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
       name_(std::move(name)),
       pool_(std::move(pool)),
       coding_(pool_->options().observation_format, encoding),
-      surroundings_(surroundings),
-      create_time_(surroundings.lease_timer->Now()),
+      context_(context),
+      create_time_(context.lease_timer->Now()),
       shared_ring_(shared_folder == nullptr
                        ? nullptr
                        : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
                                                       observation_bytes())),
       turns_(name_),
-      resume_buffer_(name_, AnswerBytesMax(), surroundings.resume_buffer_bytes,
-                     shared_ring_ != nullptr),
-      observers_(pool_->options(), surroundings),
+      resume_buffer_(name_, AnswerBytesMax(), context.resume_buffer_bytes, shared_ring_ != nullptr),
+      observers_(pool_->options(), context),
       executor_({.pool_name = name_,
                  .pool = pool_.get(),
                  .turns = &turns_,
                  .resume_buffer = &resume_buffer_,
                  .observers = &observers_,
-                 .metrics = surroundings.metrics}),
+                 .metrics = context.metrics}),
       stream_({.owner = owner_,
                .pool_name = name_,
-               .owners = surroundings.owners,
-               .lease_timer = surroundings.lease_timer,
+               .owners = context.owners,
+               .lease_timer = context.lease_timer,
                .resume_buffer = &resume_buffer_,
                .next_sequence_number = &executor_.next_sequence_number()},
               lease_duration) {}
 
 PoolSession::~PoolSession() {
   if (shared_ring_ != nullptr) {
-    surroundings_.shared_memory_bytes->Change(shared_ring_->size_bytes(), 0);
+    context_.shared_memory_bytes->Change(shared_ring_->size_bytes(), 0);
   }
 }
 
@@ -79,18 +78,17 @@ void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
   }
   const int32_t held_max =
       options.held_batches_max == 0 ? kHeldBatchesDefault : options.held_batches_max;
-  surroundings_.executor->Run(owner_,
-                              [this, batch_count = options.requests_in_flight_max + held_max,
-                               done = std::move(done)]() mutable {
-                                absl::Status status = GrowSharedRing(batch_count);
-                                done(std::move(status));
-                              });
+  context_.executor->Run(owner_, [this, batch_count = options.requests_in_flight_max + held_max,
+                                  done = std::move(done)]() mutable {
+    absl::Status status = GrowSharedRing(batch_count);
+    done(std::move(status));
+  });
 }
 
 absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {
   const int64_t before = shared_ring_->size_bytes();
   const int64_t after = std::max(before, batch_count * shared_ring_->layout().batch_bytes());
-  ByteBudget* budget = surroundings_.shared_memory_bytes;
+  ByteBudget* budget = context_.shared_memory_bytes;
   if (!budget->Change(before, after)) {
     return absl::ResourceExhaustedError(
         absl::StrCat("pool ", name_, " shares ", batch_count, " batches of ",
@@ -132,7 +130,7 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
 void PoolSession::TellClosed(const absl::Status& reason) {
   std::deque<TurnQueue::Begin> waiting = turns_.Close(reason);
   stream_.EndAll(reason);
-  EndTaps(reason);
+  EndObservers(reason);
   for (TurnQueue::Begin& begin : waiting) {
     begin(reason);
   }
@@ -144,7 +142,7 @@ void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState t
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   observers_.AddChange();
-  observers_.OnUnseen();
+  observers_.OnInvalidated();
   std::vector<StateToRestore> restored = states;
   pool_->RestoreStates(std::move(states), [this, restored = std::move(restored),
                                            done = std::move(done)](absl::Status status) mutable {
@@ -157,7 +155,7 @@ void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
 
 void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   observers_.AddChange();
-  observers_.OnUnseen();
+  observers_.OnInvalidated();
   std::vector<StateToClone> cloned = pairs;
   pool_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
                                         done = std::move(done)](absl::Status status) mutable {

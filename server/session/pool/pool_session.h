@@ -22,9 +22,9 @@
 #include "server/session/host/observation_coding.h"
 #include "server/session/host/request.h"
 #include "server/session/pool/attach_options.h"
+#include "server/session/pool/pool_context.h"
+#include "server/session/pool/pool_observer.h"
 #include "server/session/pool/pool_observers.h"
-#include "server/session/pool/pool_surroundings.h"
-#include "server/session/pool/pool_tap.h"
 #include "server/session/pool/request_executor.h"
 #include "server/session/pool/request_times.h"
 #include "server/session/pool/response_sink.h"
@@ -57,7 +57,7 @@ class PoolSession {
   // closed. `shared_folder`: where it shares memory with learners; null: it shares none, which is
   // REQUIRED unless `encoding` is kRaw.
   PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
-              absl::Duration lease_duration, const PoolSurroundings& surroundings,
+              absl::Duration lease_duration, const PoolContext& context,
               Encoding encoding = Encoding::kRaw, const SharedFolder* shared_folder = nullptr);
   // REQUIRES: nobody has a turn.
   ~PoolSession();
@@ -141,12 +141,14 @@ class PoolSession {
   void TakeTurn(Done begin) { turns_.Take(std::move(begin)); }
   void EndTurn() { turns_.End(); }
 
-  // Has `tap` told what is drawn and that the pool closes, until RemoveTap, which may not be called
-  // by the tap. Errors: why taps are ended.
-  absl::Status AddTap(std::shared_ptr<PoolTap> tap) { return observers_.AddTap(std::move(tap)); }
-  void RemoveTap(const PoolTap* tap) { observers_.RemoveTap(tap); }
-  // Ends all taps, and lets none be added any more, while the pool remains.
-  void EndTaps(const absl::Status& reason) { observers_.EndTaps(reason); }
+  // Has `observer` told what is drawn and that the pool closes, until RemoveObserver, which may not
+  // be called by the observer. Errors: why observers are ended.
+  absl::Status AddObserver(std::shared_ptr<PoolObserver> observer) {
+    return observers_.AddObserver(std::move(observer));
+  }
+  void RemoveObserver(const PoolObserver* observer) { observers_.RemoveObserver(observer); }
+  // Ends all observers, and lets none be added any more, while the pool remains.
+  void EndObservers(const absl::Status& reason) { observers_.EndObservers(reason); }
 
   // In a turn:
 
@@ -193,7 +195,7 @@ class PoolSession {
   const std::string name_;
   const std::unique_ptr<HostedPool> pool_;
   const ObservationCoding coding_;
-  const PoolSurroundings surroundings_;
+  const PoolContext context_;
   const absl::Time create_time_;
   // Grown while a stream attaches, written in a turn of a stream. Null: it shares no memory.
   const std::unique_ptr<SharedRing> shared_ring_;

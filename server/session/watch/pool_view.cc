@@ -237,7 +237,7 @@ void PoolView::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
   });
 }
 
-void PoolView::OnUnseen() {
+void PoolView::OnInvalidated() {
   absl::MutexLock lock(&mutex_);
   seen_.assign(seen_.size(), false);
 }

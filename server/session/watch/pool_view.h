@@ -17,8 +17,8 @@
 #include "server/concurrency/background_executor.h"
 #include "server/concurrency/core_use.h"
 #include "server/session/host/hosted_pool.h"
+#include "server/session/pool/pool_observer.h"
 #include "server/session/pool/pool_session.h"
-#include "server/session/pool/pool_tap.h"
 #include "server/session/watch/watcher.h"
 
 namespace procgen {
@@ -32,9 +32,9 @@ namespace procgen {
 // machine: where the learner goes on meanwhile and wants all of it, moments are left out. Where the
 // pool has not changed, or nobody could send what would be drawn, nothing is. Threads: any method
 // from any thread.
-class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolView> {
+class PoolView final : public PoolObserver, public std::enable_shared_from_this<PoolView> {
  public:
-  // `drawing` must outlive this. It must be added to the pool's taps.
+  // `drawing` must outlive this. It must be added to the pool's observers.
   PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
            BackgroundExecutor* drawing);
 
@@ -51,7 +51,7 @@ class PoolView final : public PoolTap, public std::enable_shared_from_this<PoolV
 
   void OnPart(Part part, absl::Span<const uint8_t> observations) override;
   void OnRequestEnd(int64_t sequence_number, int64_t change_number) override;
-  void OnUnseen() override;
+  void OnInvalidated() override;
   void OnEnd(const absl::Status& reason) override;
 
  private:

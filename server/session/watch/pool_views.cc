@@ -31,9 +31,9 @@ absl::Status PoolViews::Watch(const std::shared_ptr<PoolSession>& pool, const Wa
     }
     if (!moment.has_value()) {
       view = std::make_shared<PoolView>(pool, order, encode, &drawing_);
-      absl::Status status = pool->AddTap(view);
+      absl::Status status = pool->AddObserver(view);
       if (status.ok() && !(moment = view->Join(watcher)).has_value()) {
-        status = pool->AddTap(view);  // tells why it has ended meanwhile
+        status = pool->AddObserver(view);  // tells why it has ended meanwhile
       }
       if (!status.ok()) {
         views_.erase(key);
@@ -62,7 +62,7 @@ void PoolViews::Leave(const Watcher* watcher) {
   if (!view->Leave(watcher)) {
     return;
   }
-  view->pool().RemoveTap(view.get());
+  view->pool().RemoveObserver(view.get());
   const auto found = views_.find(Key(&view->pool(), view->order()));
   if (found != views_.end() && found->second == view) {
     views_.erase(found);

@@ -20,7 +20,7 @@ namespace procgen {
 // What is watched of all pools of a server: those who ask for the same see one view. One thread
 // says when the next moments are due, and one draws them, with what the rest of the machine leaves.
 // Threads: any method from any thread.
-// Lock order: mutex_ before that of a PoolView, and before that of a pool's taps.
+// Lock order: mutex_ before that of a PoolView, and before that of a pool's observers.
 class PoolViews {
  public:
   PoolViews();

@@ -2,7 +2,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
-#include "tests/server/session/test_surroundings.h"
+#include "tests/server/session/test_pool_context.h"
 
 namespace procgen {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
-#include "tests/server/session/test_surroundings.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {

@@ -6,7 +6,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/server/session/test_surroundings.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -27,15 +27,15 @@ class StatesPageTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
-                                         absl::InfiniteDuration(), surroundings_.Get());
+    return std::make_unique<PoolSession>("", "pools/7", context_.Host(*std::move(pool)),
+                                         absl::InfiniteDuration(), context_.Get());
   }
 
   absl::StatusOr<std::unique_ptr<StatesPage>> Begin() {
     return StatesPage::Begin(request_, *session_, Limits());
   }
 
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
   std::unique_ptr<PoolSession> session_ = Make();
   v1::SaveStatesRequest request_;
   v1::SaveStatesResponse response_;
@@ -92,7 +92,7 @@ TEST_F(StatesPageTest, ATokenOfAnEarlierPoolOfTheSameNameIsRefused) {
   ASSERT_THAT((*page)->Close(&response_), IsOk());
   request_.set_page_token(response_.next_page_token());
   EXPECT_THAT(Begin(), IsOk());
-  surroundings_.clock.Advance(absl::Seconds(1));
+  context_.clock.Advance(absl::Seconds(1));
   session_ = Make();
   EXPECT_THAT(Begin(), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }

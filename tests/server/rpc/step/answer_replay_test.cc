@@ -21,7 +21,7 @@
 #include "procgen/v1/step.pb.h"
 #include "server/concurrency/steady_time.h"
 #include "server/session/host/local_pool.h"
-#include "tests/server/session/test_surroundings.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -101,7 +101,7 @@ class AnswerReplayTest : public testing::Test {
  protected:
   // gRPC, whose timers are used, lives longer than any replay, as in a server.
   static void SetUpTestSuite() { grpc_init(); }
-  // The last to use the pool may be the thread of a timer, and the surroundings must outlive it.
+  // The last to use the pool may be the thread of a timer, and the context must outlive it.
   void TearDown() override { gone_.WaitForNotification(); }
 
   // A pool that stands before request 1, the only one of an earlier process.
@@ -111,11 +111,11 @@ class AnswerReplayTest : public testing::Test {
     options.env_count = env_count;
     auto made = Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(made, IsOk());
-    auto pool = std::make_unique<PromptPool>(surroundings_.Host(*std::move(made)), std::move(fails),
-                                             &gone_);
+    auto pool =
+        std::make_unique<PromptPool>(context_.Host(*std::move(made)), std::move(fails), &gone_);
     pool_ = pool.get();
     auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
-                                                 absl::InfiniteDuration(), surroundings_.Get());
+                                                 absl::InfiniteDuration(), context_.Get());
     session->ResumeAt(2);
     return session;
   }
@@ -153,7 +153,7 @@ class AnswerReplayTest : public testing::Test {
     return attached.value_or(absl::UnknownError("it has not been answered"));
   }
 
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
   absl::Notification gone_;  // the pool is
   PromptPool* pool_ = nullptr;
 };
@@ -230,7 +230,7 @@ TEST_F(AnswerReplayTest, AServerThatDrainsDoesNotWaitForIt) {
   ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
   failed.WaitForNotification();
   const int count = failure_count;
-  session->EndTaps(absl::UnavailableError("the server drains"));
+  session->EndObservers(absl::UnavailableError("the server drains"));
   EXPECT_THAT(Turn(session.get()), IsOk());
   EXPECT_EQ(failure_count, count);
 }

@@ -7,8 +7,8 @@
 
 #include "absl/synchronization/notification.h"
 #include "gtest/gtest.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/server/session/test_sink.h"
-#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -29,8 +29,8 @@ class PoolSessionTest : public testing::Test {
     options.autoreset_mode = autoreset_mode;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)), lease,
-                                         surroundings_.Get());
+    return std::make_unique<PoolSession>("", "pools/7", context_.Host(*std::move(pool)), lease,
+                                         context_.Get());
   }
 
   // Attaches, where nobody has to be waited for.
@@ -83,7 +83,7 @@ class PoolSessionTest : public testing::Test {
   }
 
   std::shared_ptr<WorkerPool> workers_ = std::make_shared<WorkerPool>(1);
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
 };
 
 TEST_F(PoolSessionTest, SecondStreamIsRefusedUntilTheFirstDetaches) {
@@ -126,7 +126,7 @@ TEST_F(PoolSessionTest, AcceptedRequestTakesItsNumberAndRefusedOnesDoNot) {
   EXPECT_EQ(session->next_sequence_number(), 1);
   EXPECT_THAT(Execute(session.get(), StepOf(1, actions)), IsOk());
   EXPECT_EQ(session->next_sequence_number(), 2);
-  EXPECT_EQ(surroundings_.step_count, kEnvCount);
+  EXPECT_EQ(context_.step_count, kEnvCount);
 }
 
 TEST_F(PoolSessionTest, SequenceNumbersMustFollowOneAnother) {

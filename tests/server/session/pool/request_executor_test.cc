@@ -10,8 +10,8 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/pool/batch_sink.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/server/session/test_sink.h"
-#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -57,8 +57,8 @@ class RequestExecutorTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_shared<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
-                                         absl::InfiniteDuration(), surroundings_.Get());
+    return std::make_shared<PoolSession>("", "pools/7", context_.Host(*std::move(pool)),
+                                         absl::InfiniteDuration(), context_.Get());
   }
 
   static std::vector<int32_t> PartsOf(const std::vector<Part>& parts) {
@@ -69,7 +69,7 @@ class RequestExecutorTest : public testing::Test {
     return counts;
   }
 
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
 };
 
 TEST_F(RequestExecutorTest, ARequestIsExecutedInAsManyPartsAsItAsksForAtLeast) {

@@ -9,8 +9,8 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/pool/pool_session.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/server/session/test_sink.h"
-#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 
 namespace procgen {
@@ -42,10 +42,10 @@ struct Stream {
 class ResumedSessionTest : public testing::Test {
  protected:
   std::unique_ptr<PoolSession> Make(absl::Duration lease = absl::InfiniteDuration()) {
-    return Make(&surroundings_, lease);
+    return Make(&context_, lease);
   }
 
-  static std::unique_ptr<PoolSession> Make(TestSurroundings* surroundings, absl::Duration lease,
+  static std::unique_ptr<PoolSession> Make(TestPoolContext* context, absl::Duration lease,
                                            Encoding encoding = Encoding::kRaw) {
     PoolOptions options;
     options.games = {"maze"};
@@ -53,8 +53,8 @@ class ResumedSessionTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", surroundings->Host(*std::move(pool)), lease,
-                                         surroundings->Get(), encoding);
+    return std::make_unique<PoolSession>("", "pools/7", context->Host(*std::move(pool)), lease,
+                                         context->Get(), encoding);
   }
 
   // Executes request `number`. An answer: it was executed before.
@@ -75,7 +75,7 @@ class ResumedSessionTest : public testing::Test {
     EXPECT_THAT(stream.attached, testing::Optional(IsOk()));
   }
 
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
   std::unique_ptr<PoolSession> session_ = Make();
 };
 
@@ -125,28 +125,28 @@ TEST_F(ResumedSessionTest, OnlyEarlierRequestsCanBeAcknowledged) {
 TEST_F(ResumedSessionTest, StreamThatIsNotResumableForgetsAll) {
   Attach(kResumable);
   ASSERT_THAT(Ask(1), IsOk());
-  EXPECT_GT(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
+  EXPECT_GT(context_.resume_buffer_bytes.reserved_bytes(), 0);
   session_->Detach();
   Attach({});
   EXPECT_EQ(session_->oldest_kept_sequence_number(), 2);
-  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
+  EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(), 0);
   EXPECT_THAT(Ask(1), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("kept: none")));
 }
 
 TEST_F(ResumedSessionTest, MemoryForAnswersIsReservedOnceAndGivenBack) {
   Attach(kResumable);
-  const int64_t bytes = surroundings_.resume_buffer_bytes.reserved_bytes();
+  const int64_t bytes = context_.resume_buffer_bytes.reserved_bytes();
   EXPECT_EQ(bytes, 2 * kEnvCount * (2 * 12288 + 512));
   session_->Detach();
   Attach(kResumable);
-  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), bytes);
+  EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(), bytes);
   session_ = nullptr;
-  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(), 0);
+  EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(), 0);
 }
 
 TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
   constexpr int64_t kAnswerBytes = kEnvCount * (2 * 12288 + 512);
-  const ByteBudget& bytes = surroundings_.resume_buffer_bytes;
+  const ByteBudget& bytes = context_.resume_buffer_bytes;
   Attach({.requests_in_flight_max = 8, .resumable = true});
   EXPECT_EQ(bytes.reserved_bytes(), 8 * kAnswerBytes);
   for (const int64_t number : {1, 2, 3}) {
@@ -177,14 +177,14 @@ TEST_F(ResumedSessionTest, MemoryForAnswersFollowsTheWindowOfThePresentStream) {
 }
 
 TEST_F(ResumedSessionTest, MemoryIsReservedForObservationsThatCannotBeCompressed) {
-  session_ = Make(&surroundings_, absl::InfiniteDuration(), Encoding::kDeltaZstd);
+  session_ = Make(&context_, absl::InfiniteDuration(), Encoding::kDeltaZstd);
   Attach(kResumable);
-  EXPECT_EQ(surroundings_.resume_buffer_bytes.reserved_bytes(),
+  EXPECT_EQ(context_.resume_buffer_bytes.reserved_bytes(),
             2 * kEnvCount * (session_->coding().sent_bytes_max() + 12288 + 512));
 }
 
 TEST_F(ResumedSessionTest, StreamWhoseAnswersHaveNoRoomIsRefused) {
-  ASSERT_TRUE(surroundings_.resume_buffer_bytes.Change(0, (1 << 30) - 100'000));
+  ASSERT_TRUE(context_.resume_buffer_bytes.Change(0, (1 << 30) - 100'000));
   Stream stream;
   stream.Attach(session_.get(), kResumable);
   EXPECT_THAT(stream.attached,
@@ -227,9 +227,9 @@ TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
 TEST_F(ResumedSessionTest, WhoTakesOverTakesTheShareOfTheOwnersStreams) {
   Limits limits;
   limits.owner_stream_count_max = 1;
-  TestSurroundings surroundings(limits);
-  const auto session = Make(&surroundings, absl::InfiniteDuration());
-  const auto other = Make(&surroundings, absl::InfiniteDuration());
+  TestPoolContext context(limits);
+  const auto session = Make(&context, absl::InfiniteDuration());
+  const auto other = Make(&context, absl::InfiniteDuration());
   Stream first;
   Stream second;
   Stream of_other;
@@ -261,7 +261,7 @@ TEST_F(ResumedSessionTest, WhoWaitsToTakeOverIsToldThatThePoolIsClosed) {
 
 TEST_F(ResumedSessionTest, LeaseRunsWhileNoStreamIsAttached) {
   session_ = Make(absl::Seconds(10));
-  TestClock& clock = surroundings_.clock;
+  TestClock& clock = context_.clock;
   EXPECT_EQ(session_->expire_time(), clock.Now() + absl::Seconds(10));
   clock.Advance(absl::Seconds(5));
   Attach({});
@@ -286,7 +286,7 @@ TEST_F(ResumedSessionTest, TakingOverDoesNotBeginTheLease) {
 
 TEST_F(ResumedSessionTest, RenewingBeginsTheLeaseAnew) {
   session_ = Make(absl::Seconds(10));
-  TestClock& clock = surroundings_.clock;
+  TestClock& clock = context_.clock;
   clock.Advance(absl::Seconds(9));
   ASSERT_THAT(session_->Renew(std::nullopt), IsOk());
   EXPECT_EQ(session_->expire_time(), clock.Now() + absl::Seconds(10));
@@ -301,7 +301,7 @@ TEST_F(ResumedSessionTest, RenewingWhileAttachedChangesOnlyTheLength) {
   ASSERT_THAT(session_->Renew(absl::Seconds(60)), IsOk());
   EXPECT_EQ(session_->expire_time(), absl::InfiniteFuture());
   session_->Detach();
-  EXPECT_EQ(session_->expire_time(), surroundings_.clock.Now() + absl::Seconds(60));
+  EXPECT_EQ(session_->expire_time(), context_.clock.Now() + absl::Seconds(60));
 }
 
 }  // namespace

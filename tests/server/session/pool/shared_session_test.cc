@@ -11,8 +11,8 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/session/pool/pool_session.h"
+#include "tests/server/session/test_pool_context.h"
 #include "tests/server/session/test_sink.h"
-#include "tests/server/session/test_surroundings.h"
 #include "tests/status_matchers.h"
 #include "tests/temporary_folder.h"
 
@@ -33,9 +33,9 @@ class SharedSessionTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", surroundings_.Host(*std::move(pool)),
-                                         absl::InfiniteDuration(), surroundings_.Get(),
-                                         Encoding::kRaw, shared_folder_.get());
+    return std::make_unique<PoolSession>("", "pools/7", context_.Host(*std::move(pool)),
+                                         absl::InfiniteDuration(), context_.Get(), Encoding::kRaw,
+                                         shared_folder_.get());
   }
 
   absl::Status Attach(const AttachOptions& options) {
@@ -69,7 +69,7 @@ class SharedSessionTest : public testing::Test {
 
   const TemporaryFolder folder_;
   const std::unique_ptr<SharedFolder> shared_folder_ = *SharedFolder::Open(folder_.path());
-  TestSurroundings surroundings_;
+  TestPoolContext context_;
   std::unique_ptr<PoolSession> session_ = Make();
 };
 
@@ -110,26 +110,25 @@ TEST_F(SharedSessionTest, WhoDoesNotResumeHasAllBatches) {
 }
 
 TEST_F(SharedSessionTest, WhatDoesNotFitTheLimitIsRefusedAndTakesNothing) {
-  const int64_t others = surroundings_.shared_memory_bytes.bytes_max() - 4096;
-  ASSERT_TRUE(surroundings_.shared_memory_bytes.Change(0, others));
+  const int64_t others = context_.shared_memory_bytes.bytes_max() - 4096;
+  ASSERT_TRUE(context_.shared_memory_bytes.Change(0, others));
   EXPECT_THAT(Attach(kResumable), StatusIs(absl::StatusCode::kResourceExhausted,
                                            HasSubstr("limit shared_memory_bytes_max")));
   session_->Detach();
-  EXPECT_EQ(surroundings_.shared_memory_bytes.reserved_bytes(), others);
+  EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(), others);
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
-  surroundings_.shared_memory_bytes.Change(others, 0);
+  context_.shared_memory_bytes.Change(others, 0);
   EXPECT_THAT(Attach(kResumable), IsOk());
-  EXPECT_EQ(surroundings_.shared_memory_bytes.reserved_bytes(),
-            session_->shared_ring()->size_bytes());
+  EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(), session_->shared_ring()->size_bytes());
   session_->Detach();
   session_ = nullptr;
-  EXPECT_EQ(surroundings_.shared_memory_bytes.reserved_bytes(), 0);
+  EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(), 0);
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
 TEST_F(SharedSessionTest, AnswersThatAreKeptTakeNoMemoryForPictures) {
   ASSERT_THAT(Attach(kResumable), IsOk());
-  EXPECT_LT(surroundings_.resume_buffer_bytes.reserved_bytes(), 12288);
+  EXPECT_LT(context_.resume_buffer_bytes.reserved_bytes(), 12288);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-#ifndef TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_
-#define TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_
+#ifndef TESTS_SERVER_SESSION_TEST_POOL_CONTEXT_H_
+#define TESTS_SERVER_SESSION_TEST_POOL_CONTEXT_H_
 
 #include <atomic>
 #include <cstdint>
@@ -31,10 +31,10 @@ class TestClock {
 };
 
 // What a PoolSession needs around it, with a clock of the test's.
-struct TestSurroundings {
-  explicit TestSurroundings(const Limits& limits = {}) : owners(limits) {}
+struct TestPoolContext {
+  explicit TestPoolContext(const Limits& limits = {}) : owners(limits) {}
 
-  PoolSurroundings Get() {
+  PoolContext Get() {
     return {&owners,        &executor,   &lease_timer, &resume_buffer_bytes, &shared_memory_bytes,
             &episode_bytes, &step_count, &metrics};
   }
@@ -59,4 +59,4 @@ struct TestSurroundings {
 
 }  // namespace procgen
 
-#endif  // TESTS_SERVER_SESSION_TEST_SURROUNDINGS_H_
+#endif  // TESTS_SERVER_SESSION_TEST_POOL_CONTEXT_H_

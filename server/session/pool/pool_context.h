@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_
-#define SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_
+#ifndef SERVER_SESSION_POOL_POOL_CONTEXT_H_
+#define SERVER_SESSION_POOL_POOL_CONTEXT_H_
 
 #include <atomic>
 #include <cstdint>
@@ -13,7 +13,7 @@
 namespace procgen {
 
 // What all pools of a server share. All of it must outlive them.
-struct PoolSurroundings {
+struct PoolContext {
   Owners* owners = nullptr;
   BackgroundExecutor* executor = nullptr;
   DeadlineTimer* lease_timer = nullptr;        // also tells the time
@@ -26,4 +26,4 @@ struct PoolSurroundings {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_POOL_POOL_SURROUNDINGS_H_
+#endif  // SERVER_SESSION_POOL_POOL_CONTEXT_H_

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_POOL_POOL_TAP_H_
-#define SERVER_SESSION_POOL_POOL_TAP_H_
+#ifndef SERVER_SESSION_POOL_POOL_OBSERVER_H_
+#define SERVER_SESSION_POOL_POOL_OBSERVER_H_
 
 #include <cstdint>
 
@@ -12,9 +12,9 @@ namespace procgen {
 // Somebody who looks at what is drawn for a pool's learner, where it is drawn anyway.
 // Threads: one call at a time, but OnEnd at any time. None may call the pool, or block: but for
 // OnEnd the learner waits for it.
-class PoolTap {
+class PoolObserver {
  public:
-  virtual ~PoolTap() = default;
+  virtual ~PoolObserver() = default;
 
   // A part of a request was carried out. `observations`: of its environments as they stand now, in
   // the pool's ObservationFormat; empty: nobody asked for them.
@@ -22,11 +22,11 @@ class PoolTap {
   // The last part of request `sequence_number` was, and the pool's change number is now this one.
   virtual void OnRequestEnd(int64_t sequence_number, int64_t change_number) = 0;
   // Environments stand where nobody has seen them.
-  virtual void OnUnseen() = 0;
+  virtual void OnInvalidated() = 0;
   // The pool is closed, or looking at it ends. Nothing else follows.
   virtual void OnEnd(const absl::Status& reason) = 0;
 };
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_POOL_POOL_TAP_H_
+#endif  // SERVER_SESSION_POOL_POOL_OBSERVER_H_
