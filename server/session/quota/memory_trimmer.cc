@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/concurrency/core_use.h"
+#include "server/concurrency/cpu_throttle.h"
 #include "server/concurrency/steady_time.h"
 
 namespace procgen {
@@ -16,9 +16,9 @@ constexpr absl::Duration kDelay = absl::Seconds(1);
 
 MemoryTrimmer::MemoryTrimmer()
     : timer_(SteadyNow, [this](absl::Time /*now*/) {
-        const CoreUse use;
+        const CpuThrottle throttle;
         malloc_trim(0);
-        rests_until_ns_ = absl::ToUnixNanos(SteadyNow() + use.RestDue());
+        rests_until_ns_ = absl::ToUnixNanos(SteadyNow() + throttle.RestDue());
         return absl::InfiniteFuture();
       }) {}
 

@@ -159,7 +159,7 @@ void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begi
   }
   drawing_->Run(pool_->owner(), [self = shared_from_this(), moment = std::move(moment),
                                  draw = *std::move(draw)]() mutable {
-    const CoreUse use;
+    const CpuThrottle throttle;
     const int64_t sequence_number = moment.sequence_number;
     const auto size_px = static_cast<size_t>(self->order_.size_px);
     std::vector<absl::Span<uint8_t>> frames;
@@ -170,16 +170,16 @@ void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begi
     }
     draw(frames);
     self->Deliver(std::move(moment));
-    self->Rest(sequence_number, use);
+    self->Rest(sequence_number, throttle);
   });
 }
 
-void PoolView::Rest(int64_t sequence_number, const CoreUse& use) {
+void PoolView::Rest(int64_t sequence_number, const CpuThrottle& throttle) {
   if (pool_->next_sequence_number() - 1 == sequence_number) {
     return;  // whoever wanted the core, the learner waits
   }
   absl::MutexLock lock(&mutex_);
-  rests_until_ = SteadyNow() + use.RestDue();
+  rests_until_ = SteadyNow() + throttle.RestDue();
 }
 
 void PoolView::Deliver(Moment moment) {

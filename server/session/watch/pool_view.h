@@ -15,7 +15,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "server/concurrency/background_executor.h"
-#include "server/concurrency/core_use.h"
+#include "server/concurrency/cpu_throttle.h"
 #include "server/session/host/hosted_pool.h"
 #include "server/session/pool/pool_observer.h"
 #include "server/session/pool/pool_session.h"
@@ -75,7 +75,7 @@ class PoolView final : public PoolObserver, public std::enable_shared_from_this<
   Moment BeginMoment() const;
   void Deliver(Moment moment) ABSL_LOCKS_EXCLUDED(mutex_);
   // Notes what a moment after request `sequence_number` has taken.
-  void Rest(int64_t sequence_number, const CoreUse& use) ABSL_LOCKS_EXCLUDED(mutex_);
+  void Rest(int64_t sequence_number, const CpuThrottle& throttle) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const std::shared_ptr<PoolSession> pool_;
   const WatchOrder order_;

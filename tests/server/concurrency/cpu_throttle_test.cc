@@ -1,4 +1,4 @@
-#include "server/concurrency/core_use.h"
+#include "server/concurrency/cpu_throttle.h"
 
 #include <atomic>
 #include <thread>
@@ -39,25 +39,26 @@ void Work(absl::Duration duration) {
   }
 }
 
-TEST(CoreUseTest, RestIsDueWhereOthersWantTheCore) {
+TEST(CpuThrottleTest, RestIsDueWhereOthersWantTheCore) {
   const BusyMachine busy;
   absl::Duration rest;
   while (rest == absl::ZeroDuration()) {  // until another has been given the core
-    const CoreUse use;
+    const CpuThrottle throttle;
     Work(absl::Milliseconds(20));
-    rest = use.RestDue();
+    rest = throttle.RestDue();
   }
   EXPECT_GT(rest, absl::ZeroDuration());
 }
 
-TEST(CoreUseTest, RestLeavesOneInTwoHundredOfTheMachine) {
+TEST(CpuThrottleTest, RestLeavesOneInTwoHundredOfTheMachine) {
   const absl::Duration work = absl::Milliseconds(10);
-  EXPECT_EQ(work + CoreUse::RestAfter(work, 1), absl::Seconds(2));
-  EXPECT_EQ(work + CoreUse::RestAfter(work, 2), absl::Seconds(1));
-  EXPECT_EQ(work + CoreUse::RestAfter(work, 16), absl::Milliseconds(120));
-  EXPECT_EQ(CoreUse::RestAfter(work, 256), absl::ZeroDuration());
-  EXPECT_EQ(CoreUse::RestAfter(work, 0), CoreUse::RestAfter(work, 1)) << "their count is unknown";
-  EXPECT_EQ(CoreUse::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the most";
+  EXPECT_EQ(work + CpuThrottle::RestAfter(work, 1), absl::Seconds(2));
+  EXPECT_EQ(work + CpuThrottle::RestAfter(work, 2), absl::Seconds(1));
+  EXPECT_EQ(work + CpuThrottle::RestAfter(work, 16), absl::Milliseconds(120));
+  EXPECT_EQ(CpuThrottle::RestAfter(work, 256), absl::ZeroDuration());
+  EXPECT_EQ(CpuThrottle::RestAfter(work, 0), CpuThrottle::RestAfter(work, 1))
+      << "their count is unknown";
+  EXPECT_EQ(CpuThrottle::RestAfter(absl::Seconds(1), 2), absl::Seconds(2)) << "the most";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "server/concurrency/core_use.h"
+#include "server/concurrency/cpu_throttle.h"
 
 #include <sys/resource.h>
 
@@ -13,9 +13,9 @@ constexpr absl::Duration kRestMax = absl::Seconds(2);
 
 }  // namespace
 
-CoreUse::CoreUse() : begin_(CountsNow()) {}
+CpuThrottle::CpuThrottle() : begin_(CountsNow()) {}
 
-absl::Duration CoreUse::RestDue() const {
+absl::Duration CpuThrottle::RestDue() const {
   const Counts now = CountsNow();
   if (now.interruption_count == begin_.interruption_count) {
     return absl::ZeroDuration();
@@ -23,11 +23,11 @@ absl::Duration CoreUse::RestDue() const {
   return RestAfter(now.time - begin_.time, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-absl::Duration CoreUse::RestAfter(absl::Duration work, int core_count) {
+absl::Duration CpuThrottle::RestAfter(absl::Duration work, int core_count) {
   return std::min(work * std::max(0, kPartOfMachine / std::max(1, core_count) - 1), kRestMax);
 }
 
-CoreUse::Counts CoreUse::CountsNow() {
+CpuThrottle::Counts CpuThrottle::CountsNow() {
   rusage usage = {};
   getrusage(RUSAGE_THREAD, &usage);
   return {absl::DurationFromTimeval(usage.ru_utime) + absl::DurationFromTimeval(usage.ru_stime),

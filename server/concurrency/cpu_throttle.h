@@ -1,5 +1,5 @@
-#ifndef SERVER_CONCURRENCY_CORE_USE_H_
-#define SERVER_CONCURRENCY_CORE_USE_H_
+#ifndef SERVER_CONCURRENCY_CPU_THROTTLE_H_
+#define SERVER_CONCURRENCY_CPU_THROTTLE_H_
 
 #include <cstdint>
 
@@ -11,9 +11,9 @@ namespace procgen {
 // if it is to slow nobody down. A low priority alone does not see to that: a thread that waits for
 // work gives its core to whoever wants it, and gets it back some milliseconds later.
 // Threads: the one that it was made on.
-class CoreUse {
+class CpuThrottle {
  public:
-  CoreUse();
+  CpuThrottle();
 
   // How long the thread should rest now, so that it takes 1 in 200 of the machine, but 2 s at most.
   // None where its core was not given to another against its will: then nobody wants it.
@@ -35,4 +35,4 @@ class CoreUse {
 
 }  // namespace procgen
 
-#endif  // SERVER_CONCURRENCY_CORE_USE_H_
+#endif  // SERVER_CONCURRENCY_CPU_THROTTLE_H_
