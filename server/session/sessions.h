@@ -26,7 +26,7 @@
 #include "server/session/quota/limits.h"
 #include "server/session/quota/memory_trimmer.h"
 #include "server/session/quota/owners.h"
-#include "server/session/watch/pool_views.h"
+#include "server/session/watch/frame_publishers.h"
 #include "server/shared_memory/shared_folder.h"
 
 namespace procgen {
@@ -79,7 +79,7 @@ class Sessions {
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
   // Who watches what.
-  PoolViews& views() { return views_; }
+  FramePublishers& frame_publishers() { return frame_publishers_; }
   // For what takes long and is no step.
   BackgroundExecutor& executor() { return executor_; }
   // Where all that the server does is counted.
@@ -170,7 +170,7 @@ class Sessions {
   BackgroundExecutor executor_;
   const std::unique_ptr<PoolHost> host_;
   DeadlineTimer lease_timer_;
-  PoolViews views_;
+  FramePublishers frame_publishers_;
 };
 
 }  // namespace procgen

@@ -112,8 +112,8 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
                      pool);
 }
 
-absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
-                                        const PoolSession& pool, const Limits& limits) {
+absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const PoolSession& pool,
+                                      const Limits& limits) {
   Limits watch_limits = limits;
   watch_limits.response_bytes_max = std::min(limits.response_bytes_max, kWatchResponseBytesMax);
   const absl::StatusOr<int64_t> bytes_max =
@@ -136,11 +136,11 @@ absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
   if (absl::Status status = CheckFrames(wanted, pool); !status.ok()) {
     return status;
   }
-  return WatchOrder{.environments = {wanted.environments.begin(), wanted.environments.end()},
-                    .size_px = wanted.size_px,
-                    .interval = *interval,
-                    .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
-                                                                    : v1::FRAME_FORMAT_RGB};
+  return WatchSpec{.environments = {wanted.environments.begin(), wanted.environments.end()},
+                   .side_px = wanted.size_px,
+                   .interval = *interval,
+                   .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
+                                                                   : v1::FRAME_FORMAT_RGB};
 }
 
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames) {
@@ -155,17 +155,17 @@ void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::
   }
 }
 
-absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment) {
+absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set) {
   v1::WatchPoolResponse response;
-  for (size_t i = 0; i < moment.images.size(); ++i) {
+  for (size_t i = 0; i < frame_set.images.size(); ++i) {
     v1::Frame* frame = response.add_frames();
-    frame->set_environment(moment.environments[i]);
-    frame->set_size_px(moment.size_px);
-    frame->set_image(std::move(moment.images[i]));
+    frame->set_environment(frame_set.environments[i]);
+    frame->set_size_px(frame_set.size_px);
+    frame->set_image(std::move(frame_set.images[i]));
   }
   WriteFrames(format, response.mutable_frames());
-  response.set_sequence_number(moment.sequence_number);
-  FillTimestamp(moment.time, response.mutable_render_time());
+  response.set_sequence_number(frame_set.sequence_number);
+  FillTimestamp(frame_set.time, response.mutable_render_time());
   return absl::Cord(response.SerializeAsString());
 }
 

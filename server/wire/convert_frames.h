@@ -9,7 +9,7 @@
 #include "procgen/v1/render.pb.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/quota/limits.h"
-#include "server/session/watch/watcher.h"
+#include "server/session/watch/frame_subscriber.h"
 
 namespace procgen {
 
@@ -26,14 +26,14 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
                          const Limits& limits);
 
 // What is to be watched of a pool. Errors: as CheckRender, and INVALID_ARGUMENT for a rate.
-absl::StatusOr<WatchOrder> WatchOrderOf(const v1::WatchPoolRequest& request,
-                                        const PoolSession& pool, const Limits& limits);
+absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const PoolSession& pool,
+                                      const Limits& limits);
 
 // Puts the pixels that are in the frames, uint8 [side, side, 3], into the format.
 void WriteFrames(v1::FrameFormat format, google::protobuf::RepeatedPtrField<v1::Frame>* frames);
 
-// A moment as a WatchPoolResponse, serialised.
-absl::Cord EncodeWatched(v1::FrameFormat format, Moment moment);
+// A frame set as a WatchPoolResponse, serialised.
+absl::Cord EncodeWatched(v1::FrameFormat format, FrameSet frame_set);
 
 }  // namespace procgen
 

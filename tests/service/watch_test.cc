@@ -38,13 +38,13 @@ absl::Status EndOf(PoolWatch* watch) {
   return status;
 }
 
-// The first moment after request `sequence_number`.
-v1::WatchPoolResponse MomentAfter(int64_t sequence_number, PoolWatch* watch) {
+// The first response after request `sequence_number`.
+v1::WatchPoolResponse ResponseAfter(int64_t sequence_number, PoolWatch* watch) {
   while (true) {
-    auto moment = watch->Next();
-    EXPECT_THAT(moment, IsOk());
-    if (!moment.ok() || moment->sequence_number() >= sequence_number) {
-      return moment.value_or(v1::WatchPoolResponse());
+    auto response = watch->Next();
+    EXPECT_THAT(response, IsOk());
+    if (!response.ok() || response->sequence_number() >= sequence_number) {
+      return response.value_or(v1::WatchPoolResponse());
     }
   }
 }
@@ -64,14 +64,14 @@ TEST_F(WatchTest, AgentsAreSeenAsTheyAreObserved) {
   ASSERT_THAT(stream->Observe(&batch), IsOk());
   for (int32_t step = 0; step < 20; ++step) {
     ASSERT_THAT(stream->Step({step % 9, 4, 7, (step + 3) % 9}, &batch), IsOk());
-    const v1::WatchPoolResponse moment = MomentAfter(step + 2, watch.get());
-    ASSERT_EQ(moment.sequence_number(), step + 2);
-    ASSERT_EQ(moment.frames_size(), 3);
-    EXPECT_EQ(moment.frames(0).environment(), 3);
-    EXPECT_EQ(moment.frames(1).environment(), 0);
-    EXPECT_EQ(moment.frames(0).image(), ObservationOf(batch, 3));
-    EXPECT_EQ(moment.frames(1).image(), ObservationOf(batch, 0));
-    EXPECT_EQ(moment.frames(2).image(), moment.frames(0).image());
+    const v1::WatchPoolResponse response = ResponseAfter(step + 2, watch.get());
+    ASSERT_EQ(response.sequence_number(), step + 2);
+    ASSERT_EQ(response.frames_size(), 3);
+    EXPECT_EQ(response.frames(0).environment(), 3);
+    EXPECT_EQ(response.frames(1).environment(), 0);
+    EXPECT_EQ(response.frames(0).image(), ObservationOf(batch, 3));
+    EXPECT_EQ(response.frames(1).image(), ObservationOf(batch, 0));
+    EXPECT_EQ(response.frames(2).image(), response.frames(0).image());
   }
 }
 
@@ -84,10 +84,10 @@ TEST_F(WatchTest, AgentsAreSeenAlsoWhereNobodyObservesThem) {
   for (int32_t i = 0; i < 3; ++i) {
     ASSERT_THAT(stream->Call(step, &batch), IsOk());
   }
-  const v1::WatchPoolResponse moment = MomentAfter(3, watch.get());
+  const v1::WatchPoolResponse response = ResponseAfter(3, watch.get());
   ASSERT_THAT(stream->Observe(&batch), IsOk());
-  EXPECT_EQ(moment.frames(0).image(), ObservationOf(batch, 0));
-  EXPECT_EQ(moment.frames(1).image(), ObservationOf(batch, 1));
+  EXPECT_EQ(response.frames(0).image(), ObservationOf(batch, 0));
+  EXPECT_EQ(response.frames(1).image(), ObservationOf(batch, 1));
 }
 
 TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
@@ -103,7 +103,7 @@ TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
       const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
       procgen_client::Batch other;
       ASSERT_THAT(stream->Step({5}, &other), IsOk());
-      EXPECT_EQ(MomentAfter(1, watch.get()).frames(0).image(), ObservationOf(batch, 0));
+      EXPECT_EQ(ResponseAfter(1, watch.get()).frames(0).image(), ObservationOf(batch, 0));
       ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
     }
   }
@@ -112,28 +112,28 @@ TEST_F(WatchTest, EachFormatOfObservationsIsSeenTheSame) {
 TEST_F(WatchTest, PeopleAreShownWhatIsRenderedForThem) {
   const std::string pool = CreatePool(MazeSpec(2));
   const auto watch = client_->Watch(WatchRequest(pool, {1}, 100));
-  const auto moment = watch->Next();
-  ASSERT_THAT(moment, IsOk());
-  EXPECT_EQ(moment->sequence_number(), 0);
+  const auto response = watch->Next();
+  ASSERT_THAT(response, IsOk());
+  EXPECT_EQ(response->sequence_number(), 0);
   const auto rendered = client_->RenderEnvironments(pool, {1}, 100);
   ASSERT_THAT(rendered, IsOk());
-  EXPECT_EQ(moment->frames(0).image(), rendered->frames(0).image());
-  EXPECT_EQ(moment->frames(0).size_px(), 100);
+  EXPECT_EQ(response->frames(0).image(), rendered->frames(0).image());
+  EXPECT_EQ(response->frames(0).size_px(), 100);
 }
 
 TEST_F(WatchTest, NothingIsSentWhereNothingChanges) {
   const auto stream = CreateAndAttach(MazeSpec(1));
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   ASSERT_THAT(watch->Next(), IsOk());
-  // A second watcher is shown at once what the first one saw, and then both the next moment.
+  // A second subscriber is shown at once what the first one saw, and then both the next response.
   const auto second = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   ASSERT_THAT(second->Next(), IsOk());
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({7}, &batch), IsOk());
   for (PoolWatch* each : {watch.get(), second.get()}) {
-    const auto moment = each->Next();
-    ASSERT_THAT(moment, IsOk());
-    EXPECT_EQ(moment->sequence_number(), 1);
+    const auto response = each->Next();
+    ASSERT_THAT(response, IsOk());
+    EXPECT_EQ(response->sequence_number(), 1);
   }
 }
 
@@ -142,12 +142,12 @@ TEST_F(WatchTest, RestoredStatesAreShown) {
   const auto watch = client_->Watch(WatchRequest(stream->pool().name(), {0}));
   procgen_client::Batch batch;
   ASSERT_THAT(stream->Step({7, 4}, &batch), IsOk());
-  const std::string before = MomentAfter(1, watch.get()).frames(0).image();
+  const std::string before = ResponseAfter(1, watch.get()).frames(0).image();
   ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(1, 0)}), IsOk());
-  const auto moment = watch->Next();
-  ASSERT_THAT(moment, IsOk());
-  EXPECT_NE(moment->frames(0).image(), before);
-  EXPECT_EQ(moment->frames(0).image(), ObservationOf(batch, 1));
+  const auto response = watch->Next();
+  ASSERT_THAT(response, IsOk());
+  EXPECT_NE(response->frames(0).image(), before);
+  EXPECT_EQ(response->frames(0).image(), ObservationOf(batch, 1));
 }
 
 TEST_F(WatchTest, EndsWithThePool) {
@@ -184,7 +184,7 @@ TEST_F(WatchTest, TwentyWatchersOfALearnerThatGoesOn) {
     }
   });
   for (const std::unique_ptr<PoolWatch>& watch : watches) {
-    EXPECT_EQ(MomentAfter(200, watch.get()).sequence_number(), 200);
+    EXPECT_EQ(ResponseAfter(200, watch.get()).sequence_number(), 200);
   }
   learner.join();
 }
@@ -197,7 +197,7 @@ TEST_F(WatchTest, WhoDoesNotReadHoldsUpNobody) {
   procgen_client::Batch batch;
   for (int32_t step = 0; step < 50; ++step) {
     ASSERT_THAT(stream->Step(std::vector<int32_t>(16, step % 15), &batch), IsOk());
-    EXPECT_EQ(MomentAfter(step + 1, reader.get()).sequence_number(), step + 1);
+    EXPECT_EQ(ResponseAfter(step + 1, reader.get()).sequence_number(), step + 1);
   }
   ASSERT_THAT(client_->DeletePool(stream->pool().name()), IsOk());
   EXPECT_THAT(EndOf(reader.get()), StatusIs(absl::StatusCode::kAborted, _));

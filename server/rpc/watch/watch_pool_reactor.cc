@@ -41,27 +41,28 @@ absl::Status WatchPoolReactor::Watch(const Caller& caller, const grpc::ByteBuffe
   if (!pool.ok()) {
     return pool.status();
   }
-  const absl::StatusOr<WatchOrder> order = WatchOrderOf(message, **pool, sessions_->limits());
-  if (!order.ok()) {
-    return order.status();
+  const absl::StatusOr<WatchSpec> spec = WatchSpecOf(message, **pool, sessions_->limits());
+  if (!spec.ok()) {
+    return spec.status();
   }
   absl::StatusOr<Owners::Share> share = sessions_->owners().Take(caller.owner, {.watch_count = 1});
   if (!share.ok()) {
     return share.status();
   }
   share_ = *std::move(share);
-  const auto encode = [format = message.format()](Moment moment) {
-    return EncodeWatched(format, std::move(moment));
+  const auto encode = [format = message.format()](FrameSet frame_set) {
+    return EncodeWatched(format, std::move(frame_set));
   };
-  absl::Status status = sessions_->views().Watch(*pool, *order, encode, weak_self_.lock());
+  absl::Status status =
+      sessions_->frame_publishers().Subscribe(*pool, *spec, encode, weak_self_.lock());
   if (!status.ok()) {
     End(status);
   }
   return absl::OkStatus();
 }
 
-void WatchPoolReactor::Take(const absl::Cord& moment) {
-  Send([moment] { return ByteBufferOf(moment); });
+void WatchPoolReactor::Take(const absl::Cord& frame_set) {
+  Send([frame_set] { return ByteBufferOf(frame_set); });
 }
 
 void WatchPoolReactor::End(const absl::Status& reason) {
@@ -70,8 +71,8 @@ void WatchPoolReactor::End(const absl::Status& reason) {
 }
 
 void WatchPoolReactor::LetGo() {
-  sessions_->views().Leave(this);
-  share_ = Owners::Share();  // a moment that is still on its way to this may hold it for a while
+  sessions_->frame_publishers().Unsubscribe(this);
+  share_ = Owners::Share();  // a frame set that is still on its way to this may hold it for a while
 }
 
 }  // namespace procgen

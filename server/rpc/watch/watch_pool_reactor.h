@@ -10,13 +10,13 @@
 #include "server/rpc/watch/latest_stream.h"
 #include "server/session/quota/owners.h"
 #include "server/session/sessions.h"
-#include "server/session/watch/watcher.h"
+#include "server/session/watch/frame_subscriber.h"
 
 namespace procgen {
 
-// One stream of WatchPool: reads which pool is to be watched, then sends moments of it.
+// One stream of WatchPool: reads which pool is to be watched, then sends frame sets of it.
 // Threads: any method from any thread.
-class WatchPoolReactor final : public LatestStream, public Watcher {
+class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
  public:
   // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
   // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
@@ -25,7 +25,7 @@ class WatchPoolReactor final : public LatestStream, public Watcher {
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
-  void Take(const absl::Cord& moment) override;
+  void Take(const absl::Cord& frame_set) override;
   // Ends the stream, once what is being sent is on its way, unless it has ended.
   void End(const absl::Status& reason) override;
 

@@ -162,15 +162,15 @@ TEST(FleetClusterTest, FleetsAreWatched) {
     ASSERT_THAT((*stream)->Step(
                     std::vector<int32_t>(static_cast<size_t>((*stream)->env_count()), 7), &batch),
                 IsOk());
-    const auto moment = watch->Next();
-    ASSERT_THAT(moment, IsOk());
-    EXPECT_EQ(moment->sequence_number(), batch.sequence_number());
+    const auto response = watch->Next();
+    ASSERT_THAT(response, IsOk());
+    EXPECT_EQ(response->sequence_number(), batch.sequence_number());
     const auto rendered = client->RenderEnvironments(pool->name(), {0}, 100);
     ASSERT_THAT(rendered, IsOk());
     const absl::Span<const uint8_t> observed = batch.observations().subspan(0, kObservationBytes);
-    EXPECT_EQ(moment->frames(1).image(), size_px == 64
-                                             ? std::string(observed.begin(), observed.end())
-                                             : rendered->frames(0).image());
+    EXPECT_EQ(response->frames(1).image(), size_px == 64
+                                               ? std::string(observed.begin(), observed.end())
+                                               : rendered->frames(0).image());
   }
 }
 

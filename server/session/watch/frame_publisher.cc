@@ -1,4 +1,4 @@
-#include "server/session/watch/pool_view.h"
+#include "server/session/watch/frame_publisher.h"
 
 #include <algorithm>
 #include <cstring>
@@ -14,21 +14,21 @@ constexpr size_t kAgentViewBytes = kObservationBytes;
 
 }  // namespace
 
-PoolView::PoolView(std::shared_ptr<PoolSession> pool, WatchOrder order, EncodeMoment encode,
-                   BackgroundExecutor* drawing)
+FramePublisher::FramePublisher(std::shared_ptr<PoolSession> pool, WatchSpec spec,
+                               FrameSetEncoder encode, BackgroundExecutor* drawing)
     : pool_(std::move(pool)),
-      order_(std::move(order)),
+      spec_(std::move(spec)),
       encode_(std::move(encode)),
       drawing_(drawing),
-      can_copy_(order_.size_px == kObservationSizePx &&
+      can_copy_(spec_.size_px == kObservationSizePx &&
                 pool_->options().observation_format.frame == FrameFormat()) {}
 
-std::optional<absl::Cord> PoolView::Join(std::shared_ptr<Watcher> watcher) {
+std::optional<absl::Cord> FramePublisher::Subscribe(std::shared_ptr<FrameSubscriber> subscriber) {
   absl::MutexLock lock(&mutex_);
   if (ended_) {
     return std::nullopt;
   }
-  watchers_.push_back(std::move(watcher));
+  subscribers_.push_back(std::move(subscriber));
   if (busy_) {
     return absl::Cord();  // it is given what is being drawn
   }
@@ -40,26 +40,26 @@ std::optional<absl::Cord> PoolView::Join(std::shared_ptr<Watcher> watcher) {
   return latest_;
 }
 
-bool PoolView::Leave(const Watcher* watcher) {
+bool FramePublisher::Unsubscribe(const FrameSubscriber* subscriber) {
   absl::MutexLock lock(&mutex_);
-  std::erase_if(watchers_, [watcher](const auto& each) { return each.get() == watcher; });
-  return watchers_.empty();
+  std::erase_if(subscribers_, [subscriber](const auto& each) { return each.get() == subscriber; });
+  return subscribers_.empty();
 }
 
-PoolView::Numbers PoolView::NumbersNow() const {
+FramePublisher::Numbers FramePublisher::NumbersNow() const {
   return {pool_->next_sequence_number() - 1, pool_->change_number()};
 }
 
-bool PoolView::HasReadyWatcher() const {
-  return std::any_of(watchers_.begin(), watchers_.end(),
-                     [](const std::shared_ptr<Watcher>& each) { return each->IsReady(); });
+bool FramePublisher::HasReadySubscriber() const {
+  return std::any_of(subscribers_.begin(), subscribers_.end(),
+                     [](const std::shared_ptr<FrameSubscriber>& each) { return each->IsReady(); });
 }
 
-absl::Time PoolView::Tick(absl::Time now) {
+absl::Time FramePublisher::Tick(absl::Time now) {
   absl::Time next;
   {
     absl::MutexLock lock(&mutex_);
-    if (ended_ || watchers_.empty()) {
+    if (ended_ || subscribers_.empty()) {
       return absl::InfiniteFuture();
     }
     if (now < due_) {
@@ -76,9 +76,9 @@ absl::Time PoolView::Tick(absl::Time now) {
   return next;
 }
 
-bool PoolView::BeginTick(absl::Time now) {
-  due_ = std::max(due_, now - order_.interval) + order_.interval;
-  if (busy_ || waits_for_turn_ || !HasReadyWatcher()) {
+bool FramePublisher::BeginTick(absl::Time now) {
+  due_ = std::max(due_, now - spec_.interval) + spec_.interval;
+  if (busy_ || waits_for_turn_ || !HasReadySubscriber()) {
     return false;
   }
   if (can_copy_ && !armed_) {
@@ -90,7 +90,7 @@ bool PoolView::BeginTick(absl::Time now) {
   if (!at_once_ && shown_ == NumbersNow()) {
     return false;
   }
-  // What can be copied comes by itself while the learner goes on; a turn is for the last moment
+  // What can be copied comes by itself while the learner goes on; a turn is for the last frame set
   // before it pauses, and for learners who do not look.
   const absl::Time from =
       at_once_ ? pool_->next_capture_time() : std::max(pool_->next_capture_time(), rests_until_);
@@ -101,16 +101,16 @@ bool PoolView::BeginTick(absl::Time now) {
   return true;
 }
 
-void PoolView::Arm() {
+void FramePublisher::Arm() {
   armed_ = true;
-  copied_.resize(order_.environments.size());
+  copied_.resize(spec_.environments.size());
   for (std::string& image : copied_) {
     image.resize(kAgentViewBytes);
   }
-  seen_.assign(order_.environments.size(), false);
+  seen_.assign(spec_.environments.size(), false);
 }
 
-void PoolView::OnTurn(const absl::Status& turn) {
+void FramePublisher::OnTurn(const absl::Status& turn) {
   bool captures = turn.ok();
   {
     absl::MutexLock lock(&mutex_);
@@ -130,25 +130,25 @@ void PoolView::OnTurn(const absl::Status& turn) {
     }
     return;
   }
-  const View view = order_.size_px == kObservationSizePx ? View::kAgent : View::kHuman;
+  const View view = spec_.size_px == kObservationSizePx ? View::kAgent : View::kHuman;
   pool_->CaptureScenes(
-      order_.environments, view, order_.size_px,
+      spec_.environments, view, spec_.size_px,
       [self = shared_from_this(), begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
         self->OnCaptured(std::move(draw), begin_time);
       });
 }
 
-Moment PoolView::BeginMoment() const {
-  return {.environments = order_.environments,
+FrameSet FramePublisher::BeginFrameSet() const {
+  return {.environments = spec_.environments,
           .images = {},
-          .size_px = order_.size_px,
+          .size_px = spec_.size_px,
           .sequence_number = 0,
           .time = absl::Now()};
 }
 
-void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time) {
-  Moment moment = BeginMoment();
-  moment.sequence_number = pool_->next_sequence_number() - 1;
+void FramePublisher::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time) {
+  FrameSet frame_set = BeginFrameSet();
+  frame_set.sequence_number = pool_->next_sequence_number() - 1;
   pool_->NoteCapture(begin_time);
   pool_->EndTurn();
   if (!draw.ok()) {
@@ -157,24 +157,24 @@ void PoolView::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begi
     shown_ = {};
     return;
   }
-  drawing_->Run(pool_->owner(), [self = shared_from_this(), moment = std::move(moment),
+  drawing_->Run(pool_->owner(), [self = shared_from_this(), frame_set = std::move(frame_set),
                                  draw = *std::move(draw)]() mutable {
     const CpuThrottle throttle;
-    const int64_t sequence_number = moment.sequence_number;
-    const auto size_px = static_cast<size_t>(self->order_.size_px);
+    const int64_t sequence_number = frame_set.sequence_number;
+    const auto size_px = static_cast<size_t>(self->spec_.size_px);
     std::vector<absl::Span<uint8_t>> frames;
-    moment.images.resize(moment.environments.size());
-    for (std::string& image : moment.images) {
+    frame_set.images.resize(frame_set.environments.size());
+    for (std::string& image : frame_set.images) {
       image.resize(size_px * size_px * 3);
       frames.push_back(absl::MakeSpan(reinterpret_cast<uint8_t*>(image.data()), image.size()));
     }
     draw(frames);
-    self->Deliver(std::move(moment));
+    self->Deliver(std::move(frame_set));
     self->Rest(sequence_number, throttle);
   });
 }
 
-void PoolView::Rest(int64_t sequence_number, const CpuThrottle& throttle) {
+void FramePublisher::Rest(int64_t sequence_number, const CpuThrottle& throttle) {
   if (pool_->next_sequence_number() - 1 == sequence_number) {
     return;  // whoever wanted the core, the learner waits
   }
@@ -182,29 +182,29 @@ void PoolView::Rest(int64_t sequence_number, const CpuThrottle& throttle) {
   rests_until_ = SteadyNow() + throttle.RestDue();
 }
 
-void PoolView::Deliver(Moment moment) {
-  const absl::Cord encoded = encode_(std::move(moment));
-  std::vector<std::shared_ptr<Watcher>> watchers;
+void FramePublisher::Deliver(FrameSet frame_set) {
+  const absl::Cord encoded = encode_(std::move(frame_set));
+  std::vector<std::shared_ptr<FrameSubscriber>> subscribers;
   {
     absl::MutexLock lock(&mutex_);
     busy_ = false;
     at_once_ = false;
     latest_ = encoded;
-    watchers = watchers_;
+    subscribers = subscribers_;
   }
-  for (const std::shared_ptr<Watcher>& watcher : watchers) {
-    watcher->Take(encoded);
+  for (const std::shared_ptr<FrameSubscriber>& subscriber : subscribers) {
+    subscriber->Take(encoded);
   }
 }
 
-void PoolView::OnPart(Part part, absl::Span<const uint8_t> observations) {
+void FramePublisher::OnPart(Part part, absl::Span<const uint8_t> observations) {
   absl::MutexLock lock(&mutex_);
   if (!armed_ || busy_) {
     return;
   }
   const size_t row_bytes = observations.size() / static_cast<size_t>(part.count);
   for (size_t i = 0; i < seen_.size(); ++i) {
-    const int32_t row = order_.environments[i] - part.first;
+    const int32_t row = spec_.environments[i] - part.first;
     if (row < 0 || row >= part.count) {
       continue;
     }
@@ -217,8 +217,8 @@ void PoolView::OnPart(Part part, absl::Span<const uint8_t> observations) {
   }
 }
 
-void PoolView::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
-  Moment moment;
+void FramePublisher::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
+  FrameSet frame_set;
   {
     absl::MutexLock lock(&mutex_);
     if (!armed_ || busy_ || std::find(seen_.begin(), seen_.end(), false) != seen_.end()) {
@@ -228,29 +228,30 @@ void PoolView::OnRequestEnd(int64_t sequence_number, int64_t change_number) {
     busy_ = true;
     copy_came_ = true;
     shown_ = {sequence_number, change_number};
-    moment = BeginMoment();
-    moment.sequence_number = sequence_number;
-    moment.images = std::exchange(copied_, {});
+    frame_set = BeginFrameSet();
+    frame_set.sequence_number = sequence_number;
+    frame_set.images = std::exchange(copied_, {});
   }
-  drawing_->Run(pool_->owner(), [self = shared_from_this(), moment = std::move(moment)]() mutable {
-    self->Deliver(std::move(moment));
-  });
+  drawing_->Run(pool_->owner(),
+                [self = shared_from_this(), frame_set = std::move(frame_set)]() mutable {
+                  self->Deliver(std::move(frame_set));
+                });
 }
 
-void PoolView::OnInvalidated() {
+void FramePublisher::OnInvalidated() {
   absl::MutexLock lock(&mutex_);
   seen_.assign(seen_.size(), false);
 }
 
-void PoolView::OnEnd(const absl::Status& reason) {
-  std::vector<std::shared_ptr<Watcher>> watchers;
+void FramePublisher::OnEnd(const absl::Status& reason) {
+  std::vector<std::shared_ptr<FrameSubscriber>> subscribers;
   {
     absl::MutexLock lock(&mutex_);
     ended_ = true;
-    watchers = watchers_;
+    subscribers = subscribers_;
   }
-  for (const std::shared_ptr<Watcher>& watcher : watchers) {
-    watcher->End(reason);
+  for (const std::shared_ptr<FrameSubscriber>& subscriber : subscribers) {
+    subscriber->End(reason);
   }
 }
 

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_WATCH_WATCHER_H_
-#define SERVER_SESSION_WATCH_WATCHER_H_
+#ifndef SERVER_SESSION_WATCH_FRAME_SUBSCRIBER_H_
+#define SERVER_SESSION_WATCH_FRAME_SUBSCRIBER_H_
 
 #include <cstdint>
 #include <functional>
@@ -14,20 +14,20 @@
 namespace procgen {
 
 // What somebody wants to see of a pool.
-struct WatchOrder {
+struct WatchSpec {
   std::vector<int32_t> environments;  // in the order wanted
   int32_t size_px = 0;                // kObservationSizePx: what the agent sees
-  absl::Duration interval;            // between two moments at least
+  absl::Duration interval;            // between two frame sets at least
   int32_t format = 0;                 // of what Encode makes; means nothing here
 
-  bool operator<(const WatchOrder& other) const {
+  bool operator<(const WatchSpec& other) const {
     return std::tie(environments, size_px, interval, format) <
            std::tie(other.environments, other.size_px, other.interval, other.format);
   }
 };
 
 // What a pool showed between two requests.
-struct Moment {
+struct FrameSet {
   std::vector<int32_t> environments;
   std::vector<std::string> images;  // uint8 [size_px, size_px, 3], one for each
   int32_t size_px = 0;
@@ -35,22 +35,22 @@ struct Moment {
   absl::Time time;
 };
 
-// Makes of a moment what is sent.
-using EncodeMoment = std::function<absl::Cord(Moment)>;
+// Makes of a frame set what is sent.
+using FrameSetEncoder = std::function<absl::Cord(FrameSet)>;
 
 // Somebody who watches. Threads: any method from any thread; none may block.
-class Watcher {
+class FrameSubscriber {
  public:
-  virtual ~Watcher() = default;
+  virtual ~FrameSubscriber() = default;
 
-  // Whether it could send another moment now.
+  // Whether it could send another frame set now.
   virtual bool IsReady() = 0;
-  // An encoded moment. If the one before has not been sent, this takes its place.
-  virtual void Take(const absl::Cord& moment) = 0;
+  // An encoded frame set. If the one before has not been sent, this takes its place.
+  virtual void Take(const absl::Cord& frame_set) = 0;
   // There is nothing to watch any more.
   virtual void End(const absl::Status& reason) = 0;
 };
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_WATCH_WATCHER_H_
+#endif  // SERVER_SESSION_WATCH_FRAME_SUBSCRIBER_H_

@@ -1,0 +1,57 @@
+#ifndef SERVER_SESSION_WATCH_FRAME_PUBLISHERS_H_
+#define SERVER_SESSION_WATCH_FRAME_PUBLISHERS_H_
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "server/concurrency/background_executor.h"
+#include "server/concurrency/deadline_timer.h"
+#include "server/session/pool/pool_session.h"
+#include "server/session/watch/frame_publisher.h"
+#include "server/session/watch/frame_subscriber.h"
+
+namespace procgen {
+
+// What is watched of all pools of a server: those who ask for the same share a publisher. One
+// thread says when the next frame sets are due, and one draws them, with what the rest of the
+// machine leaves.
+// Threads: any method from any thread.
+// Lock order: mutex_ before that of a FramePublisher, and before that of a pool's observers.
+class FramePublishers {
+ public:
+  FramePublishers();
+  FramePublishers(const FramePublishers&) = delete;
+  FramePublishers& operator=(const FramePublishers&) = delete;
+
+  // Begins to show `subscriber` the pool, until Unsubscribe, which must be called also if it is
+  // told that the watching ends. Errors: why that pool is not watched any more.
+  absl::Status Subscribe(const std::shared_ptr<PoolSession>& pool, const WatchSpec& spec,
+                         const FrameSetEncoder& encode,
+                         const std::shared_ptr<FrameSubscriber>& subscriber)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+  // A frame set may still be on its way to it.
+  void Unsubscribe(const FrameSubscriber* subscriber) ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  using Key = std::pair<const PoolSession*, WatchSpec>;
+
+  absl::Time OnTimer(absl::Time now) ABSL_LOCKS_EXCLUDED(mutex_);
+
+  absl::Mutex mutex_;
+  std::map<Key, std::shared_ptr<FramePublisher>> publishers_ ABSL_GUARDED_BY(mutex_);
+  std::map<const FrameSubscriber*, std::shared_ptr<FramePublisher>> publisher_of_
+      ABSL_GUARDED_BY(mutex_);
+
+  // Last, so that their threads end before what they use.
+  BackgroundExecutor drawing_{1};
+  DeadlineTimer timer_;
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_SESSION_WATCH_FRAME_PUBLISHERS_H_
