@@ -29,9 +29,9 @@ void SetError(const absl::Status& status, dm::EnvironmentResponse* response) {
   response->mutable_error()->set_message(std::string(status.message()));
 }
 
-Conversation::Conversation(Sessions* sessions, JoinedWorlds* worlds, std::string owner,
+Conversation::Conversation(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
                            JoinedWorld::OnDrain on_drain)
-    : sessions_(sessions),
+    : supervisor_(supervisor),
       worlds_(worlds),
       owner_(std::move(owner)),
       on_drain_(std::move(on_drain)) {}
@@ -133,22 +133,23 @@ absl::StatusOr<std::shared_ptr<PoolSession>> Conversation::FindWorld(
   if (absl::Status status = CheckWorldName(name); !status.ok()) {
     return status;
   }
-  return sessions_->Find(owner_, name);
+  return supervisor_->Find(owner_, name);
 }
 
 void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
-  const absl::StatusOr<WorldPlan> plan = ReadWorldSettings(request.settings(), sessions_->limits());
+  const absl::StatusOr<WorldPlan> plan =
+      ReadWorldSettings(request.settings(), supervisor_->limits());
   if (!plan.ok()) {
     Finish(plan.status());
     return;
   }
-  sessions_->Create(owner_, plan->pool_id, plan->options, plan->terms,
-                    [this](const absl::StatusOr<std::shared_ptr<PoolSession>>& pool) {
-                      if (pool.ok()) {
-                        response_->mutable_create_world()->set_world_name((*pool)->name());
-                      }
-                      Finish(pool.status());
-                    });
+  supervisor_->Create(owner_, plan->pool_id, plan->options, plan->terms,
+                      [this](const absl::StatusOr<std::shared_ptr<PoolSession>>& pool) {
+                        if (pool.ok()) {
+                          response_->mutable_create_world()->set_world_name((*pool)->name());
+                        }
+                        Finish(pool.status());
+                      });
 }
 
 void Conversation::JoinWorld(const dm::JoinWorldRequest& request) {
@@ -162,7 +163,7 @@ void Conversation::JoinWorld(const dm::JoinWorldRequest& request) {
     return;
   }
   absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions_->FindForStream(owner_, request.world_name());
+      supervisor_->FindForStream(owner_, request.world_name());
   if (!pool.ok()) {
     Finish(pool.status());
     return;
@@ -183,7 +184,7 @@ void Conversation::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
   play_ = std::make_unique<WorldPlay>(*std::move(world), form);
   play_->Observe([this](const absl::Status& status) {
     if (status.ok()) {
-      sessions_->metrics().AddStream(false);
+      supervisor_->metrics().AddStream(false);
       *response_->mutable_join_world()->mutable_specs() = SpecsOf(play_->form());
     } else {
       End();
@@ -197,7 +198,7 @@ void Conversation::Step(const dm::StepRequest& request) {
     Finish(status);
     return;
   }
-  play_->Step(request, sessions_->limits().response_bytes_max, response_->mutable_step(),
+  play_->Step(request, supervisor_->limits().response_bytes_max, response_->mutable_step(),
               [this](const absl::Status& status) { Finish(status); });
 }
 
@@ -298,7 +299,7 @@ absl::Status Conversation::DestroyWorld(const dm::DestroyWorldRequest& request) 
                                                                    : " is joined by another stream",
                      ", allowed: one that nobody has joined; leave it first"));
   }
-  return sessions_->Delete(owner_, request.world_name());
+  return supervisor_->Delete(owner_, request.world_name());
 }
 
 void Conversation::Extend(const google::protobuf::Any& extension) {
@@ -316,7 +317,7 @@ void Conversation::Extend(const google::protobuf::Any& extension) {
                      dm_properties::PropertyRequest::descriptor()->full_name())));
     return;
   }
-  AnswerPropertyRequest(*sessions_, owner_, play_.get(), property_request_, &property_response_,
+  AnswerPropertyRequest(*supervisor_, owner_, play_.get(), property_request_, &property_response_,
                         [this](const absl::Status& status) {
                           if (status.ok()) {
                             response_->mutable_extension()->PackFrom(property_response_);

@@ -12,7 +12,7 @@
 #include "server/dm_env_rpc/joined_world.h"
 #include "server/dm_env_rpc/properties.h"
 #include "server/dm_env_rpc/world_play.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
@@ -29,8 +29,8 @@ class Conversation {
   using Done = absl::AnyInvocable<void(const absl::Status&)>;
 
   // Of `owner`, whose pools its worlds are. `on_drain` is called, on any thread, when the server
-  // drains while a world is joined. `sessions` and `worlds` must outlive this.
-  Conversation(Sessions* sessions, JoinedWorlds* worlds, std::string owner,
+  // drains while a world is joined. `supervisor` and `worlds` must outlive this.
+  Conversation(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
                JoinedWorld::OnDrain on_drain);
   // REQUIRES: End was called, if anything was answered.
   ~Conversation() = default;
@@ -53,7 +53,7 @@ class Conversation {
   // Ends the play of a world that was lost, and tells by what; OK: there is none.
   absl::Status DropLostWorld();
   absl::Status CheckJoined() const;
-  // A world of the owner by its name. Errors: those of Sessions::Find.
+  // A world of the owner by its name. Errors: those of PoolSupervisor::Find.
   absl::StatusOr<std::shared_ptr<PoolSession>> FindWorld(const std::string& name) const;
 
   void CreateWorld(const dm::CreateWorldRequest& request);
@@ -68,7 +68,7 @@ class Conversation {
   absl::Status DestroyWorld(const dm::DestroyWorldRequest& request);
   void Extend(const google::protobuf::Any& extension);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   JoinedWorlds* const worlds_;
   const std::string owner_;
   const JoinedWorld::OnDrain on_drain_;

@@ -158,10 +158,10 @@ std::vector<std::string> GameNames() {
   return names;
 }
 
-std::vector<std::string> WorldNames(const Sessions& sessions, absl::string_view owner) {
+std::vector<std::string> WorldNames(const PoolSupervisor& supervisor, absl::string_view owner) {
   std::vector<std::string> names;
-  for (const Sessions::Numbered& world :
-       sessions.List(owner, 0, std::numeric_limits<size_t>::max())) {
+  for (const PoolSupervisor::Numbered& world :
+       supervisor.List(owner, 0, std::numeric_limits<size_t>::max())) {
     names.push_back(world.pool->name());
   }
   return names;
@@ -200,7 +200,7 @@ void ReadStepCount(const WorldPlay& play, dm::Tensor* value, PoolSession::Done d
       std::move(done));
 }
 
-void Read(const Sessions& sessions, absl::string_view owner, const std::string& key,
+void Read(const PoolSupervisor& supervisor, absl::string_view owner, const std::string& key,
           WorldPlay* play, dm::Tensor* value, PoolSession::Done done) {
   const absl::StatusOr<Property> property = FindProperty(key, play);
   if (!property.ok()) {
@@ -216,7 +216,7 @@ void Read(const Sessions& sessions, absl::string_view owner, const std::string& 
       SetTexts(GameNames(), value);
       break;
     case Kind::kWorlds:
-      SetTexts(WorldNames(sessions, owner), value);
+      SetTexts(WorldNames(supervisor, owner), value);
       break;
     case Kind::kLevelSeed:
       ReadLevelSeed(*property, *play, value);
@@ -274,12 +274,12 @@ void Write(const dm_properties::WritePropertyRequest& request, WorldPlay* play,
 
 }  // namespace
 
-void AnswerPropertyRequest(const Sessions& sessions, absl::string_view owner, WorldPlay* play,
-                           const dm_properties::PropertyRequest& request,
+void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
+                           WorldPlay* play, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done) {
   switch (request.payload_case()) {
     case dm_properties::PropertyRequest::kReadProperty:
-      Read(sessions, owner, request.read_property().key(), play,
+      Read(supervisor, owner, request.read_property().key(), play,
            response->mutable_read_property()->mutable_value(), std::move(done));
       return;
     case dm_properties::PropertyRequest::kWriteProperty:

@@ -6,7 +6,7 @@
 #include "absl/strings/string_view.h"
 #include "dm_env_rpc/v1/extensions/properties.pb.h"
 #include "server/dm_env_rpc/world_play.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
@@ -17,8 +17,8 @@ namespace dm_properties = ::dm_env_rpc::v1::extensions::properties;
 // called once, on any thread. Errors: NOT_FOUND no such property; PERMISSION_DENIED it cannot be
 // read, written or listed; INVALID_ARGUMENT a value that it does not take; those of Pool's
 // SaveStates and RestoreStates.
-void AnswerPropertyRequest(const Sessions& sessions, absl::string_view owner, WorldPlay* play,
-                           const dm_properties::PropertyRequest& request,
+void AnswerPropertyRequest(const PoolSupervisor& supervisor, absl::string_view owner,
+                           WorldPlay* play, const dm_properties::PropertyRequest& request,
                            dm_properties::PropertyResponse* response, PoolSession::Done done);
 
 }  // namespace procgen

@@ -10,8 +10,8 @@
 #include "envcore/pool/pool.h"
 #include "google/protobuf/map.h"
 #include "server/dm_env_rpc/tensor.h"
+#include "server/session/pool_supervisor.h"
 #include "server/session/quota/limits.h"
-#include "server/session/sessions.h"
 
 namespace procgen {
 

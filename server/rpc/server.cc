@@ -19,7 +19,7 @@
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services/services.h"
 #include "server/rpc/step/answer_replay.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_lines.h"
 #include "server/wire/convert_pool.h"
 
@@ -102,19 +102,20 @@ class GrpcServer final : public Server {
   GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
       : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
         is_fleet_(options.make_host != nullptr),
-        sessions_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
-                  options.shared_folder,
-                  options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
+        supervisor_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
+                    options.shared_folder,
+                    options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
         callers_(options.tokens, options.tls != nullptr && options.tls->asks_clients(),
-                 options.limits.attach_timeout, connections_.get(), &sessions_.owners(), &metrics_),
+                 options.limits.attach_timeout, connections_.get(), &supervisor_.owners(),
+                 &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
         direct_lines_(std::move(direct_lines)),
-        services_(&sessions_, cluster_.get(), &callers_, direct_lines_.get(),
+        services_(&supervisor_, cluster_.get(), &callers_, direct_lines_.get(),
                   options.clone_sources) {
-    metrics_.ReadGaugesFrom([this] { return GaugesOf(sessions_.load()); });
+    metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
   }
 
   ~GrpcServer() override { Stop(absl::ZeroDuration()); }
@@ -146,7 +147,7 @@ class GrpcServer final : public Server {
     if (server_ == nullptr) {
       return absl::UnavailableError("gRPC does not start a server");
     }
-    for (Sessions::Resumed& resumed : sessions_.Resume()) {
+    for (PoolSupervisor::Resumed& resumed : supervisor_.Resume()) {
       ReplayAnswers(std::move(resumed.pool), std::move(resumed.requests),
                     options.limits.response_bytes_max);
     }
@@ -177,7 +178,7 @@ class GrpcServer final : public Server {
 
   std::vector<v1::Pool> ListAllPools() const override {
     std::vector<v1::Pool> pools;
-    for (const std::shared_ptr<PoolSession>& pool : sessions_.ListAll()) {
+    for (const std::shared_ptr<PoolSession>& pool : supervisor_.ListAll()) {
       pools.push_back(PoolMessageOf(*pool));
     }
     return pools;
@@ -185,7 +186,7 @@ class GrpcServer final : public Server {
 
   void BeginDrain() override {
     services_.SetServing(false);
-    sessions_.Drain();
+    supervisor_.Drain();
     services_.Drain();
     reporter_->ReportNow();
   }
@@ -196,10 +197,10 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = SteadyNow() + deadline;
     BeginDrain();
-    while ((callers_.CallCount() > 0 || sessions_.LeavingCount() > 0) && SteadyNow() < end) {
+    while ((callers_.CallCount() > 0 || supervisor_.LeavingCount() > 0) && SteadyNow() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));
     }
-    if (listener_ != nullptr && sessions_.keeps_pools()) {
+    if (listener_ != nullptr && supervisor_.keeps_pools()) {
       // A learner that attaches again at this moment, or is not done with its answers, would be
       // told CANCELLED; where the connection breaks, it tries again.
       listener_->HangUp();
@@ -214,12 +215,12 @@ class GrpcServer final : public Server {
  private:
   // As the cluster is told.
   NodeReporter::Standing Standing() const {
-    const Load load = sessions_.load();
+    const Load load = supervisor_.load();
     NodeStatus status;
     status.address = advertised_address_;
     status.server_version = PROCGEN_SERVER_VERSION;
     status.role = is_fleet_ ? NodeRole::kFleet : NodeRole::kHost;
-    status.environment_capacity = is_fleet_ ? 0 : sessions_.limits().env_count_max;
+    status.environment_capacity = is_fleet_ ? 0 : supervisor_.limits().env_count_max;
     status.env_count = load.env_count;
     status.pool_count = load.pool_count;
     status.stream_count = load.stream_count;
@@ -269,7 +270,7 @@ class GrpcServer final : public Server {
   std::string address_;
   std::string advertised_address_;
   Metrics metrics_{PROCGEN_SERVER_VERSION};
-  Sessions sessions_;
+  PoolSupervisor supervisor_;
   const std::shared_ptr<Connections> connections_;  // from outside the process
   const Callers callers_;
   const std::shared_ptr<Cluster> cluster_;

@@ -3,8 +3,8 @@
 
 #include "absl/strings/string_view.h"
 #include "procgen/v1/catalog.pb.h"
+#include "server/session/pool_supervisor.h"
 #include "server/session/quota/limits.h"
-#include "server/session/sessions.h"
 
 namespace procgen {
 

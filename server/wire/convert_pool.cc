@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "server/session/host/rand_seed.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/wire/convert_observation.h"
 #include "server/wire/enum_value.h"
 

@@ -23,11 +23,11 @@ Limits SmallLimits() {
 }  // namespace
 
 FuzzedServer::FuzzedServer()
-    : sessions_(SmallLimits(), kWorkerCount, &metrics_),
+    : supervisor_(SmallLimits(), kWorkerCount, &metrics_),
       connections_(SmallLimits().connection_count_max, SmallLimits().attach_timeout),
       callers_(nullptr, /*certificates_tell=*/false, SmallLimits().attach_timeout, &connections_,
-               &sessions_.owners(), &metrics_),
-      services_(&sessions_, cluster_.get(), &callers_, /*direct_lines=*/nullptr, CloneSources()) {
+               &supervisor_.owners(), &metrics_),
+      services_(&supervisor_, cluster_.get(), &callers_, /*direct_lines=*/nullptr, CloneSources()) {
   // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
   // streams that were ended while their client wrote.
   int port = 0;
@@ -41,8 +41,9 @@ FuzzedServer::FuzzedServer()
 }
 
 void FuzzedServer::ResetPools() {
-  for (const Sessions::Numbered& listed : sessions_.List("", 0, 100)) {
-    Require(sessions_.Delete("", listed.pool->name()).ok(), "a pool that is listed can be deleted");
+  for (const PoolSupervisor::Numbered& listed : supervisor_.List("", 0, 100)) {
+    Require(supervisor_.Delete("", listed.pool->name()).ok(),
+            "a pool that is listed can be deleted");
   }
   for (const auto& [id, game, env_count, autoreset_mode, encoding] :
        {std::tuple("a", "maze", 2, AutoresetMode::kSameStep, Encoding::kRaw),
@@ -54,18 +55,18 @@ void FuzzedServer::ResetPools() {
     options.environment.rand_seed = 7;
     options.autoreset_mode = autoreset_mode;
     absl::Notification done;
-    sessions_.Create("", id, options, {.encoding = encoding},
-                     [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
-                       Require(made.ok(), "there is room for pools", made.status());
-                       done.Notify();
-                     });
+    supervisor_.Create("", id, options, {.encoding = encoding},
+                       [&done](const absl::StatusOr<std::shared_ptr<PoolSession>>& made) {
+                         Require(made.ok(), "there is room for pools", made.status());
+                         done.Notify();
+                       });
     done.WaitForNotification();
   }
 }
 
 void FuzzedServer::RequireNoStreams() {
   const absl::Time end = absl::Now() + absl::Seconds(5);
-  while (sessions_.load().stream_count > 0) {
+  while (supervisor_.load().stream_count > 0) {
     Require(absl::Now() < end, "streams that have ended let go of their pools");
     absl::SleepFor(absl::Microseconds(50));
   }

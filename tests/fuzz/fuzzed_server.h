@@ -9,7 +9,7 @@
 #include "server/net/connections.h"
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/services/services.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "tests/fuzz/pieces.h"
 
 namespace procgen {
@@ -31,7 +31,7 @@ class FuzzedServer {
 
  private:
   Metrics metrics_{"fuzzed"};
-  Sessions sessions_;
+  PoolSupervisor supervisor_;
   Connections connections_;
   const Callers callers_;
   const std::unique_ptr<Cluster> cluster_ = Cluster::Alone("fuzzed");

@@ -8,17 +8,18 @@
 
 namespace procgen {
 
-std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(Sessions* sessions, JoinedWorlds* worlds,
+std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(PoolSupervisor* supervisor,
+                                                        JoinedWorlds* worlds,
                                                         const Callers* callers,
                                                         grpc::CallbackServerContext* context,
                                                         Caller caller) {
   // Shared, because the end of a world may still be told when gRPC has done with the stream.
   std::shared_ptr<DmEnvRpcReactor> reactor(
-      new DmEnvRpcReactor(sessions, callers, context, std::move(caller)));
+      new DmEnvRpcReactor(supervisor, callers, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the stream has the conversation, which keeps what it calls.
   reactor->conversation_ = std::make_unique<Conversation>(
-      sessions, worlds, reactor->caller_.owner,
+      supervisor, worlds, reactor->caller_.owner,
       [weak = reactor->weak_from_this()](const absl::Status& status) {
         if (const std::shared_ptr<DmEnvRpcReactor> stream = weak.lock(); stream != nullptr) {
           stream->End(status);
@@ -28,9 +29,9 @@ std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(Sessions* sessions, Join
   return reactor;
 }
 
-DmEnvRpcReactor::DmEnvRpcReactor(Sessions* sessions, const Callers* callers,
+DmEnvRpcReactor::DmEnvRpcReactor(PoolSupervisor* supervisor, const Callers* callers,
                                  grpc::CallbackServerContext* context, Caller caller)
-    : sessions_(sessions), callers_(callers), context_(context), caller_(std::move(caller)) {}
+    : supervisor_(supervisor), callers_(callers), context_(context), caller_(std::move(caller)) {}
 
 void DmEnvRpcReactor::Drive() {
   const std::shared_ptr<DmEnvRpcReactor> self = shared_from_this();
@@ -101,7 +102,7 @@ void DmEnvRpcReactor::OnReadDone(bool ok) {
 }
 
 void DmEnvRpcReactor::Answer() {
-  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(request_bytes_.Length()));
+  supervisor_->metrics().AddReceivedBytes(static_cast<int64_t>(request_bytes_.Length()));
   const absl::Status parsed = ParseMessage(request_bytes_, &request_);
   request_bytes_.Clear();
   if (!parsed.ok()) {
@@ -131,7 +132,7 @@ void DmEnvRpcReactor::Write() {
   bool own_buffer = false;
   grpc::SerializationTraits<dm::EnvironmentResponse>::Serialize(response_, &written_bytes_,
                                                                 &own_buffer);
-  sessions_->metrics().AddSentBytes(static_cast<int64_t>(written_bytes_.Length()));
+  supervisor_->metrics().AddSentBytes(static_cast<int64_t>(written_bytes_.Length()));
   StartWrite(&written_bytes_);
 }
 
@@ -174,7 +175,7 @@ void DmEnvRpcReactor::FinishStream() {
     absl::MutexLock lock(&mutex_);
     status = status_;
   }
-  AddDrainTrailer(status, *sessions_, context_);
+  AddDrainTrailer(status, *supervisor_, context_);
   Finish(callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), status));
 }
 

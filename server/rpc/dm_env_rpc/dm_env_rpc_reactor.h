@@ -11,7 +11,7 @@
 #include "grpcpp/support/server_callback.h"
 #include "server/dm_env_rpc/conversation.h"
 #include "server/rpc/auth/caller.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
@@ -30,7 +30,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
                               public std::enable_shared_from_this<DmEnvRpcReactor> {
  public:
   // Begins to serve a stream; it ends itself. What is pointed to must outlive it.
-  static std::shared_ptr<DmEnvRpcReactor> Start(Sessions* sessions, JoinedWorlds* worlds,
+  static std::shared_ptr<DmEnvRpcReactor> Start(PoolSupervisor* supervisor, JoinedWorlds* worlds,
                                                 const Callers* callers,
                                                 grpc::CallbackServerContext* context,
                                                 Caller caller);
@@ -41,8 +41,8 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
  private:
   enum class Action : uint8_t { kWait, kRead, kAnswer, kWrite, kFinish };
 
-  DmEnvRpcReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context,
-                  Caller caller);
+  DmEnvRpcReactor(PoolSupervisor* supervisor, const Callers* callers,
+                  grpc::CallbackServerContext* context, Caller caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -60,7 +60,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   // Takes no further request; `cancelled`: and writes no answer.
   void EndNow(const absl::Status& status, bool cancelled);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
   grpc::CallbackServerContext* const context_;
   const Caller caller_;

@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers)
-    : sessions_(sessions), callers_(callers) {
+DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
+    : supervisor_(supervisor), callers_(callers) {
   AddByteMethod<dm::EnvironmentRequest>([this](auto* context) { return Process(context); });
 }
 
@@ -21,7 +21,7 @@ ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
         callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
   }
   const std::shared_ptr<DmEnvRpcReactor> stream =
-      DmEnvRpcReactor::Start(sessions_, &worlds_, callers_, context, *std::move(caller));
+      DmEnvRpcReactor::Start(supervisor_, &worlds_, callers_, context, *std::move(caller));
   bool draining = false;
   {
     absl::MutexLock lock(&mutex_);
@@ -32,7 +32,7 @@ ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
     streams_.push_back(stream);
   }
   if (draining) {
-    stream->End(sessions_->Draining());
+    stream->End(supervisor_->Draining());
   }
   return stream.get();
 }
@@ -53,7 +53,7 @@ void DmEnvRpcServiceImpl::Drain() {
   }
   for (const std::weak_ptr<DmEnvRpcReactor>& ended : streams) {
     if (const std::shared_ptr<DmEnvRpcReactor> stream = ended.lock(); stream != nullptr) {
-      stream->End(sessions_->Draining());
+      stream->End(supervisor_->Draining());
     }
   }
 }

@@ -11,15 +11,15 @@
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/dm_env_rpc/dm_env_rpc_reactor.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
 // The service of dm_env_rpc: each stream is a DmEnvRpcReactor.
 class DmEnvRpcServiceImpl final : public ByteService {
  public:
-  // `sessions` and `callers` must outlive this.
-  DmEnvRpcServiceImpl(Sessions* sessions, const Callers* callers);
+  // `supervisor` and `callers` must outlive this.
+  DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
 
   // Ends all streams with UNAVAILABLE, those that come later, too: also those that have joined no
   // world, of which nobody else knows.
@@ -31,7 +31,7 @@ class DmEnvRpcServiceImpl final : public ByteService {
   ByteStream* Process(grpc::CallbackServerContext* context);
   void ForgetEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
   JoinedWorlds worlds_;
 

@@ -5,13 +5,13 @@
 
 namespace procgen {
 
-CatalogServiceImpl::CatalogServiceImpl(const Sessions* sessions, const Callers* callers)
-    : sessions_(sessions),
+CatalogServiceImpl::CatalogServiceImpl(const PoolSupervisor* supervisor, const Callers* callers)
+    : supervisor_(supervisor),
       callers_(callers),
       catalog_(CatalogMessageOf({.version = PROCGEN_SERVER_VERSION,
-                                 .has_own_art = sessions->art() != nullptr,
-                                 .shares_memory = sessions->shares_memory()},
-                                sessions->limits())) {
+                                 .has_own_art = supervisor->art() != nullptr,
+                                 .shares_memory = supervisor->shares_memory()},
+                                supervisor->limits())) {
   AddByteMethod<v1::GetCatalogRequest>([this](auto* context) { return GetCatalog(context); });
   AddByteMethod<v1::GetLoadRequest>([this](auto* context) { return GetLoad(context); });
 }
@@ -27,7 +27,7 @@ ByteStream* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context)
 ByteStream* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
   return Call::Start(*callers_, *context, [this](Call* call) {
-    *call->response() = LoadMessageOf(sessions_->load(), sessions_->metrics().stream_totals());
+    *call->response() = LoadMessageOf(supervisor_->load(), supervisor_->metrics().stream_totals());
     call->Finish(absl::OkStatus());
   });
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int32_t kPageSizeMax = 1000;
 
-absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
+absl::Status ListPage(const PoolSupervisor& supervisor, absl::string_view owner,
                       const v1::ListPoolsRequest& request, v1::ListPoolsResponse* response) {
   if (request.page_size() < 0) {
     return absl::InvalidArgumentError(
@@ -34,30 +34,30 @@ absl::Status ListPage(const Sessions& sessions, absl::string_view owner,
                            ? kPageSizeMax
                            : request.page_size();
   // One more tells whether there is another page.
-  std::vector<Sessions::Numbered> pools =
-      sessions.List(owner, after, static_cast<size_t>(size) + 1);
+  std::vector<PoolSupervisor::Numbered> pools =
+      supervisor.List(owner, after, static_cast<size_t>(size) + 1);
   if (pools.size() > static_cast<size_t>(size)) {
     pools.pop_back();
     response->set_next_page_token(absl::StrCat(pools.back().number));
   }
-  for (const Sessions::Numbered& numbered : pools) {
+  for (const PoolSupervisor::Numbered& numbered : pools) {
     *response->add_pools() = PoolMessageOf(*numbered.pool);
   }
   return absl::OkStatus();
 }
 
-absl::Status Renew(const Sessions& sessions, absl::string_view owner,
+absl::Status Renew(const PoolSupervisor& supervisor, absl::string_view owner,
                    const v1::RenewPoolRequest& request, v1::Pool* response) {
   std::optional<absl::Duration> lease_duration;
   if (request.has_lease_duration()) {
     const absl::StatusOr<absl::Duration> given =
-        LeaseDurationOf("lease_duration", request.lease_duration(), sessions.limits());
+        LeaseDurationOf("lease_duration", request.lease_duration(), supervisor.limits());
     if (!given.ok()) {
       return given.status();
     }
     lease_duration = *given;
   }
-  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = sessions.Find(owner, request.name());
+  const absl::StatusOr<std::shared_ptr<PoolSession>> pool = supervisor.Find(owner, request.name());
   absl::Status status = pool.ok() ? (*pool)->Renew(lease_duration) : pool.status();
   if (status.ok()) {
     *response = PoolMessageOf(**pool);
@@ -73,25 +73,25 @@ absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limi
 
 // How a pool of `spec` is kept, and how what it answers travels.
 absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const ObservationFormat& format,
-                                      const Sessions& sessions) {
+                                      const PoolSupervisor& supervisor) {
   const absl::StatusOr<Encoding> encoding = EncodingOf(spec);
   if (!encoding.ok()) {
     return encoding.status();
   }
-  const absl::StatusOr<bool> shares_memory = SharesMemory(spec, sessions.shares_memory());
+  const absl::StatusOr<bool> shares_memory = SharesMemory(spec, supervisor.shares_memory());
   if (!shares_memory.ok()) {
     return shares_memory.status();
   }
   if (!*shares_memory) {
     const ObservationCoding coding(format, *encoding);
-    if (absl::Status status = CheckAnswersFit(coding, sessions.limits()); !status.ok()) {
+    if (absl::Status status = CheckAnswersFit(coding, supervisor.limits()); !status.ok()) {
       return status;
     }
   }
   PoolTerms terms = {.encoding = *encoding, .shares_memory = *shares_memory};
   if (spec.has_lease_duration()) {
     const absl::StatusOr<absl::Duration> lease_duration =
-        LeaseDurationOf("spec.lease_duration", spec.lease_duration(), sessions.limits());
+        LeaseDurationOf("spec.lease_duration", spec.lease_duration(), supervisor.limits());
     if (!lease_duration.ok()) {
       return lease_duration.status();
     }
@@ -102,8 +102,8 @@ absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const Observatio
 
 }  // namespace
 
-PoolServiceImpl::PoolServiceImpl(Sessions* sessions, const Callers* callers)
-    : sessions_(sessions), callers_(callers) {
+PoolServiceImpl::PoolServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
+    : supervisor_(supervisor), callers_(callers) {
   AddByteMethod<v1::CreatePoolRequest>([this](auto* context) { return CreatePool(context); });
   AddByteMethod<v1::GetPoolRequest>([this](auto* context) { return GetPool(context); });
   AddByteMethod<v1::ListPoolsRequest>([this](auto* context) { return ListPools(context); });
@@ -117,11 +117,11 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
     const v1::PoolSpec& spec = call->request().spec();
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     absl::StatusOr<PoolTerms> terms =
-        options.ok() ? PoolTermsOf(spec, options->observation_format, *sessions_)
+        options.ok() ? PoolTermsOf(spec, options->observation_format, *supervisor_)
                      : options.status();
     if (terms.ok() && options->level_sampler != nullptr) {
       auto held =
-          HoldSampler(call->owner(), std::move(options->level_sampler), &sessions_->owners());
+          HoldSampler(call->owner(), std::move(options->level_sampler), &supervisor_->owners());
       if (held.ok()) {
         options->level_sampler = *std::move(held);
       } else {
@@ -132,15 +132,15 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
       call->Finish(terms.status());
       return;
     }
-    sessions_->Create(call->owner(), call->request().pool_id(), *options, *terms,
-                      [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
-                        if (!pool.ok()) {
-                          call->Finish(pool.status());
-                          return;
-                        }
-                        *call->response() = PoolMessageOf(**pool);
-                        call->Finish(absl::OkStatus());
-                      });
+    supervisor_->Create(call->owner(), call->request().pool_id(), *options, *terms,
+                        [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
+                          if (!pool.ok()) {
+                            call->Finish(pool.status());
+                            return;
+                          }
+                          *call->response() = PoolMessageOf(**pool);
+                          call->Finish(absl::OkStatus());
+                        });
   });
 }
 
@@ -148,7 +148,7 @@ ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->owner(), call->request().name());
+        supervisor_->Find(call->owner(), call->request().name());
     if (pool.ok()) {
       *call->response() = PoolMessageOf(**pool);
     }
@@ -159,21 +159,21 @@ ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
 ByteStream* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
   return Call::Start(*callers_, *context, [this](Call* call) {
-    call->Finish(ListPage(*sessions_, call->owner(), call->request(), call->response()));
+    call->Finish(ListPage(*supervisor_, call->owner(), call->request(), call->response()));
   });
 }
 
 ByteStream* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
   return Call::Start(*callers_, *context, [this](Call* call) {
-    call->Finish(sessions_->Delete(call->owner(), call->request().name()));
+    call->Finish(supervisor_->Delete(call->owner(), call->request().name()));
   });
 }
 
 ByteStream* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
   return Call::Start(*callers_, *context, [this](Call* call) {
-    call->Finish(Renew(*sessions_, call->owner(), call->request(), call->response()));
+    call->Finish(Renew(*supervisor_, call->owner(), call->request(), call->response()));
   });
 }
 

@@ -3,15 +3,15 @@
 
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/call/byte_service.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
 // PoolService: makes, finds and ends pools.
 class PoolServiceImpl final : public ByteService {
  public:
-  // `sessions` and `callers` must outlive this.
-  PoolServiceImpl(Sessions* sessions, const Callers* callers);
+  // `supervisor` and `callers` must outlive this.
+  PoolServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
 
  private:
   ByteStream* CreatePool(grpc::CallbackServerContext* context);
@@ -20,7 +20,7 @@ class PoolServiceImpl final : public ByteService {
   ByteStream* DeletePool(grpc::CallbackServerContext* context);
   ByteStream* RenewPool(grpc::CallbackServerContext* context);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
 };
 

@@ -53,8 +53,8 @@ void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* execut
 
 }  // namespace
 
-RenderServiceImpl::RenderServiceImpl(Sessions* sessions, const Callers* callers)
-    : sessions_(sessions), callers_(callers) {
+RenderServiceImpl::RenderServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
+    : supervisor_(supervisor), callers_(callers) {
   AddByteMethod<v1::RenderEnvironmentsRequest>(
       [this](auto* context) { return RenderEnvironments(context); });
   AddByteMethod<v1::WatchPoolRequest>([this](auto* context) { return WatchPool(context); });
@@ -63,10 +63,10 @@ RenderServiceImpl::RenderServiceImpl(Sessions* sessions, const Callers* callers)
 ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* context) {
   return RenderCall::Start(*callers_, *context, [this](RenderCall* call) {
     absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-        sessions_->Find(call->owner(), call->request().pool());
+        supervisor_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {
-      status = CheckRender(call->request(), **pool, sessions_->limits());
+      status = CheckRender(call->request(), **pool, supervisor_->limits());
     }
     if (!status.ok()) {
       call->Finish(status);
@@ -77,7 +77,7 @@ ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* c
         call->Finish(turn);
         return;
       }
-      Render(pool, &sessions_->executor(), call);
+      Render(pool, &supervisor_->executor(), call);
     });
   });
 }
@@ -88,7 +88,7 @@ ByteStream* RenderServiceImpl::WatchPool(grpc::CallbackServerContext* context) {
     return new RefusedStream(
         callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), caller.status()));
   }
-  return WatchPoolReactor::Start(sessions_, callers_, *std::move(caller));
+  return WatchPoolReactor::Start(supervisor_, callers_, *std::move(caller));
 }
 
 }  // namespace procgen

@@ -3,21 +3,21 @@
 
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/call/byte_service.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
 // RenderService: draws environments for people.
 class RenderServiceImpl final : public ByteService {
  public:
-  // `sessions` and `callers` must outlive this.
-  RenderServiceImpl(Sessions* sessions, const Callers* callers);
+  // `supervisor` and `callers` must outlive this.
+  RenderServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
 
  private:
   ByteStream* RenderEnvironments(grpc::CallbackServerContext* context);
   ByteStream* WatchPool(grpc::CallbackServerContext* context);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
 };
 

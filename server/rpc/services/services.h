@@ -20,7 +20,7 @@
 #include "server/rpc/services/render_service.h"
 #include "server/rpc/services/state_service.h"
 #include "server/rpc/step/step_service.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
@@ -30,15 +30,15 @@ namespace procgen {
 class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
-  Services(Sessions* sessions, Cluster* cluster, const Callers* callers, DirectLines* direct_lines,
-           const CloneSources& clone_sources)
-      : catalog_(sessions, callers),
+  Services(PoolSupervisor* supervisor, Cluster* cluster, const Callers* callers,
+           DirectLines* direct_lines, const CloneSources& clone_sources)
+      : catalog_(supervisor, callers),
         cluster_(cluster, callers),
-        pool_(sessions, callers),
-        step_(sessions, callers, direct_lines),
-        state_(sessions, callers, clone_sources),
-        render_(sessions, callers),
-        dm_env_rpc_(sessions, callers),
+        pool_(supervisor, callers),
+        step_(supervisor, callers, direct_lines),
+        state_(supervisor, callers, clone_sources),
+        render_(supervisor, callers),
+        dm_env_rpc_(supervisor, callers),
         pool_services_({&catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}),
         health_(callers, NamesOf(pool_services_)),
         reflection_(callers, NamesOf(pool_services_)),
@@ -62,7 +62,7 @@ class Services {
     health_.EndWatches();
   }
 
-  // Ends the streams of which Sessions::Drain does not know.
+  // Ends the streams of which PoolSupervisor::Drain does not know.
   void Drain() { dm_env_rpc_.Drain(); }
 
  private:

@@ -199,11 +199,11 @@ void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSour
       });
 }
 
-void Clone(const Sessions& sessions, const CloneSources& sources,
+void Clone(const PoolSupervisor& supervisor, const CloneSources& sources,
            const grpc::CallbackServerContext& context, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
   ClonedEnvironments environments = EnvironmentsOf(request);
-  const absl::StatusOr<SharedPool> target = sessions.Find(call->owner(), request.pool());
+  const absl::StatusOr<SharedPool> target = supervisor.Find(call->owner(), request.pool());
   absl::Status status = target.status();
   if (status.ok()) {
     status = CheckEnvironmentList(
@@ -216,7 +216,7 @@ void Clone(const Sessions& sessions, const CloneSources& sources,
   }
   absl::StatusOr<SharedPool> source = target;
   if (status.ok() && !request.source_pool().empty()) {
-    source = sessions.Find(call->owner(), request.source_pool());
+    source = supervisor.Find(call->owner(), request.source_pool());
     status = source.status();
   }
   if (status.ok()) {
@@ -280,9 +280,9 @@ void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecuto
 
 }  // namespace
 
-StateServiceImpl::StateServiceImpl(Sessions* sessions, const Callers* callers,
+StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const Callers* callers,
                                    CloneSources clone_sources)
-    : sessions_(sessions), callers_(callers), clone_sources_(std::move(clone_sources)) {
+    : supervisor_(supervisor), callers_(callers), clone_sources_(std::move(clone_sources)) {
   AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
   AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
   AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });
@@ -291,12 +291,13 @@ StateServiceImpl::StateServiceImpl(Sessions* sessions, const Callers* callers,
 
 ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
   return SaveCall::Start(*callers_, *context, [this](SaveCall* call) {
-    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
+    const absl::StatusOr<SharedPool> pool =
+        supervisor_->Find(call->owner(), call->request().pool());
     if (!pool.ok()) {
       call->Finish(pool.status());
       return;
     }
-    auto page = StatesPage::Begin(call->request(), **pool, sessions_->limits());
+    auto page = StatesPage::Begin(call->request(), **pool, supervisor_->limits());
     if (!page.ok()) {
       call->Finish(page.status());
       return;
@@ -309,7 +310,8 @@ ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
 
 ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context) {
   return RestoreCall::Start(*callers_, *context, [this](RestoreCall* call) {
-    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
+    const absl::StatusOr<SharedPool> pool =
+        supervisor_->Find(call->owner(), call->request().pool());
     std::vector<int32_t> environments;
     std::vector<StateToRestore> states;
     for (const v1::State& state : call->request().states()) {
@@ -334,26 +336,27 @@ ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context
 
 ByteStream* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context) {
   return CloneCall::Start(*callers_, *context, [this, context](CloneCall* call) {
-    Clone(*sessions_, clone_sources_, *context, call);
+    Clone(*supervisor_, clone_sources_, *context, call);
   });
 }
 
 ByteStream* StateServiceImpl::GetEpisode(grpc::CallbackServerContext* context) {
   return EpisodeCall::Start(*callers_, *context, [this](EpisodeCall* call) {
-    const absl::StatusOr<SharedPool> pool = sessions_->Find(call->owner(), call->request().pool());
+    const absl::StatusOr<SharedPool> pool =
+        supervisor_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
     if (status.ok()) {
       status = CheckGetEpisode(call->request(), **pool);
     }
     const absl::StatusOr<int64_t> bytes_max = ResponseBytesMax(
-        "response_bytes_max", call->request().response_bytes_max(), sessions_->limits());
+        "response_bytes_max", call->request().response_bytes_max(), supervisor_->limits());
     status.Update(bytes_max.status());
     if (!status.ok()) {
       call->Finish(status);
       return;
     }
     InTurn(*pool, call, [this, pool = *pool, bytes_max = *bytes_max, call] {
-      ReadTheEpisode(pool, bytes_max, &sessions_->executor(), call);
+      ReadTheEpisode(pool, bytes_max, &supervisor_->executor(), call);
     });
   });
 }

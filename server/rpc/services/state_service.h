@@ -4,7 +4,7 @@
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/services/clone_sources.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
@@ -13,9 +13,9 @@ namespace procgen {
 // same pools cannot wait for one another. Serves while the server drains, too.
 class StateServiceImpl final : public ByteService {
  public:
-  // `sessions` and `callers` must outlive this.
+  // `supervisor` and `callers` must outlive this.
   // `clone_sources`: the servers that CloneStates may be asked to read from.
-  StateServiceImpl(Sessions* sessions, const Callers* callers, CloneSources clone_sources);
+  StateServiceImpl(PoolSupervisor* supervisor, const Callers* callers, CloneSources clone_sources);
 
  private:
   ByteStream* SaveStates(grpc::CallbackServerContext* context);
@@ -23,7 +23,7 @@ class StateServiceImpl final : public ByteService {
   ByteStream* CloneStates(grpc::CallbackServerContext* context);
   ByteStream* GetEpisode(grpc::CallbackServerContext* context);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
   const CloneSources clone_sources_;
 };

@@ -41,10 +41,10 @@ absl::Status CheckCanShare(const PoolSession& pool, const std::string& peer) {
 }
 
 // Tells a stream that has attached, if all is well with it, and lets the pool go otherwise.
-void EndAttach(const Sessions* sessions, Attachment attachment, absl::Status status,
+void EndAttach(const PoolSupervisor* supervisor, Attachment attachment, absl::Status status,
                AttachDone done) {
-  if (status.ok() && sessions->draining()) {
-    status = sessions->Draining();  // all streams may have been told before this one
+  if (status.ok() && supervisor->draining()) {
+    status = supervisor->Draining();  // all streams may have been told before this one
   }
   if (!status.ok()) {
     attachment.pool->Detach();
@@ -52,8 +52,8 @@ void EndAttach(const Sessions* sessions, Attachment attachment, absl::Status sta
     return;
   }
   const PoolSession& pool = *attachment.pool;
-  sessions->metrics().AddStream(attachment.terms.options.resumable &&
-                                pool.next_sequence_number() > 1);
+  supervisor->metrics().AddStream(attachment.terms.options.resumable &&
+                                  pool.next_sequence_number() > 1);
   LogEvent(LogLevel::kInfo, "stream_attached",
            {{"pool", pool.name()},
             {"owner", pool.owner()},
@@ -103,16 +103,16 @@ absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const
   return terms;
 }
 
-void AttachStream(const Sessions* sessions, const Learner& learner,
+void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
                   const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done) {
-  const absl::StatusOr<StreamTerms> terms = ReadAttach(request, sessions->limits());
+  const absl::StatusOr<StreamTerms> terms = ReadAttach(request, supervisor->limits());
   if (!terms.ok()) {
     done(terms.status());
     return;
   }
   const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
-      sessions->FindForStream(learner.owner, request.attach().pool());
+      supervisor->FindForStream(learner.owner, request.attach().pool());
   const absl::Status status = pool.ok() ? CheckCanShare(**pool, learner.peer) : pool.status();
   if (!status.ok()) {
     done(status);
@@ -120,7 +120,7 @@ void AttachStream(const Sessions* sessions, const Learner& learner,
   }
   (*pool)->Attach(
       terms->options, std::move(end_stream),
-      [sessions, attachment = Attachment{*pool, *terms},
+      [supervisor, attachment = Attachment{*pool, *terms},
        done = std::move(done)](absl::Status attached) mutable {
         if (!attached.ok()) {
           done(std::move(attached));
@@ -128,9 +128,9 @@ void AttachStream(const Sessions* sessions, const Learner& learner,
         }
         PoolSession* const session = attachment.pool.get();
         const AttachOptions options = attachment.terms.options;
-        session->ShareMemory(options, [sessions, attachment = std::move(attachment),
+        session->ShareMemory(options, [supervisor, attachment = std::move(attachment),
                                        done = std::move(done)](absl::Status shared) mutable {
-          EndAttach(sessions, std::move(attachment), std::move(shared), std::move(done));
+          EndAttach(supervisor, std::move(attachment), std::move(shared), std::move(done));
         });
       });
 }

@@ -10,8 +10,8 @@
 #include "absl/strings/string_view.h"
 #include "procgen/v1/step.pb.h"
 #include "server/session/pool/pool_session.h"
+#include "server/session/pool_supervisor.h"
 #include "server/session/quota/limits.h"
-#include "server/session/sessions.h"
 
 namespace procgen {
 
@@ -39,9 +39,10 @@ struct Learner {
 
 // Attaches a stream of `learner` as its first request asks for, and calls `done` once, on this
 // thread or another: where another stream must let go first, or memory is to be shared. Errors:
-// those of ReadAttach, Sessions::FindForStream, PoolSession::Attach and PoolSession::ShareMemory;
-// FAILED_PRECONDITION the pool shares memory and the learner is on another machine.
-void AttachStream(const Sessions* sessions, const Learner& learner,
+// those of ReadAttach, PoolSupervisor::FindForStream, PoolSession::Attach and
+// PoolSession::ShareMemory; FAILED_PRECONDITION the pool shares memory and the learner is on
+// another machine.
+void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
                   const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done);
 

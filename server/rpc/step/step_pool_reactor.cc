@@ -12,12 +12,12 @@
 
 namespace procgen {
 
-StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* callers,
+StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor, const Callers* callers,
                                         DirectLines* direct_lines,
                                         grpc::CallbackServerContext* context, Caller caller) {
-  auto* const reactor = new StepPoolReactor(sessions, callers, context);
+  auto* const reactor = new StepPoolReactor(supervisor, callers, context);
   reactor->stream_ = std::make_shared<StepStream>(
-      StepStream::Context{.sessions = sessions,
+      StepStream::Context{.supervisor = supervisor,
                           .callers = callers,
                           .direct_lines = direct_lines,
                           .peer = context->peer(),
@@ -28,9 +28,9 @@ StepPoolReactor* StepPoolReactor::Start(Sessions* sessions, const Callers* calle
   return reactor;
 }
 
-StepPoolReactor::StepPoolReactor(Sessions* sessions, const Callers* callers,
+StepPoolReactor::StepPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
                                  grpc::CallbackServerContext* context)
-    : sessions_(sessions), callers_(callers), context_(context) {}
+    : supervisor_(supervisor), callers_(callers), context_(context) {}
 
 bool StepPoolReactor::Read() {
   StartRead(&read_bytes_);
@@ -45,7 +45,7 @@ absl::Status StepPoolReactor::Take(StreamRequest* request) {
   grpc::ByteBuffer bytes;
   bytes.Swap(&read_bytes_);
   request->message_bytes = bytes.Length();
-  sessions_->metrics().AddReceivedBytes(static_cast<int64_t>(bytes.Length()));
+  supervisor_->metrics().AddReceivedBytes(static_cast<int64_t>(bytes.Length()));
   return ParseMessage(bytes, &request->message);
 }
 
@@ -53,7 +53,7 @@ void StepPoolReactor::Write(Outgoing* outgoing) {
   if (!outgoing->bytes.Valid()) {
     outgoing->bytes = Serialized(*outgoing->response);
   }
-  sessions_->metrics().AddSentBytes(static_cast<int64_t>(outgoing->bytes.Length()));
+  supervisor_->metrics().AddSentBytes(static_cast<int64_t>(outgoing->bytes.Length()));
   StartWrite(&outgoing->bytes);
 }
 
@@ -62,7 +62,7 @@ void StepPoolReactor::OnWriteDone(bool ok) { stream_->OnWritten(ok); }
 void StepPoolReactor::OnCancel() { stream_->OnCancel(); }
 
 void StepPoolReactor::End(const absl::Status& status) {
-  AddDrainTrailer(status, *sessions_, context_);
+  AddDrainTrailer(status, *supervisor_, context_);
   Finish(callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), status));
 }
 

@@ -9,7 +9,7 @@
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/step/step_stream.h"
 #include "server/rpc/step/stream_transport.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
@@ -20,12 +20,13 @@ class StepPoolReactor final : public ByteStream, public StreamTransport {
  public:
   // Begins to serve a stream; it ends itself. `direct_lines`: null: no pipes are offered. What is
   // pointed to must outlive it.
-  static StepPoolReactor* Start(Sessions* sessions, const Callers* callers,
+  static StepPoolReactor* Start(PoolSupervisor* supervisor, const Callers* callers,
                                 DirectLines* direct_lines, grpc::CallbackServerContext* context,
                                 Caller caller);
 
  private:
-  StepPoolReactor(Sessions* sessions, const Callers* callers, grpc::CallbackServerContext* context);
+  StepPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
+                  grpc::CallbackServerContext* context);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -37,7 +38,7 @@ class StepPoolReactor final : public ByteStream, public StreamTransport {
   void Write(Outgoing* outgoing) override;
   void End(const absl::Status& status);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
   grpc::CallbackServerContext* const context_;
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the

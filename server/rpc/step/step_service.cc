@@ -9,9 +9,9 @@
 
 namespace procgen {
 
-StepServiceImpl::StepServiceImpl(Sessions* sessions, const Callers* callers,
+StepServiceImpl::StepServiceImpl(PoolSupervisor* supervisor, const Callers* callers,
                                  DirectLines* direct_lines)
-    : sessions_(sessions), callers_(callers), direct_lines_(direct_lines) {
+    : supervisor_(supervisor), callers_(callers), direct_lines_(direct_lines) {
   AddByteMethod<v1::StepPoolRequest>([this](auto* context) { return StepPool(context); });
 }
 
@@ -21,7 +21,7 @@ ByteStream* StepServiceImpl::StepPool(grpc::CallbackServerContext* context) {
     return new RefusedStream(
         callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
-  return StepPoolReactor::Start(sessions_, callers_, direct_lines_, context, *std::move(caller));
+  return StepPoolReactor::Start(supervisor_, callers_, direct_lines_, context, *std::move(caller));
 }
 
 }  // namespace procgen

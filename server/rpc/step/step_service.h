@@ -3,7 +3,7 @@
 
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/call/byte_service.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_lines.h"
 
 namespace procgen {
@@ -12,12 +12,12 @@ namespace procgen {
 class StepServiceImpl final : public ByteService {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
-  StepServiceImpl(Sessions* sessions, const Callers* callers, DirectLines* direct_lines);
+  StepServiceImpl(PoolSupervisor* supervisor, const Callers* callers, DirectLines* direct_lines);
 
  private:
   ByteStream* StepPool(grpc::CallbackServerContext* context);
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   const Callers* const callers_;
   DirectLines* const direct_lines_;
 };

@@ -18,7 +18,7 @@ StepStream::StepStream(Context context, Caller caller)
 
 void StepStream::Start() {
   // Weak, because the alarm is the stream's and keeps what it calls.
-  attach_alarm_.Set(GrpcDeadlineIn(context_.sessions->limits().attach_timeout),
+  attach_alarm_.Set(GrpcDeadlineIn(context_.supervisor->limits().attach_timeout),
                     [weak = weak_from_this()](bool expired) {
                       const std::shared_ptr<StepStream> stream = weak.lock();
                       if (expired && stream != nullptr) {
@@ -210,7 +210,7 @@ absl::Status StepStream::Understand(StreamRequest* request) const {
   }
   if (std::shared_ptr<const LevelSampler>& sampler = request->request.level_sampler;
       sampler != nullptr) {
-    auto held = HoldSampler(caller_.owner, std::move(sampler), &context_.sessions->owners());
+    auto held = HoldSampler(caller_.owner, std::move(sampler), &context_.supervisor->owners());
     if (!held.ok()) {
       return held.status();
     }
@@ -235,7 +235,7 @@ void StepStream::OnAttachTimeout() {
     EndNow(Interruption::kNone,
            absl::DeadlineExceededError(
                absl::StrCat("the stream has sent no attach within ",
-                            absl::FormatDuration(context_.sessions->limits().attach_timeout),
+                            absl::FormatDuration(context_.supervisor->limits().attach_timeout),
                             ", limit attach_timeout")));
   }
   Drive();
@@ -248,7 +248,7 @@ void StepStream::Attach(StreamRequest* request, absl::Status status) {
     return;
   }
   AttachStream(
-      context_.sessions, {caller_.owner, context_.peer}, request->message,
+      context_.supervisor, {caller_.owner, context_.peer}, request->message,
       [self = shared_from_this()](StreamEnd why, const absl::Status& reason) {
         self->OnStreamEnd(why, reason);
       },
@@ -289,7 +289,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
 
 void StepStream::OnLineOpened(std::shared_ptr<DirectLine> line) {
   auto pipes =
-      std::make_unique<PipeTransport>(std::move(line), this, &context_.sessions->metrics());
+      std::make_unique<PipeTransport>(std::move(line), this, &context_.supervisor->metrics());
   {
     absl::MutexLock lock(&mutex_);
     pipes_ = std::move(pipes);

@@ -20,7 +20,7 @@
 #include "server/rpc/step/response_queue.h"
 #include "server/rpc/step/stream_transport.h"
 #include "server/session/pool/pool_session.h"
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_line.h"
 #include "server/shared_memory/direct_lines.h"
 #include "server/wire/convert_step.h"
@@ -54,7 +54,7 @@ class StepStream final : public ResponseSink,
                          public std::enable_shared_from_this<StepStream> {
  public:
   struct Context {
-    Sessions* sessions = nullptr;
+    PoolSupervisor* supervisor = nullptr;
     const Callers* callers = nullptr;
     DirectLines* direct_lines = nullptr;   // null: no pipes are offered
     std::string peer;                      // as gRPC names it

@@ -10,18 +10,19 @@
 
 namespace procgen {
 
-WatchPoolReactor* WatchPoolReactor::Start(Sessions* sessions, const Callers* callers,
+WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor, const Callers* callers,
                                           Caller caller) {
   std::shared_ptr<WatchPoolReactor> reactor(
-      new WatchPoolReactor(sessions, callers, std::move(caller)));
+      new WatchPoolReactor(supervisor, callers, std::move(caller)));
   reactor->weak_self_ = reactor;
   reactor->Begin(reactor);
   return reactor.get();
 }
 
-WatchPoolReactor::WatchPoolReactor(Sessions* sessions, const Callers* callers, Caller caller)
+WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
+                                   Caller caller)
     : LatestStream(callers, MethodNameOf<v1::WatchPoolRequest>()),
-      sessions_(sessions),
+      supervisor_(supervisor),
       caller_(std::move(caller)) {}
 
 void WatchPoolReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
@@ -37,15 +38,16 @@ absl::Status WatchPoolReactor::Watch(const Caller& caller, const grpc::ByteBuffe
   if (absl::Status status = ParseMessage(request, &message); !status.ok()) {
     return status;
   }
-  const auto pool = sessions_->FindForStream(caller.owner, message.pool());
+  const auto pool = supervisor_->FindForStream(caller.owner, message.pool());
   if (!pool.ok()) {
     return pool.status();
   }
-  const absl::StatusOr<WatchSpec> spec = WatchSpecOf(message, **pool, sessions_->limits());
+  const absl::StatusOr<WatchSpec> spec = WatchSpecOf(message, **pool, supervisor_->limits());
   if (!spec.ok()) {
     return spec.status();
   }
-  absl::StatusOr<Owners::Share> share = sessions_->owners().Take(caller.owner, {.watch_count = 1});
+  absl::StatusOr<Owners::Share> share =
+      supervisor_->owners().Take(caller.owner, {.watch_count = 1});
   if (!share.ok()) {
     return share.status();
   }
@@ -54,7 +56,7 @@ absl::Status WatchPoolReactor::Watch(const Caller& caller, const grpc::ByteBuffe
     return EncodeWatched(format, std::move(frame_set));
   };
   absl::Status status =
-      sessions_->frame_publishers().Subscribe(*pool, *spec, encode, weak_self_.lock());
+      supervisor_->frame_publishers().Subscribe(*pool, *spec, encode, weak_self_.lock());
   if (!status.ok()) {
     End(status);
   }
@@ -71,7 +73,7 @@ void WatchPoolReactor::End(const absl::Status& reason) {
 }
 
 void WatchPoolReactor::LetGo() {
-  sessions_->frame_publishers().Unsubscribe(this);
+  supervisor_->frame_publishers().Unsubscribe(this);
   share_ = Owners::Share();  // a frame set that is still on its way to this may hold it for a while
 }
 

@@ -8,8 +8,8 @@
 #include "absl/strings/cord.h"
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/watch/latest_stream.h"
+#include "server/session/pool_supervisor.h"
 #include "server/session/quota/owners.h"
-#include "server/session/sessions.h"
 #include "server/session/watch/frame_subscriber.h"
 
 namespace procgen {
@@ -21,7 +21,7 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
   // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
   // wait for those who watch.
-  static WatchPoolReactor* Start(Sessions* sessions, const Callers* callers, Caller caller);
+  static WatchPoolReactor* Start(PoolSupervisor* supervisor, const Callers* callers, Caller caller);
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
@@ -30,13 +30,13 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   void End(const absl::Status& reason) override;
 
  private:
-  WatchPoolReactor(Sessions* sessions, const Callers* callers, Caller caller);
+  WatchPoolReactor(PoolSupervisor* supervisor, const Callers* callers, Caller caller);
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);
   void LetGo() override;
 
-  Sessions* const sessions_;
+  PoolSupervisor* const supervisor_;
   Caller caller_;  // until the request is there
   Owners::Share share_;
   std::weak_ptr<WatchPoolReactor> weak_self_;

@@ -33,7 +33,7 @@ class ConversationTest : public testing::Test {
   }
 
   std::unique_ptr<Talk> MakeTalk(const std::string& owner = "") {
-    return std::make_unique<Talk>(&sessions_, &worlds_, owner);
+    return std::make_unique<Talk>(&supervisor_, &worlds_, owner);
   }
 
   static SettingList Maze() {
@@ -61,7 +61,7 @@ class ConversationTest : public testing::Test {
   }
 
   Metrics metrics_{"test"};
-  Sessions sessions_{TestLimits(), 2, &metrics_};
+  PoolSupervisor supervisor_{TestLimits(), 2, &metrics_};
   JoinedWorlds worlds_;
 };
 
@@ -133,7 +133,7 @@ TEST_F(ConversationTest, AnErrorLeavesNothingOfTheAnswer) {
 TEST_F(ConversationTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
-  ASSERT_THAT(sessions_.Delete("", world), IsOk());
+  ASSERT_THAT(supervisor_.Delete("", world), IsOk());
   EXPECT_THAT(talk->Step(4), IsError(absl::StatusCode::kAborted, HasSubstr("was deleted")));
   EXPECT_THAT(talk->Step(4),
               IsError(absl::StatusCode::kFailedPrecondition, HasSubstr("no world is joined")));
@@ -144,7 +144,7 @@ TEST_F(ConversationTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
 TEST_F(ConversationTest, AStreamThatTakesOverGetsThePool) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
-  const auto pool = sessions_.Find("", world);
+  const auto pool = supervisor_.Find("", world);
   ASSERT_THAT(pool, IsOk());
   absl::Notification attached;
   AttachOptions options;
@@ -244,7 +244,7 @@ TEST_F(ConversationTest, TheNextLevelIsToldInAnyIntegerType) {
 TEST_F(ConversationTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
-  const auto pool = sessions_.Find("", world);
+  const auto pool = supervisor_.Find("", world);
   ASSERT_THAT(pool, IsOk());
   (*pool)->Attach(
       AttachOptions(), [](StreamEnd /*why*/, const absl::Status& /*reason*/) {},
@@ -292,7 +292,7 @@ TEST_F(ConversationTest, StatesOfTwoEnvironmentsStayApart) {
 TEST_F(ConversationTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
-  sessions_.Drain();
+  supervisor_.Drain();
   EXPECT_THAT(talk->Create(Maze()), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
 }

@@ -35,8 +35,8 @@ using SettingList = std::map<std::string, dm::Tensor>;
 // A conversation whose answers are waited for.
 class Talk {
  public:
-  Talk(Sessions* sessions, JoinedWorlds* worlds, const std::string& owner = "")
-      : conversation_(sessions, worlds, owner, [](const absl::Status& /*reason*/) {}) {}
+  Talk(PoolSupervisor* supervisor, JoinedWorlds* worlds, const std::string& owner = "")
+      : conversation_(supervisor, worlds, owner, [](const absl::Status& /*reason*/) {}) {}
   ~Talk() { conversation_.End(); }
   Talk(const Talk&) = delete;
   Talk& operator=(const Talk&) = delete;

@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// SessionsTest has pools in it; here are only names.
+// PoolSupervisorTest has pools in it; here are only names.
 class PoolRegistryTest : public testing::Test {
  protected:
   absl::StatusOr<PoolRegistry::Key> Reserve(const std::string& id) {

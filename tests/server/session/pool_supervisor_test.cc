@@ -1,4 +1,4 @@
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 #include <memory>
 #include <optional>
@@ -33,72 +33,72 @@ PoolOptions MazeOptions(int32_t env_count) {
   return options;
 }
 
-class SessionsTest : public testing::Test {
+class PoolSupervisorTest : public testing::Test {
  protected:
   CreateResult Create(absl::string_view id, const PoolOptions& options,
                       absl::string_view owner = "",
                       absl::Duration lease_duration = absl::InfiniteDuration()) {
     CreateResult result = absl::UnknownError("not yet");
     absl::Notification done;
-    sessions_.Create(owner, id, options, {.lease_duration = lease_duration},
-                     [&](CreateResult created) {
-                       result = std::move(created);
-                       done.Notify();
-                     });
+    supervisor_.Create(owner, id, options, {.lease_duration = lease_duration},
+                       [&](CreateResult created) {
+                         result = std::move(created);
+                         done.Notify();
+                       });
     done.WaitForNotification();
     return result;
   }
 
   TestClock clock_;
   Metrics metrics_{"test"};
-  Sessions sessions_{SmallLimits(), 1, &metrics_, nullptr, [this] { return clock_.Now(); }};
+  PoolSupervisor supervisor_{SmallLimits(), 1, &metrics_, nullptr, [this] { return clock_.Now(); }};
 };
 
-TEST_F(SessionsTest, CreatedPoolIsFoundByItsName) {
+TEST_F(PoolSupervisorTest, CreatedPoolIsFoundByItsName) {
   const CreateResult pool = Create("maze-7", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/maze-7");
-  EXPECT_THAT(sessions_.Find("", "pools/maze-7"), IsOk());
+  EXPECT_THAT(supervisor_.Find("", "pools/maze-7"), IsOk());
 }
 
-TEST_F(SessionsTest, PoolWithoutIdGetsANumber) {
+TEST_F(PoolSupervisorTest, PoolWithoutIdGetsANumber) {
   const CreateResult pool = Create("", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   EXPECT_EQ((*pool)->name(), "pools/1");
 }
 
-TEST_F(SessionsTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
+TEST_F(PoolSupervisorTest, ToEachOwnerThePoolsOfOthersDoNotExist) {
   ASSERT_THAT(Create("a", MazeOptions(1), "alice"), IsOk());
-  EXPECT_THAT(sessions_.Find("alice", "pools/a"), IsOk());
+  EXPECT_THAT(supervisor_.Find("alice", "pools/a"), IsOk());
   for (const char* other : {"bob", "", "alic", "alice2"}) {
-    EXPECT_THAT(sessions_.Find(other, "pools/a"),
+    EXPECT_THAT(supervisor_.Find(other, "pools/a"),
                 StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
-    EXPECT_THAT(sessions_.Delete(other, "pools/a"),
+    EXPECT_THAT(supervisor_.Delete(other, "pools/a"),
                 StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
-    EXPECT_TRUE(sessions_.List(other, 0, 9).empty());
+    EXPECT_TRUE(supervisor_.List(other, 0, 9).empty());
   }
-  EXPECT_EQ(sessions_.List("alice", 0, 9).size(), 1U);
+  EXPECT_EQ(supervisor_.List("alice", 0, 9).size(), 1U);
 }
 
-TEST_F(SessionsTest, OwnersMayHavePoolsOfOneName) {
+TEST_F(PoolSupervisorTest, OwnersMayHavePoolsOfOneName) {
   const CreateResult of_alice = Create("a", MazeOptions(1), "alice");
   const CreateResult of_bob = Create("a", MazeOptions(2), "bob");
   ASSERT_THAT(of_alice, IsOk());
   ASSERT_THAT(of_bob, IsOk());
-  EXPECT_EQ(*sessions_.Find("alice", "pools/a"), *of_alice);
-  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
-  ASSERT_THAT(sessions_.Delete("alice", "pools/a"), IsOk());
-  EXPECT_EQ(*sessions_.Find("bob", "pools/a"), *of_bob);
+  EXPECT_EQ(*supervisor_.Find("alice", "pools/a"), *of_alice);
+  EXPECT_EQ(*supervisor_.Find("bob", "pools/a"), *of_bob);
+  ASSERT_THAT(supervisor_.Delete("alice", "pools/a"), IsOk());
+  EXPECT_EQ(*supervisor_.Find("bob", "pools/a"), *of_bob);
 }
 
-TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
+TEST_F(PoolSupervisorTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   Limits limits = SmallLimits();
   limits.owner_pool_count_max = 1;
-  Sessions sessions(limits, 1, &metrics_);
+  PoolSupervisor supervisor(limits, 1, &metrics_);
   const auto create = [&](const PoolOptions& options) {
     absl::Status status;
     absl::Notification done;
-    sessions.Create("alice", "", options, {}, [&](const CreateResult& created) {
+    supervisor.Create("alice", "", options, {}, [&](const CreateResult& created) {
       status = created.status();
       done.Notify();
     });
@@ -111,11 +111,11 @@ TEST_F(SessionsTest, QuotasOfAnOwnerAreFreeAgainAfterDeletionAndFailure) {
   ASSERT_THAT(create(MazeOptions(1)), IsOk());
   EXPECT_THAT(create(MazeOptions(1)),
               StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("owner alice has 1 pools")));
-  ASSERT_THAT(sessions.Delete("alice", "pools/2"), IsOk());
+  ASSERT_THAT(supervisor.Delete("alice", "pools/2"), IsOk());
   EXPECT_THAT(create(MazeOptions(1)), IsOk());
 }
 
-TEST_F(SessionsTest, MalformedIdsAreRefused) {
+TEST_F(PoolSupervisorTest, MalformedIdsAreRefused) {
   for (const std::string& id :
        {std::string("7"), std::string("Maze"), std::string("a/b"), std::string("a-"),
         std::string("-a"), std::string(64, 'a'), std::string("a\0b", 3)}) {
@@ -124,34 +124,34 @@ TEST_F(SessionsTest, MalformedIdsAreRefused) {
   }
 }
 
-TEST_F(SessionsTest, TakenIdIsRefused) {
+TEST_F(PoolSupervisorTest, TakenIdIsRefused) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   EXPECT_THAT(Create("a", MazeOptions(1)),
               StatusIs(absl::StatusCode::kAlreadyExists, HasSubstr("pools/a exists")));
 }
 
-TEST_F(SessionsTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
+TEST_F(PoolSupervisorTest, TooManyPoolsAreRefusedUntilOneIsDeleted) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "there are 2 pools, limit pool_count_max is 2"));
-  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
+  ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   EXPECT_THAT(Create("c", MazeOptions(1)), IsOk());
 }
 
-TEST_F(SessionsTest, TooLargePoolIsRefused) {
+TEST_F(PoolSupervisorTest, TooLargePoolIsRefused) {
   EXPECT_THAT(Create("", MazeOptions(9)),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 9, limit pool_env_count_max is 8"));
 }
 
-TEST_F(SessionsTest, PoolWithoutEnvironmentsIsRefused) {
+TEST_F(PoolSupervisorTest, PoolWithoutEnvironmentsIsRefused) {
   EXPECT_THAT(Create("", MazeOptions(0)),
               StatusIs(absl::StatusCode::kInvalidArgument, "spec.env_count is 0, allowed: 1 to 8"));
 }
 
-TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
+TEST_F(PoolSupervisorTest, TooManyEnvironmentsTogetherAreRefused) {
   ASSERT_THAT(Create("", MazeOptions(8)), IsOk());
   EXPECT_THAT(Create("", MazeOptions(3)),
               StatusIs(absl::StatusCode::kResourceExhausted,
@@ -160,7 +160,7 @@ TEST_F(SessionsTest, TooManyEnvironmentsTogetherAreRefused) {
   EXPECT_THAT(Create("", MazeOptions(2)), IsOk());
 }
 
-TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) {
+TEST_F(PoolSupervisorTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) {
   PoolOptions options = MazeOptions(1);
   options.observation_format.frame.size_px = 512;
   ASSERT_THAT(Create("a", options), IsOk());
@@ -168,83 +168,84 @@ TEST_F(SessionsTest, TooLargeObservationsTogetherAreRefusedUntilAPoolIsDeleted) 
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "one observation of each environment takes 786432 bytes and those of other "
                        "pools 786432, limit observation_bytes_max is 1048576"));
-  ASSERT_THAT(sessions_.Delete("", "pools/a"), IsOk());
+  ASSERT_THAT(supervisor_.Delete("", "pools/a"), IsOk());
   options.games = {"chess"};
   EXPECT_THAT(Create("b", options), StatusIs(absl::StatusCode::kNotFound, testing::_));
   EXPECT_THAT(Create("b", MazeOptions(8)), IsOk()) << "the refused pool counts no more";
 }
 
-TEST_F(SessionsTest, PoolThatTheEngineRefusesLeavesNothing) {
+TEST_F(PoolSupervisorTest, PoolThatTheEngineRefusesLeavesNothing) {
   PoolOptions options = MazeOptions(8);
   options.games = {"chess"};
   EXPECT_THAT(Create("a", options), StatusIs(absl::StatusCode::kNotFound, HasSubstr("chess")));
-  EXPECT_EQ(sessions_.load().env_count, 0);
+  EXPECT_EQ(supervisor_.load().env_count, 0);
   EXPECT_THAT(Create("a", MazeOptions(8)), IsOk());
 }
 
-TEST_F(SessionsTest, UnknownAndMalformedNamesAreToldApart) {
-  EXPECT_THAT(sessions_.Find("", "pools/nothing"),
+TEST_F(PoolSupervisorTest, UnknownAndMalformedNamesAreToldApart) {
+  EXPECT_THAT(supervisor_.Find("", "pools/nothing"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/nothing"));
-  EXPECT_THAT(sessions_.Find("", "nothing"),
+  EXPECT_THAT(supervisor_.Find("", "nothing"),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("pool name is 'nothing'")));
-  EXPECT_THAT(sessions_.Delete("", ""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
+  EXPECT_THAT(supervisor_.Delete("", ""), StatusIs(absl::StatusCode::kInvalidArgument, testing::_));
 }
 
-TEST_F(SessionsTest, ListIsOldestFirstAndContinues) {
+TEST_F(PoolSupervisorTest, ListIsOldestFirstAndContinues) {
   ASSERT_THAT(Create("b", MazeOptions(1)), IsOk());
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
-  const std::vector<Sessions::Numbered> page = sessions_.List("", 0, 1);
+  const std::vector<PoolSupervisor::Numbered> page = supervisor_.List("", 0, 1);
   ASSERT_EQ(page.size(), 1U);
   EXPECT_EQ(page[0].pool->name(), "pools/b");
-  const std::vector<Sessions::Numbered> rest = sessions_.List("", page[0].number, 5);
+  const std::vector<PoolSupervisor::Numbered> rest = supervisor_.List("", page[0].number, 5);
   ASSERT_EQ(rest.size(), 1U);
   EXPECT_EQ(rest[0].pool->name(), "pools/a");
 }
 
-TEST_F(SessionsTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
+TEST_F(PoolSupervisorTest, DrainingRefusesPoolsAndStreamsAndEndsThem) {
   const CreateResult pool = Create("a", MazeOptions(1));
   ASSERT_THAT(pool, IsOk());
   absl::Status ended;
   (*pool)->Attach(
       {}, [&](StreamEnd /*why*/, absl::Status reason) { ended = std::move(reason); },
       [](const absl::Status& status) { EXPECT_THAT(status, IsOk()); });
-  sessions_.Drain();
+  supervisor_.Drain();
   EXPECT_THAT(ended, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   EXPECT_THAT(Create("b", MazeOptions(1)),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
-  EXPECT_THAT(sessions_.FindForStream("", "pools/a"),
+  EXPECT_THAT(supervisor_.FindForStream("", "pools/a"),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("drains")));
   (*pool)->Detach();
 }
 
-TEST_F(SessionsTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
+TEST_F(PoolSupervisorTest, PoolIsFreedWhenItsLeaseHasRunOutAndNotBefore) {
   ASSERT_THAT(Create("short", MazeOptions(4), "", absl::Seconds(10)), IsOk());
   ASSERT_THAT(Create("long", MazeOptions(4), "", absl::Seconds(30)), IsOk());
   const absl::Time begin = clock_.Now();
   clock_.Advance(absl::Seconds(9));
-  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(10));
-  EXPECT_THAT(sessions_.Find("", "pools/short"), IsOk());
+  EXPECT_EQ(supervisor_.FreeExpired(clock_.Now()), begin + absl::Seconds(10));
+  EXPECT_THAT(supervisor_.Find("", "pools/short"), IsOk());
   clock_.Advance(absl::Seconds(1));
-  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), begin + absl::Seconds(30));
-  EXPECT_THAT(sessions_.Find("", "pools/short"), StatusIs(absl::StatusCode::kNotFound, testing::_));
-  EXPECT_THAT(sessions_.Find("", "pools/long"), IsOk());
-  EXPECT_EQ(sessions_.load().env_count, 4);
+  EXPECT_EQ(supervisor_.FreeExpired(clock_.Now()), begin + absl::Seconds(30));
+  EXPECT_THAT(supervisor_.Find("", "pools/short"),
+              StatusIs(absl::StatusCode::kNotFound, testing::_));
+  EXPECT_THAT(supervisor_.Find("", "pools/long"), IsOk());
+  EXPECT_EQ(supervisor_.load().env_count, 4);
   EXPECT_THAT(Create("short", MazeOptions(4)), IsOk()) << "its name and its room are free";
   EXPECT_THAT(metrics_.Text(), HasSubstr("procgen_pools_expired_total 1\n"));
 }
 
-TEST_F(SessionsTest, PoolWithoutALeaseStays) {
+TEST_F(PoolSupervisorTest, PoolWithoutALeaseStays) {
   ASSERT_THAT(Create("a", MazeOptions(1)), IsOk());
   clock_.Advance(absl::Hours(1000));
-  EXPECT_EQ(sessions_.FreeExpired(clock_.Now()), absl::InfiniteFuture());
-  EXPECT_THAT(sessions_.Find("", "pools/a"), IsOk());
+  EXPECT_EQ(supervisor_.FreeExpired(clock_.Now()), absl::InfiniteFuture());
+  EXPECT_THAT(supervisor_.Find("", "pools/a"), IsOk());
 }
 
-TEST_F(SessionsTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
+TEST_F(PoolSupervisorTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
   const CreateResult pool = Create("a", MazeOptions(1), "", absl::Seconds(1));
   ASSERT_THAT(pool, IsOk());
   clock_.Advance(absl::Seconds(1));
-  sessions_.FreeExpired(clock_.Now());
+  supervisor_.FreeExpired(clock_.Now());
   absl::Status attached;
   (*pool)->Attach(
       {}, [](StreamEnd, const absl::Status&) {},
@@ -254,7 +255,7 @@ TEST_F(SessionsTest, WhoFoundAPoolBeforeItWasFreedIsTold) {
   EXPECT_THAT((*pool)->Renew(std::nullopt), StatusIs(absl::StatusCode::kNotFound, testing::_));
 }
 
-TEST_F(SessionsTest, LeasesAreWithinTheLimits) {
+TEST_F(PoolSupervisorTest, LeasesAreWithinTheLimits) {
   Limits limits;
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Seconds(1), limits), IsOk());
   EXPECT_THAT(CheckLeaseDuration("lease", absl::Hours(24), limits), IsOk());

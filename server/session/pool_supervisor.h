@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_SESSIONS_H_
-#define SERVER_SESSION_SESSIONS_H_
+#ifndef SERVER_SESSION_POOL_SUPERVISOR_H_
+#define SERVER_SESSION_POOL_SUPERVISOR_H_
 
 #include <atomic>
 #include <cstdint>
@@ -50,7 +50,7 @@ struct Load {
 // The pools of a server: makes them within its limits, frees those whose leases have run out, and
 // drains.
 // Threads: any method from any thread; none blocks.
-class Sessions {
+class PoolSupervisor {
  public:
   using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::shared_ptr<PoolSession>>)>;
 
@@ -58,14 +58,14 @@ class Sessions {
   // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
   // `shared_folder`: where pools share memory with learners; null: none does. `host`: where pools
   // are made, with art and workers of its own; null: in this process.
-  Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
-           std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
-           std::shared_ptr<const SharedFolder> shared_folder = nullptr,
-           std::unique_ptr<PoolHost> host = nullptr);
+  PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
+                 std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
+                 std::shared_ptr<const SharedFolder> shared_folder = nullptr,
+                 std::unique_ptr<PoolHost> host = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
-  ~Sessions();
-  Sessions(const Sessions&) = delete;
-  Sessions& operator=(const Sessions&) = delete;
+  ~PoolSupervisor();
+  PoolSupervisor(const PoolSupervisor&) = delete;
+  PoolSupervisor& operator=(const PoolSupervisor&) = delete;
 
   const Limits& limits() const { return limits_; }
   // What pools draw with; null: the built-in art.
@@ -175,4 +175,4 @@ class Sessions {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_SESSIONS_H_
+#endif  // SERVER_SESSION_POOL_SUPERVISOR_H_

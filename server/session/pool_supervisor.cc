@@ -1,4 +1,4 @@
-#include "server/session/sessions.h"
+#include "server/session/pool_supervisor.h"
 
 #include <algorithm>
 #include <utility>
@@ -34,10 +34,10 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
   return absl::OkStatus();
 }
 
-Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
-                   std::shared_ptr<const SharedArt> art, Clock clock,
-                   std::shared_ptr<const SharedFolder> shared_folder,
-                   std::unique_ptr<PoolHost> host)
+PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
+                               std::shared_ptr<const SharedArt> art, Clock clock,
+                               std::shared_ptr<const SharedFolder> shared_folder,
+                               std::unique_ptr<PoolHost> host)
     : limits_(limits),
       metrics_(metrics),
       art_(std::move(art)),
@@ -52,15 +52,15 @@ Sessions::Sessions(const Limits& limits, int32_t worker_count, Metrics* metrics,
                             : std::make_unique<LocalPoolHost>(worker_count, art_, &executor_)),
       lease_timer_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
-Sessions::~Sessions() {
+PoolSupervisor::~PoolSupervisor() {
   pools_.Clear();
   const auto all_freed = [this]()
                              ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return unfreed_count_ == 0; };
   absl::MutexLock lock(&mutex_, absl::Condition(&all_freed));
 }
 
-void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-                      const PoolTerms& terms, CreateDone done) {
+void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
+                            const PoolOptions& options, const PoolTerms& terms, CreateDone done) {
   absl::StatusOr<PoolRegistry::Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
@@ -73,8 +73,9 @@ void Sessions::Create(absl::string_view owner, absl::string_view id, const PoolO
   });
 }
 
-absl::StatusOr<PoolRegistry::Key> Sessions::Reserve(absl::string_view owner, absl::string_view id,
-                                                    const PoolOptions& options) {
+absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owner,
+                                                          absl::string_view id,
+                                                          const PoolOptions& options) {
   if (draining_) {
     return Draining();
   }
@@ -90,9 +91,9 @@ absl::StatusOr<PoolRegistry::Key> Sessions::Reserve(absl::string_view owner, abs
   return pools_.Reserve(owner, id, {*std::move(room), *std::move(share)});
 }
 
-void Sessions::Finish(const PoolRegistry::Key& key,
-                      absl::StatusOr<std::unique_ptr<HostedPool>> pool, const PoolTerms& terms,
-                      CreateDone done) {
+void PoolSupervisor::Finish(const PoolRegistry::Key& key,
+                            absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+                            const PoolTerms& terms, CreateDone done) {
   if (!pool.ok()) {
     pools_.Remove(key);
     done(pool.status());
@@ -109,8 +110,8 @@ void Sessions::Finish(const PoolRegistry::Key& key,
   done(std::move(session));
 }
 
-std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
-                                                   std::unique_ptr<HostedPool> pool) {
+std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolOrder& order,
+                                                         std::unique_ptr<HostedPool> pool) {
   {
     absl::MutexLock lock(&mutex_);
     ++unfreed_count_;
@@ -132,7 +133,7 @@ std::shared_ptr<PoolSession> Sessions::MakeSession(const PoolOrder& order,
           }};
 }
 
-std::vector<Sessions::Resumed> Sessions::Resume() {
+std::vector<PoolSupervisor::Resumed> PoolSupervisor::Resume() {
   std::vector<Resumed> all;
   for (ResumedPool& resumed : host_->TakeResumed()) {
     const PoolOrder& order = resumed.order;
@@ -147,15 +148,15 @@ std::vector<Sessions::Resumed> Sessions::Resume() {
   return all;
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Sessions::FindForStream(absl::string_view owner,
-                                                                     absl::string_view name) const {
+absl::StatusOr<std::shared_ptr<PoolSession>> PoolSupervisor::FindForStream(
+    absl::string_view owner, absl::string_view name) const {
   if (draining_) {
     return Draining();
   }
   return pools_.Find(owner, name);
 }
 
-absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
+absl::Status PoolSupervisor::Delete(absl::string_view owner, absl::string_view name) {
   const absl::StatusOr<std::shared_ptr<PoolSession>> pool = pools_.Remove(owner, name);
   if (!pool.ok()) {
     return pool.status();
@@ -166,7 +167,7 @@ absl::Status Sessions::Delete(absl::string_view owner, absl::string_view name) {
   return absl::OkStatus();
 }
 
-absl::Time Sessions::FreeExpired(absl::Time now) {
+absl::Time PoolSupervisor::FreeExpired(absl::Time now) {
   absl::Time next = absl::InfiniteFuture();
   for (const std::shared_ptr<PoolSession>& pool : pools_.All()) {
     if (!pool->CloseIfExpired(now)) {
@@ -183,14 +184,14 @@ absl::Time Sessions::FreeExpired(absl::Time now) {
   return next;
 }
 
-absl::Status Sessions::Draining() const {
+absl::Status PoolSupervisor::Draining() const {
   return absl::UnavailableError(keeps_pools()
                                     ? "the server stops and keeps its pools; attach again until "
                                       "it is back"
                                     : "the server drains and will stop; go on elsewhere");
 }
 
-void Sessions::Drain() {
+void PoolSupervisor::Drain() {
   draining_ = true;
   if (!keeps_pools()) {
     pools_.MarkLeaving();
@@ -201,7 +202,7 @@ void Sessions::Drain() {
   }
 }
 
-Load Sessions::load() const {
+Load PoolSupervisor::load() const {
   Load load;
   load.worker_count = host_->worker_count();
   load.step_count = step_count_;
