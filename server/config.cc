@@ -321,7 +321,7 @@ absl::Status JoinFleet(Config* config) {
   options.subscribe = [cluster](absl::AnyInvocable<void()> changed) {
     return cluster->Subscribe(std::move(changed));
   };
-  config->server.make_host = [options](Metrics* metrics) {
+  config->server.make_backend_factory = [options](Metrics* metrics) {
     return std::make_unique<Fleet>(options, metrics);
   };
   return absl::OkStatus();

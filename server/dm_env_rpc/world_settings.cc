@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/time.h"
-#include "server/session/host/rand_seed.h"
+#include "server/session/backend/rand_seed.h"
 
 namespace procgen {
 namespace {

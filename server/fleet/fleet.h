@@ -17,13 +17,13 @@
 #include "server/fleet/nodes/leftovers.h"
 #include "server/fleet/pool/fleet_pool.h"
 #include "server/metrics/metrics.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 
 namespace procgen {
 
 // Makes pools on the nodes of a cluster, so that these look like one server.
 // Threads: any method from any thread. Its pools must go before it.
-class Fleet final : public PoolHost {
+class Fleet final : public PoolBackendFactory {
  public:
   // `metrics` must outlive this.
   Fleet(FleetOptions options, Metrics* metrics);

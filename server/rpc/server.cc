@@ -101,10 +101,12 @@ class GrpcServer final : public Server {
  public:
   GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
       : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
-        is_fleet_(options.make_host != nullptr),
+        is_fleet_(options.make_backend_factory != nullptr),
         supervisor_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
                     options.shared_folder,
-                    options.make_host == nullptr ? nullptr : options.make_host(&metrics_)),
+                    options.make_backend_factory == nullptr
+                        ? nullptr
+                        : options.make_backend_factory(&metrics_)),
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
         callers_(options.tokens, options.tls != nullptr && options.tls->asks_clients(),

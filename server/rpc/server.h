@@ -17,7 +17,7 @@
 #include "server/net/tls_files.h"
 #include "server/rpc/auth/token_file.h"
 #include "server/rpc/services/clone_sources.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 #include "server/session/quota/limits.h"
 #include "server/shared_memory/shared_folder.h"
 
@@ -39,7 +39,7 @@ struct ServerOptions {
   std::shared_ptr<const SharedFolder> shared_folder;
   CloneSources clone_sources;  // whom CloneStates may be asked to connect to
   // Makes where pools are made, which counts what it does in `metrics`; null: in this process.
-  std::function<std::unique_ptr<PoolHost>(Metrics* metrics)> make_host;
+  std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and
   // ended if there is none within `keepalive_timeout`.
   absl::Duration keepalive_time = absl::Seconds(30);

@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/logging/event_log.h"
-#include "server/session/host/local_pool.h"
+#include "server/session/backend/local_pool.h"
 
 namespace procgen {
 namespace {
@@ -37,7 +37,7 @@ absl::Status CheckLeaseDuration(absl::string_view field, absl::Duration lease_du
 PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
                                std::shared_ptr<const SharedArt> art, Clock clock,
                                std::shared_ptr<const SharedFolder> shared_folder,
-                               std::unique_ptr<PoolHost> host)
+                               std::unique_ptr<PoolBackendFactory> backend_factory)
     : limits_(limits),
       metrics_(metrics),
       art_(std::move(art)),
@@ -48,8 +48,9 @@ PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metri
       episode_bytes_(limits.episode_bytes_max),
       shared_folder_(std::move(shared_folder)),
       executor_(kBackgroundThreadCount),
-      host_(host != nullptr ? std::move(host)
-                            : std::make_unique<LocalPoolHost>(worker_count, art_, &executor_)),
+      backend_factory_(backend_factory != nullptr
+                           ? std::move(backend_factory)
+                           : std::make_unique<LocalPoolFactory>(worker_count, art_, &executor_)),
       lease_timer_(std::move(clock), [this](absl::Time now) { return FreeExpired(now); }) {}
 
 PoolSupervisor::~PoolSupervisor() {
@@ -67,8 +68,8 @@ void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
     return;
   }
   const PoolOrder order = {key->first, key->second, options, terms};
-  host_->Create(order, [this, key = *std::move(key), terms, done = std::move(done)](
-                           absl::StatusOr<std::unique_ptr<HostedPool>> pool) mutable {
+  backend_factory_->Create(order, [this, key = *std::move(key), terms, done = std::move(done)](
+                                      absl::StatusOr<std::unique_ptr<PoolBackend>> pool) mutable {
     Finish(key, std::move(pool), terms, std::move(done));
   });
 }
@@ -92,7 +93,7 @@ absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owne
 }
 
 void PoolSupervisor::Finish(const PoolRegistry::Key& key,
-                            absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+                            absl::StatusOr<std::unique_ptr<PoolBackend>> pool,
                             const PoolTerms& terms, CreateDone done) {
   if (!pool.ok()) {
     pools_.Remove(key);
@@ -111,7 +112,7 @@ void PoolSupervisor::Finish(const PoolRegistry::Key& key,
 }
 
 std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolOrder& order,
-                                                         std::unique_ptr<HostedPool> pool) {
+                                                         std::unique_ptr<PoolBackend> pool) {
   {
     absl::MutexLock lock(&mutex_);
     ++unfreed_count_;
@@ -135,7 +136,7 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolOrder& order,
 
 std::vector<PoolSupervisor::Resumed> PoolSupervisor::Resume() {
   std::vector<Resumed> all;
-  for (ResumedPool& resumed : host_->TakeResumed()) {
+  for (ResumedPool& resumed : backend_factory_->TakeResumed()) {
     const PoolOrder& order = resumed.order;
     Resumed session = {MakeSession(order, std::move(resumed.pool)), std::move(resumed.requests)};
     session.pool->ResumeAt(resumed.next_sequence_number);
@@ -204,7 +205,7 @@ void PoolSupervisor::Drain() {
 
 Load PoolSupervisor::load() const {
   Load load;
-  load.worker_count = host_->worker_count();
+  load.worker_count = backend_factory_->worker_count();
   load.step_count = step_count_;
   load.resume_buffer_bytes = resume_buffer_bytes_.reserved_bytes();
   load.draining = draining_;

@@ -18,7 +18,7 @@
 #include "server/concurrency/background_executor.h"
 #include "server/concurrency/deadline_timer.h"
 #include "server/metrics/metrics.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/pool_registry.h"
 #include "server/session/quota/byte_budget.h"
@@ -56,12 +56,12 @@ class PoolSupervisor {
 
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
   // Leases run by `clock`. What is done is counted in `metrics`, which must outlive this.
-  // `shared_folder`: where pools share memory with learners; null: none does. `host`: where pools
-  // are made, with art and workers of its own; null: in this process.
+  // `shared_folder`: where pools share memory with learners; null: none does. `backend_factory`:
+  // where pools are made, with art and workers of its own; null: in this process.
   PoolSupervisor(const Limits& limits, int32_t worker_count, Metrics* metrics,
                  std::shared_ptr<const SharedArt> art = nullptr, Clock clock = SteadyNow,
                  std::shared_ptr<const SharedFolder> shared_folder = nullptr,
-                 std::unique_ptr<PoolHost> host = nullptr);
+                 std::unique_ptr<PoolBackendFactory> backend_factory = nullptr);
   // Waits until all pools are freed. REQUIRES: nobody holds a PoolSession for good.
   ~PoolSupervisor();
   PoolSupervisor(const PoolSupervisor&) = delete;
@@ -74,7 +74,7 @@ class PoolSupervisor {
   // Whether pools can share memory with learners.
   bool shares_memory() const { return shared_folder_ != nullptr; }
   // Whether learners find their pools here again when the server has been stopped and started.
-  bool keeps_pools() const { return host_->keeps_pools(); }
+  bool keeps_pools() const { return backend_factory_->keeps_pools(); }
 
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
   Owners& owners() { return owners_; }
@@ -145,8 +145,8 @@ class PoolSupervisor {
                                             const PoolOptions& options);
   // A session that is freed where it can be.
   std::shared_ptr<PoolSession> MakeSession(const PoolOrder& order,
-                                           std::unique_ptr<HostedPool> pool);
-  void Finish(const PoolRegistry::Key& key, absl::StatusOr<std::unique_ptr<HostedPool>> pool,
+                                           std::unique_ptr<PoolBackend> pool);
+  void Finish(const PoolRegistry::Key& key, absl::StatusOr<std::unique_ptr<PoolBackend>> pool,
               const PoolTerms& terms, CreateDone done);
 
   const Limits limits_;
@@ -168,7 +168,7 @@ class PoolSupervisor {
 
   // Last, so that their threads end before what they use.
   BackgroundExecutor executor_;
-  const std::unique_ptr<PoolHost> host_;
+  const std::unique_ptr<PoolBackendFactory> backend_factory_;
   DeadlineTimer lease_timer_;
   FramePublishers frame_publishers_;
 };

@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/encoding/png.h"
-#include "server/session/host/environment_list.h"
+#include "server/session/backend/environment_list.h"
 #include "server/wire/convert_pool.h"
 #include "server/wire/enum_value.h"
 #include "server/wire/response_limit.h"

@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
-#include "server/session/host/rand_seed.h"
+#include "server/session/backend/rand_seed.h"
 #include "server/session/pool_supervisor.h"
 #include "server/wire/convert_observation.h"
 #include "server/wire/enum_value.h"

@@ -9,8 +9,8 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "procgen/v1/step.pb.h"
-#include "server/session/host/observation_coding.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/observation_coding.h"
+#include "server/session/backend/request.h"
 #include "server/session/quota/owners.h"
 
 namespace procgen {

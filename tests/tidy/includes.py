@@ -17,12 +17,12 @@ _BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "serv
                   "server/shared_memory")
 _SESSION = {
     "server/session/quota": ("server/concurrency",),
-    "server/session/host": _BELOW_SESSION,
-    "server/session/episodes": ("envcore/pool", "server/session/host", "server/session/quota"),
-    "server/session/pool": (*_BELOW_SESSION, "server/session/host", "server/session/episodes",
+    "server/session/backend": _BELOW_SESSION,
+    "server/session/episodes": ("envcore/pool", "server/session/backend", "server/session/quota"),
+    "server/session/pool": (*_BELOW_SESSION, "server/session/backend", "server/session/episodes",
                             "server/session/quota"),
-    "server/session/watch": (*_BELOW_SESSION, "server/session/host", "server/session/pool"),
-    "server/session": (*_BELOW_SESSION, "server/logging", "server/session/host",
+    "server/session/watch": (*_BELOW_SESSION, "server/session/backend", "server/session/pool"),
+    "server/session": (*_BELOW_SESSION, "server/logging", "server/session/backend",
                        "server/session/pool", "server/session/quota", "server/session/watch"),
 }
 _BELOW_FRONTS = ("server/concurrency", "server/logging", "server/wire", "proto")
@@ -76,7 +76,7 @@ ARROWS = {
     "server/wire": ("envcore/pool", "server/cluster", "server/encoding", *_SESSION,
                     "server/shared_memory", "proto"),
     # A client of other servers, which speaks the same contract as server/rpc.
-    "server/fleet": ("envcore/pool", *_BELOW_FRONTS, "server/session/host", "server/cluster",
+    "server/fleet": ("envcore/pool", *_BELOW_FRONTS, "server/session/backend", "server/cluster",
                      "server/metrics", "clients/cpp"),
     **_RPC,
     # A client of the very server that it lives in, so it knows clients/cpp.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/fleet/log/logged_request.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -19,7 +19,7 @@
 #include "server/fleet/log/request_log.h"
 #include "server/fleet/log/shard_base.h"
 #include "server/metrics/metrics.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -8,7 +8,7 @@
 
 #include "procgen/v1/pools.pb.h"
 #include "server/fleet/log/request_log.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "procgen/v1/step.pb.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -16,7 +16,7 @@
 #include "procgen/v1/step.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -7,7 +7,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 
 namespace procgen {
 
@@ -15,7 +15,7 @@ namespace procgen {
 // Threads: any method from any thread.
 class Countdown {
  public:
-  Countdown(size_t count, HostedPool::Done done) : left_(count), done_(std::move(done)) {}
+  Countdown(size_t count, PoolBackend::Done done) : left_(count), done_(std::move(done)) {}
 
   void Count(const absl::Status& status) {
     bool is_last = false;
@@ -35,7 +35,7 @@ class Countdown {
   absl::Mutex mutex_;
   size_t left_ ABSL_GUARDED_BY(mutex_);
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
-  HostedPool::Done done_;
+  PoolBackend::Done done_;
 };
 
 }  // namespace procgen

@@ -19,14 +19,14 @@
 #include "server/fleet/log/journal.h"
 #include "server/fleet/log/request_log.h"
 #include "server/fleet/pool/shard.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 
 namespace procgen {
 
 // A pool whose environments are on the nodes of a fleet: contiguous shards, which step what
 // concerns them at the same time. What it answers is what one server would, to the last bit,
 // whatever becomes of the nodes; Shard sees to that.
-class FleetPool final : public HostedPool {
+class FleetPool final : public PoolBackend {
  public:
   // Checks all that Pool::Create would, in the same words. Errors: those of Pool::Create.
   static absl::StatusOr<std::unique_ptr<Pool>> Check(const PoolOptions& options);

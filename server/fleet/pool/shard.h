@@ -27,8 +27,8 @@
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/nodes/leftovers.h"
 #include "server/metrics/metrics.h"
-#include "server/session/host/hosted_pool.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/pool_backend.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

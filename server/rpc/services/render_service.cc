@@ -16,7 +16,7 @@ namespace {
 using RenderCall = UnaryCall<v1::RenderEnvironmentsRequest, v1::RenderEnvironmentsResponse>;
 
 // Draws straight into the response.
-void Draw(HostedPool::Draw draw, int32_t size_px, RenderCall* call) {
+void Draw(PoolBackend::Draw draw, int32_t size_px, RenderCall* call) {
   std::vector<absl::Span<uint8_t>> images;
   for (const int32_t environment : call->request().environments()) {
     v1::Frame* frame = call->response()->add_frames();
@@ -39,7 +39,7 @@ void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* execut
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->CaptureScenes(
       {request.environments().begin(), request.environments().end()}, look.view, look.size_px,
-      [pool, size_px = look.size_px, executor, call](absl::StatusOr<HostedPool::Draw> draw) {
+      [pool, size_px = look.size_px, executor, call](absl::StatusOr<PoolBackend::Draw> draw) {
         pool->EndTurn();
         if (!draw.ok()) {
           call->Finish(draw.status());

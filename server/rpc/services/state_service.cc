@@ -10,7 +10,7 @@
 #include "server/rpc/call/unary_call.h"
 #include "server/rpc/services/remote_states.h"
 #include "server/rpc/services/states_page.h"
-#include "server/session/host/environment_list.h"
+#include "server/session/backend/environment_list.h"
 #include "server/wire/convert_episode.h"
 #include "server/wire/enum_value.h"
 #include "server/wire/response_limit.h"

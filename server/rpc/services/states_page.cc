@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
-#include "server/session/host/environment_list.h"
+#include "server/session/backend/environment_list.h"
 #include "server/wire/response_limit.h"
 
 namespace procgen {

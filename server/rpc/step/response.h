@@ -8,7 +8,7 @@
 #include "grpcpp/support/slice.h"
 #include "procgen/v1/step.pb.h"
 #include "server/rpc/step/frame_ring.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -9,9 +9,9 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
+#include "server/session/backend/request.h"
 #include "server/session/episodes/episode.h"
 #include "server/session/episodes/episode_recording.h"
-#include "server/session/host/request.h"
 #include "server/session/quota/byte_budget.h"
 
 namespace procgen {

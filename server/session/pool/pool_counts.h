@@ -9,8 +9,8 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
+#include "server/session/backend/request.h"
 #include "server/session/episodes/recent_episodes.h"
-#include "server/session/host/request.h"
 
 namespace procgen {
 

@@ -5,7 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 

@@ -18,24 +18,24 @@ constexpr absl::Duration kPauseMax = absl::Seconds(1);
 
 }  // namespace
 
-PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
+PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<PoolBackend> backend,
                          absl::Duration lease_duration, const PoolContext& context,
                          Encoding encoding, const SharedFolder* shared_folder)
     : owner_(std::move(owner)),
       name_(std::move(name)),
-      pool_(std::move(pool)),
-      coding_(pool_->options().observation_format, encoding),
+      backend_(std::move(backend)),
+      coding_(backend_->options().observation_format, encoding),
       context_(context),
       create_time_(context.lease_timer->Now()),
       shared_ring_(shared_folder == nullptr
                        ? nullptr
-                       : std::make_unique<SharedRing>(shared_folder, pool_->env_count(),
+                       : std::make_unique<SharedRing>(shared_folder, backend_->env_count(),
                                                       observation_bytes())),
       turns_(name_),
       resume_buffer_(name_, AnswerBytesMax(), context.resume_buffer_bytes, shared_ring_ != nullptr),
-      observers_(pool_->options(), context),
+      observers_(backend_->options(), context),
       executor_({.pool_name = name_,
-                 .pool = pool_.get(),
+                 .backend = backend_.get(),
                  .turns = &turns_,
                  .resume_buffer = &resume_buffer_,
                  .observers = &observers_,
@@ -106,7 +106,7 @@ absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {
 
 void PoolSession::Close(const absl::Status& reason) {
   stream_.Close(reason);
-  pool_->Discard();
+  backend_->Discard();
   TellClosed(reason);
 }
 
@@ -122,7 +122,7 @@ bool PoolSession::CloseIfExpired(absl::Time now) {
   if (!stream_.CloseIfExpired(now, reason)) {
     return false;
   }
-  pool_->Discard();
+  backend_->Discard();
   TellClosed(reason);
   return true;
 }
@@ -137,14 +137,14 @@ void PoolSession::TellClosed(const absl::Status& reason) {
 }
 
 void PoolSession::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {
-  pool_->SaveStates(environments, std::move(take), std::move(done));
+  backend_->SaveStates(environments, std::move(take), std::move(done));
 }
 
 void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   observers_.AddChange();
   observers_.OnInvalidated();
   std::vector<StateToRestore> restored = states;
-  pool_->RestoreStates(std::move(states), [this, restored = std::move(restored),
+  backend_->RestoreStates(std::move(states), [this, restored = std::move(restored),
                                            done = std::move(done)](absl::Status status) mutable {
     if (status.ok()) {
       observers_.OnRestore(restored);
@@ -157,7 +157,7 @@ void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   observers_.AddChange();
   observers_.OnInvalidated();
   std::vector<StateToClone> cloned = pairs;
-  pool_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
+  backend_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
                                         done = std::move(done)](absl::Status status) mutable {
     if (status.ok()) {
       observers_.OnClone(cloned);
@@ -201,8 +201,8 @@ void PoolSession::GetEpisode(int32_t environment, bool under_way, EpisodeDone do
 }
 
 void PoolSession::CaptureScenes(const std::vector<int32_t>& environments, View view,
-                                int32_t size_px, HostedPool::CaptureDone done) {
-  pool_->CaptureScenes(environments, view, size_px, std::move(done));
+                                int32_t size_px, PoolBackend::CaptureDone done) {
+  backend_->CaptureScenes(environments, view, size_px, std::move(done));
 }
 
 void PoolSession::NoteCapture(absl::Time begin_time) {

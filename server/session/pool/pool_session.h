@@ -16,11 +16,11 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/encoding/encoding.h"
+#include "server/session/backend/observation_coding.h"
+#include "server/session/backend/pool_backend.h"
+#include "server/session/backend/request.h"
 #include "server/session/episodes/episode_log.h"
 #include "server/session/episodes/recent_episodes.h"
-#include "server/session/host/hosted_pool.h"
-#include "server/session/host/observation_coding.h"
-#include "server/session/host/request.h"
 #include "server/session/pool/attach_options.h"
 #include "server/session/pool/pool_context.h"
 #include "server/session/pool/pool_observer.h"
@@ -49,14 +49,14 @@ namespace procgen {
 class PoolSession {
  public:
   using EndStream = StreamSlot::EndStream;
-  using Done = HostedPool::Done;
+  using Done = PoolBackend::Done;
   // Calls that are handed a snapshot of an environment; false: no more are wanted.
-  using TakeState = HostedPool::TakeState;
+  using TakeState = PoolBackend::TakeState;
 
   // `lease_duration`: how long it lives without a stream, beginning now; infinite: until it is
   // closed. `shared_folder`: where it shares memory with learners; null: it shares none, which is
   // REQUIRED unless `encoding` is kRaw.
-  PoolSession(std::string owner, std::string name, std::unique_ptr<HostedPool> pool,
+  PoolSession(std::string owner, std::string name, std::unique_ptr<PoolBackend> backend,
               absl::Duration lease_duration, const PoolContext& context,
               Encoding encoding = Encoding::kRaw, const SharedFolder* shared_folder = nullptr);
   // REQUIRES: nobody has a turn.
@@ -67,8 +67,8 @@ class PoolSession {
   // Who made it; empty where callers are not asked who they are.
   const std::string& owner() const { return owner_; }
   const std::string& name() const { return name_; }
-  const PoolOptions& options() const { return pool_->options(); }
-  int32_t env_count() const { return pool_->env_count(); }
+  const PoolOptions& options() const { return backend_->options(); }
+  int32_t env_count() const { return backend_->env_count(); }
   // How its observations are sent, and what they take.
   const ObservationCoding& coding() const { return coding_; }
   // Bytes of one environment's observation, as it is drawn.
@@ -162,7 +162,7 @@ class PoolSession {
   // choice of levels changed. Threads: any, at any time.
   int64_t change_number() const { return observers_.change_number(); }
   // Whether the episode of `environment` has ended and it must be reset before it is stepped.
-  bool AwaitsReset(int32_t environment) const { return pool_->AwaitsReset(environment); }
+  bool AwaitsReset(int32_t environment) const { return backend_->AwaitsReset(environment); }
   // Takes snapshots of `environments`, in their order, on another thread, and hands each to `take`
   // there until no more are wanted. The span must stay valid until then. Errors: those of
   // Pool::SaveStates.
@@ -175,9 +175,9 @@ class PoolSession {
   // remembered; FAILED_PRECONDITION there is none.
   using EpisodeDone = absl::AnyInvocable<void(absl::StatusOr<EpisodeRecording>)>;
   void GetEpisode(int32_t environment, bool under_way, EpisodeDone done);
-  // As HostedPool::CaptureScenes. `done` is where the turn ends, most often.
+  // As PoolBackend::CaptureScenes. `done` is where the turn ends, most often.
   void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
-                     HostedPool::CaptureDone done);
+                     PoolBackend::CaptureDone done);
   // Notes that capturing took until now. Threads: this and next_capture_time any, at any time.
   void NoteCapture(absl::Time begin_time);
   // When those who only watch may take the next turn for it: so that the pool stands still for them
@@ -193,7 +193,7 @@ class PoolSession {
 
   const std::string owner_;
   const std::string name_;
-  const std::unique_ptr<HostedPool> pool_;
+  const std::unique_ptr<PoolBackend> backend_;
   const ObservationCoding coding_;
   const PoolContext context_;
   const absl::Time create_time_;

@@ -110,7 +110,8 @@ bool RequestExecutor::Begin() {
 absl::StatusOr<std::optional<Answer>> RequestExecutor::Accept(Request* request) {
   if (!of_stream_) {
     keeps_ = request->again;
-    if (absl::Status status = CheckRequest(context_.pool_name, context_.pool->env_count(), request);
+    if (absl::Status status =
+            CheckRequest(context_.pool_name, context_.backend->env_count(), request);
         !status.ok()) {
       return status;
     }
@@ -131,7 +132,8 @@ absl::StatusOr<std::optional<Answer>> RequestExecutor::Accept(Request* request) 
   if (number < expected) {
     return context_.resume_buffer->Recall(*request, expected);
   }
-  if (absl::Status status = CheckRequest(context_.pool_name, context_.pool->env_count(), request);
+  if (absl::Status status =
+          CheckRequest(context_.pool_name, context_.backend->env_count(), request);
       !status.ok()) {
     return status;
   }
@@ -152,12 +154,12 @@ absl::StatusOr<std::optional<Answer>> RequestExecutor::Accept(Request* request) 
 
 absl::Status RequestExecutor::CheckNoneAwaitsReset(const Request& request) const {
   if (request.kind != Request::Kind::kStep ||
-      context_.pool->options().autoreset_mode != AutoresetMode::kDisabled) {
+      context_.backend->options().autoreset_mode != AutoresetMode::kDisabled) {
     return absl::OkStatus();
   }
   for (int32_t row = 0; row < request.count; ++row) {
     const int32_t environment = request.first + row;
-    if (context_.pool->AwaitsReset(environment) &&
+    if (context_.backend->AwaitsReset(environment) &&
         std::none_of(request.resets.begin(), request.resets.end(),
                      [&](const Reset& reset) { return reset.environment == environment; })) {
       return absl::FailedPreconditionError(
@@ -189,10 +191,10 @@ bool RequestExecutor::Prepare() {
 
 void RequestExecutor::RunPart() {
   state_ = State::kRunning;
-  HostedPool* const pool = context_.pool;
+  PoolBackend* const backend = context_.backend;
   const Request& request = *request_;
   if (part_.first == request.first) {
-    pool->BeginRequest(request, batch_);
+    backend->BeginRequest(request, batch_);
   }
   auto done = [this](absl::Status status) {
     if (request_->kind != Request::Kind::kSample) {
@@ -203,7 +205,7 @@ void RequestExecutor::RunPart() {
     Advance();
   };
   if (request.kind == Request::Kind::kSample) {
-    pool->SetLevelSampler(request.level_sampler, std::move(done));
+    backend->SetLevelSampler(request.level_sampler, std::move(done));
     return;
   }
   SelectPart(request.next_levels, part_, &part_next_levels_);
@@ -222,7 +224,7 @@ void RequestExecutor::RunPart() {
   if (request.kind != Request::Kind::kObserve) {
     batch_ = unasked_.LendTo(batch_, part_.count);
   }
-  pool->StepAsync(input_, batch_, std::move(done));
+  backend->StepAsync(input_, batch_, std::move(done));
 }
 
 bool RequestExecutor::EndPart() {

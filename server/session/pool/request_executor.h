@@ -14,8 +14,8 @@
 #include "envcore/pool/batch_numbers.h"
 #include "envcore/pool/pool.h"
 #include "server/metrics/metrics.h"
-#include "server/session/host/hosted_pool.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/pool_backend.h"
+#include "server/session/backend/request.h"
 #include "server/session/pool/kept_answers.h"
 #include "server/session/pool/pool_observers.h"
 #include "server/session/pool/request_times.h"
@@ -34,7 +34,7 @@ class RequestExecutor {
   // All of it must outlive this. `pool_name`: for errors.
   struct Context {
     std::string pool_name;
-    HostedPool* pool = nullptr;
+    PoolBackend* backend = nullptr;
     TurnQueue* turns = nullptr;
     ResumeBuffer* resume_buffer = nullptr;
     PoolObservers* observers = nullptr;
@@ -58,7 +58,7 @@ class RequestExecutor {
   enum class State : uint8_t {
     kBegin,    // it has a turn: validate it, or recall its answer
     kPrepare,  // ask the sink for memory for part_
-    kRunning,  // the pool executes part_
+    kRunning,  // the backend executes part_
     kPartRan,  // part_ ended with part_status_
   };
 

@@ -7,7 +7,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
 #include "envcore/pool/pool.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 #include "server/session/pool/kept_answers.h"
 
 namespace procgen {

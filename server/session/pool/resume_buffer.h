@@ -9,7 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 #include "server/session/pool/attach_options.h"
 #include "server/session/pool/kept_answers.h"
 #include "server/session/quota/byte_budget.h"

@@ -133,9 +133,8 @@ void FramePublisher::OnTurn(const absl::Status& turn) {
   const View view = spec_.size_px == kObservationSizePx ? View::kAgent : View::kHuman;
   pool_->CaptureScenes(
       spec_.environments, view, spec_.size_px,
-      [self = shared_from_this(), begin_time = SteadyNow()](absl::StatusOr<HostedPool::Draw> draw) {
-        self->OnCaptured(std::move(draw), begin_time);
-      });
+      [self = shared_from_this(), begin_time = SteadyNow()](
+          absl::StatusOr<PoolBackend::Draw> draw) { self->OnCaptured(std::move(draw), begin_time); });
 }
 
 FrameSet FramePublisher::BeginFrameSet() const {
@@ -146,7 +145,7 @@ FrameSet FramePublisher::BeginFrameSet() const {
           .time = absl::Now()};
 }
 
-void FramePublisher::OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time) {
+void FramePublisher::OnCaptured(absl::StatusOr<PoolBackend::Draw> draw, absl::Time begin_time) {
   FrameSet frame_set = BeginFrameSet();
   frame_set.sequence_number = pool_->next_sequence_number() - 1;
   pool_->NoteCapture(begin_time);

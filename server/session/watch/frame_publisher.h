@@ -16,7 +16,7 @@
 #include "absl/types/span.h"
 #include "server/concurrency/background_executor.h"
 #include "server/concurrency/cpu_throttle.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 #include "server/session/pool/pool_observer.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/watch/frame_subscriber.h"
@@ -72,7 +72,7 @@ class FramePublisher final : public PoolObserver,
   // Whether a turn is to be taken.
   bool BeginTick(absl::Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void OnTurn(const absl::Status& turn) ABSL_LOCKS_EXCLUDED(mutex_);
-  void OnCaptured(absl::StatusOr<HostedPool::Draw> draw, absl::Time begin_time);
+  void OnCaptured(absl::StatusOr<PoolBackend::Draw> draw, absl::Time begin_time);
   // A frame set that has its numbers and no images yet.
   FrameSet BeginFrameSet() const;
   void Deliver(FrameSet frame_set) ABSL_LOCKS_EXCLUDED(mutex_);

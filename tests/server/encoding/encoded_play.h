@@ -9,7 +9,7 @@
 #include "envcore/pool/pool.h"
 #include "envcore/random/random_stream.h"
 #include "procgen/v1/pools.pb.h"
-#include "server/session/host/observation_coding.h"
+#include "server/session/backend/observation_coding.h"
 
 namespace procgen {
 

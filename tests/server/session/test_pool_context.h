@@ -8,7 +8,7 @@
 
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
-#include "server/session/host/local_pool.h"
+#include "server/session/backend/local_pool.h"
 #include "server/session/pool/pool_session.h"
 
 namespace procgen {
@@ -40,7 +40,7 @@ struct TestPoolContext {
   }
 
   // A pool as a session has it.
-  std::unique_ptr<HostedPool> Host(std::unique_ptr<Pool> pool) {
+  std::unique_ptr<PoolBackend> Backend(std::unique_ptr<Pool> pool) {
     return std::make_unique<LocalPool>(std::move(pool), "", &executor);
   }
 

@@ -12,7 +12,7 @@
 #include "absl/strings/cord.h"
 #include "absl/synchronization/notification.h"
 #include "server/concurrency/steady_time.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/pool/response_sink.h"
 

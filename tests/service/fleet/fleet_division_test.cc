@@ -81,7 +81,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   terms.spec = PoolSpecMessageOf(*pool_options);
   FleetPool pool(*pool_options, FleetPool::Check(*pool_options).value(), terms, &executor,
                  [](FleetPool* /*gone*/) {});
-  const auto look_until_done = [&](const std::function<void(HostedPool::Done)>& begin) {
+  const auto look_until_done = [&](const std::function<void(PoolBackend::Done)>& begin) {
     absl::Notification done;
     begin([&done](const absl::Status& status) {
       EXPECT_THAT(status, IsOk());
@@ -93,7 +93,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
     }
   };
   const auto shares = nodes.Divide(pool.env_count());
-  look_until_done([&](HostedPool::Done done) { pool.Begin(*shares, std::move(done)); });
+  look_until_done([&](PoolBackend::Done done) { pool.Begin(*shares, std::move(done)); });
   StartNode("b");
   ASSERT_THAT(nodes.Connect("b"), IsOk());
   Request request;
@@ -102,7 +102,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   const std::vector<int32_t> actions(static_cast<size_t>(pool.env_count()), 7);
   request.actions = actions;
   for (int i = 0; i < 20; ++i) {
-    look_until_done([&](HostedPool::Done done) {
+    look_until_done([&](PoolBackend::Done done) {
       pool.BeginRequest(request, {});
       pool.StepAsync({.count = request.count}, {}, std::move(done), nullptr);
     });

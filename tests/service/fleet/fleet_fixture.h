@@ -58,13 +58,14 @@ class FleetTest : public testing::Test {
   void SetUp() override { single_ = StartServer({}); }
 
   static std::unique_ptr<Server> StartServer(
-      std::function<std::unique_ptr<PoolHost>(Metrics*)> make_host, const Limits& limits = {}) {
+      std::function<std::unique_ptr<PoolBackendFactory>(Metrics*)> make_backend_factory,
+      const Limits& limits = {}) {
     ServerOptions options;
     options.limits = limits;
     options.address = "127.0.0.1:0";
     options.worker_count = 1;
     options.clone_sources = *CloneSources::Parse("local");
-    options.make_host = std::move(make_host);
+    options.make_backend_factory = std::move(make_backend_factory);
     return *Server::Start(options);
   }
 
@@ -94,7 +95,7 @@ class FleetTest : public testing::Test {
   }
 
   void StartFleet(int64_t snapshot_requests = 50, const Limits& limits = {}) {
-    const auto make_host = [&](Metrics* metrics) {
+    const auto make_backend_factory = [&](Metrics* metrics) {
       FleetOptions options;
       options.nodes = [this] { return list_.Nodes(); };
       options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
@@ -108,7 +109,7 @@ class FleetTest : public testing::Test {
       }
       return std::make_unique<Fleet>(options, metrics);
     };
-    server_ = StartServer(make_host, limits);
+    server_ = StartServer(make_backend_factory, limits);
   }
 
   static std::unique_ptr<procgen_client::Client> Connect(const Server& server) {

@@ -27,7 +27,7 @@ class StatesPageTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", context_.Host(*std::move(pool)),
+    return std::make_unique<PoolSession>("", "pools/7", context_.Backend(*std::move(pool)),
                                          absl::InfiniteDuration(), context_.Get());
   }
 

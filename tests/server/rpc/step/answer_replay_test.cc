@@ -20,7 +20,7 @@
 #include "gtest/gtest.h"
 #include "procgen/v1/step.pb.h"
 #include "server/concurrency/steady_time.h"
-#include "server/session/host/local_pool.h"
+#include "server/session/backend/local_pool.h"
 #include "tests/server/session/test_pool_context.h"
 #include "tests/status_matchers.h"
 
@@ -28,10 +28,10 @@ namespace procgen {
 namespace {
 
 // A pool whose parts are done when StepAsync returns, if they do not fail.
-class PromptPool final : public HostedPool {
+class PromptPool final : public PoolBackend {
  public:
   // `fails`: the error of the next part; OK: none. `gone` is notified when this goes.
-  PromptPool(std::unique_ptr<HostedPool> pool, std::function<absl::Status()> fails,
+  PromptPool(std::unique_ptr<PoolBackend> pool, std::function<absl::Status()> fails,
              absl::Notification* gone)
       : pool_(std::move(pool)), fails_(std::move(fails)), gone_(gone) {}
   ~PromptPool() override {
@@ -89,7 +89,7 @@ class PromptPool final : public HostedPool {
     ++part_count_;
   }
 
-  std::unique_ptr<HostedPool> pool_;
+  std::unique_ptr<PoolBackend> pool_;
   const std::function<absl::Status()> fails_;
   absl::Notification* const gone_;
   std::atomic<int> part_count_ = 0;
@@ -112,7 +112,7 @@ class AnswerReplayTest : public testing::Test {
     auto made = Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(made, IsOk());
     auto pool =
-        std::make_unique<PromptPool>(context_.Host(*std::move(made)), std::move(fails), &gone_);
+        std::make_unique<PromptPool>(context_.Backend(*std::move(made)), std::move(fails), &gone_);
     pool_ = pool.get();
     auto session = std::make_shared<PoolSession>("", "pools/7", std::move(pool),
                                                  absl::InfiniteDuration(), context_.Get());

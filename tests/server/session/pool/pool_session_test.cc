@@ -29,7 +29,7 @@ class PoolSessionTest : public testing::Test {
     options.autoreset_mode = autoreset_mode;
     absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(options, workers_);
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", context_.Host(*std::move(pool)), lease,
+    return std::make_unique<PoolSession>("", "pools/7", context_.Backend(*std::move(pool)), lease,
                                          context_.Get());
   }
 

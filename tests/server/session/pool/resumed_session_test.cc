@@ -53,7 +53,7 @@ class ResumedSessionTest : public testing::Test {
     absl::StatusOr<std::unique_ptr<Pool>> pool =
         Pool::Create(options, std::make_shared<WorkerPool>(1));
     EXPECT_THAT(pool, IsOk());
-    return std::make_unique<PoolSession>("", "pools/7", context->Host(*std::move(pool)), lease,
+    return std::make_unique<PoolSession>("", "pools/7", context->Backend(*std::move(pool)), lease,
                                          context->Get(), encoding);
   }
 

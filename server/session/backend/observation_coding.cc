@@ -1,4 +1,4 @@
-#include "server/session/host/observation_coding.h"
+#include "server/session/backend/observation_coding.h"
 
 namespace procgen {
 

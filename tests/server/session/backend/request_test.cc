@@ -1,4 +1,4 @@
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 #include <vector>
 

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_HOST_RAND_SEED_H_
-#define SERVER_SESSION_HOST_RAND_SEED_H_
+#ifndef SERVER_SESSION_BACKEND_RAND_SEED_H_
+#define SERVER_SESSION_BACKEND_RAND_SEED_H_
 
 #include <cstdint>
 
@@ -10,4 +10,4 @@ int64_t DrawRandSeed();
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_HOST_RAND_SEED_H_
+#endif  // SERVER_SESSION_BACKEND_RAND_SEED_H_

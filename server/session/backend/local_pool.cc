@@ -1,4 +1,4 @@
-#include "server/session/host/local_pool.h"
+#include "server/session/backend/local_pool.h"
 
 #include <map>
 #include <string>
@@ -127,13 +127,13 @@ void LocalPool::CaptureScenesHere(const std::vector<int32_t>& environments, View
   }));
 }
 
-LocalPoolHost::LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
-                             BackgroundExecutor* executor)
+LocalPoolFactory::LocalPoolFactory(int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                                   BackgroundExecutor* executor)
     : workers_(std::make_shared<WorkerPool>(worker_count)),
       art_(std::move(art)),
       executor_(executor) {}
 
-void LocalPoolHost::Create(const PoolOrder& order, CreateDone done) {
+void LocalPoolFactory::Create(const PoolOrder& order, CreateDone done) {
   executor_->Run(order.owner, [this, drawn = order.options, owner = order.owner,
                                done = std::move(done)]() mutable {
     drawn.art = art_;

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_HOST_REQUEST_H_
-#define SERVER_SESSION_HOST_REQUEST_H_
+#ifndef SERVER_SESSION_BACKEND_REQUEST_H_
+#define SERVER_SESSION_BACKEND_REQUEST_H_
 
 #include <cstdint>
 #include <memory>
@@ -56,4 +56,4 @@ absl::Status CheckRequest(absl::string_view pool, int32_t env_count, Request* re
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_HOST_REQUEST_H_
+#endif  // SERVER_SESSION_BACKEND_REQUEST_H_

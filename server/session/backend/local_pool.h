@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_HOST_LOCAL_POOL_H_
-#define SERVER_SESSION_HOST_LOCAL_POOL_H_
+#ifndef SERVER_SESSION_BACKEND_LOCAL_POOL_H_
+#define SERVER_SESSION_BACKEND_LOCAL_POOL_H_
 
 #include <cstdint>
 #include <memory>
@@ -9,13 +9,13 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/concurrency/background_executor.h"
-#include "server/session/host/hosted_pool.h"
+#include "server/session/backend/pool_backend.h"
 
 namespace procgen {
 
 // A pool of this process: stepped by its worker pool, and what takes long besides by the background
 // executor.
-class LocalPool final : public HostedPool {
+class LocalPool final : public PoolBackend {
  public:
   // `executor` must outlive this; what it does for the pool counts as work of `owner`.
   LocalPool(std::unique_ptr<Pool> pool, std::string owner, BackgroundExecutor* executor);
@@ -45,12 +45,12 @@ class LocalPool final : public HostedPool {
 };
 
 // Makes pools in this process, which share one worker pool.
-class LocalPoolHost final : public PoolHost {
+class LocalPoolFactory final : public PoolBackendFactory {
  public:
   // `worker_count` >= 1 threads step environments. All pools draw with `art`; null: the built-in.
   // `executor` must outlive this and its pools.
-  LocalPoolHost(int32_t worker_count, std::shared_ptr<const SharedArt> art,
-                BackgroundExecutor* executor);
+  LocalPoolFactory(int32_t worker_count, std::shared_ptr<const SharedArt> art,
+                   BackgroundExecutor* executor);
 
   void Create(const PoolOrder& order, CreateDone done) override;
   int32_t worker_count() const override { return workers_->thread_count(); }
@@ -63,4 +63,4 @@ class LocalPoolHost final : public PoolHost {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_HOST_LOCAL_POOL_H_
+#endif  // SERVER_SESSION_BACKEND_LOCAL_POOL_H_

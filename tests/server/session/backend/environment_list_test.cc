@@ -1,4 +1,4 @@
-#include "server/session/host/environment_list.h"
+#include "server/session/backend/environment_list.h"
 
 #include <string>
 #include <vector>

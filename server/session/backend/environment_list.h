@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_HOST_ENVIRONMENT_LIST_H_
-#define SERVER_SESSION_HOST_ENVIRONMENT_LIST_H_
+#ifndef SERVER_SESSION_BACKEND_ENVIRONMENT_LIST_H_
+#define SERVER_SESSION_BACKEND_ENVIRONMENT_LIST_H_
 
 #include <cstdint>
 
@@ -24,4 +24,4 @@ absl::Status CheckEnvironmentList(const EnvironmentList& list, absl::string_view
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_HOST_ENVIRONMENT_LIST_H_
+#endif  // SERVER_SESSION_BACKEND_ENVIRONMENT_LIST_H_

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_HOST_HOSTED_POOL_H_
-#define SERVER_SESSION_HOST_HOSTED_POOL_H_
+#ifndef SERVER_SESSION_BACKEND_POOL_BACKEND_H_
+#define SERVER_SESSION_BACKEND_POOL_BACKEND_H_
 
 #include <cstdint>
 #include <memory>
@@ -13,7 +13,7 @@
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
 #include "server/encoding/encoding.h"
-#include "server/session/host/request.h"
+#include "server/session/backend/request.h"
 
 namespace procgen {
 
@@ -31,7 +31,7 @@ enum class View : uint8_t {
 // makes the next call in `done` returns from there first, or its stack grows with the calls. What
 // spans refer to must stay valid until `done`.
 // Threads: one call at a time, on any thread; the next begins after `done`. It may go in `done`.
-class HostedPool {
+class PoolBackend {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
   // Draws what environments showed when it was made: once, on any thread, also while the pool does
@@ -41,7 +41,7 @@ class HostedPool {
   // Is handed a snapshot of an environment; false: no more are wanted.
   using TakeState = absl::AnyInvocable<bool(int32_t environment, std::string snapshot)>;
 
-  virtual ~HostedPool() = default;
+  virtual ~PoolBackend() = default;
 
   // It was deleted, or its lease has run out: what is kept of it beyond this process need not be
   // kept any longer. Threads: any, at any time.
@@ -89,7 +89,7 @@ struct PoolOrder {
 // A pool that goes on where an earlier process had it.
 struct ResumedPool {
   PoolOrder order;
-  std::unique_ptr<HostedPool> pool;
+  std::unique_ptr<PoolBackend> pool;
   int64_t next_sequence_number = 1;
   // The last requests that were accepted, serialised as they were sent. The pool stands before the
   // first of them; whoever has it carries them out `again`, since learners may ask for the answers.
@@ -97,14 +97,14 @@ struct ResumedPool {
 };
 
 // Where the pools of a server are made. Threads: any method from any thread.
-class PoolHost {
+class PoolBackendFactory {
  public:
-  using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::unique_ptr<HostedPool>>)>;
+  using CreateDone = absl::AnyInvocable<void(absl::StatusOr<std::unique_ptr<PoolBackend>>)>;
 
-  virtual ~PoolHost() = default;
+  virtual ~PoolBackendFactory() = default;
 
   // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
-  // keeps the host from having it.
+  // keeps the backend from having it.
   virtual void Create(const PoolOrder& order, CreateDone done) = 0;
   // The pools that earlier processes left here; once.
   virtual std::vector<ResumedPool> TakeResumed() { return {}; }
@@ -117,4 +117,4 @@ class PoolHost {
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_HOST_HOSTED_POOL_H_
+#endif  // SERVER_SESSION_BACKEND_POOL_BACKEND_H_

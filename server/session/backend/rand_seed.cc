@@ -1,4 +1,4 @@
-#include "server/session/host/rand_seed.h"
+#include "server/session/backend/rand_seed.h"
 
 #include <random>
 
