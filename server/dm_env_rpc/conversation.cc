@@ -143,7 +143,7 @@ void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
     Finish(plan.status());
     return;
   }
-  supervisor_->Create(owner_, plan->pool_id, plan->options, plan->terms,
+  supervisor_->Create(owner_, plan->pool_id, plan->options, plan->session_options,
                       [this](const absl::StatusOr<std::shared_ptr<PoolSession>>& pool) {
                         if (pool.ok()) {
                           response_->mutable_create_world()->set_world_name((*pool)->name());

@@ -157,7 +157,7 @@ absl::Status ReadFrameStack(absl::string_view name, const dm::Tensor& tensor, Wo
 absl::Status ReadLeaseDuration(absl::string_view name, const dm::Tensor& tensor, WorldPlan* plan) {
   const absl::StatusOr<double> seconds = ReadNumber(name, tensor);
   if (seconds.ok()) {
-    plan->terms.lease_duration = absl::Seconds(*seconds);
+    plan->session_options.lease_duration = absl::Seconds(*seconds);
   }
   return seconds.status();
 }
@@ -224,7 +224,7 @@ absl::Status CheckPlan(const Settings& settings, const WorldPlan& plan, const Li
                      ", allowed: first_env + num_envs = ", least_total, " to ", INT32_MAX));
   }
   if (settings.contains(std::string(kLeaseDuration))) {
-    return CheckLeaseDuration(kLeaseDuration, plan.terms.lease_duration, limits);
+    return CheckLeaseDuration(kLeaseDuration, plan.session_options.lease_duration, limits);
   }
   return absl::OkStatus();
 }

@@ -22,7 +22,7 @@ using Settings = google::protobuf::Map<std::string, dm::Tensor>;
 struct WorldPlan {
   std::string pool_id;  // empty: a number is chosen
   PoolOptions options;
-  PoolTerms terms;
+  SessionOptions session_options;
 };
 
 // Reads the settings of a new world; README.md lists them. Without `num_envs` it is a single

@@ -42,35 +42,37 @@ Fleet::~Fleet() {
   watch_.join();
 }
 
-void Fleet::Create(const PoolOrder& order, CreateDone done) {
-  executor_.Run(order.owner, [this, order = order, done = std::move(done)]() mutable {
-    absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(order);
-    const auto shares = made.ok() ? nodes_.Divide(order.options.env_count) : made.status();
+void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
+  executor_.Run(create_options.owner, [this, create_options = create_options,
+                                       done = std::move(done)]() mutable {
+    absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(create_options);
+    const auto shares = made.ok() ? nodes_.Divide(create_options.options.env_count) : made.status();
     if (!shares.ok()) {
       done(shares.status());
       return;
     }
     FleetPool* const pool = made->get();
-    pool->Begin(*shares, [this, order = std::move(order), pool = *std::move(made),
+    pool->Begin(*shares, [this, create_options = std::move(create_options), pool = *std::move(made),
                           done = std::move(done)](absl::Status status) mutable {
       // Elsewhere, as this is a shard's thread, and the pool may go.
-      executor_.Run(order.owner, [this, order, pool = std::move(pool), status = std::move(status),
-                                  done = std::move(done)]() mutable {
-        if (status.ok() && options_.state != nullptr) {
-          status = Keep(order, options_.state->NextPath(), pool.get());
-        }
-        if (status.ok()) {
-          done(std::move(pool));
-        } else {
-          done(std::move(status));
-        }
-      });
+      executor_.Run(create_options.owner,
+                    [this, create_options, pool = std::move(pool), status = std::move(status),
+                     done = std::move(done)]() mutable {
+                      if (status.ok() && options_.state != nullptr) {
+                        status = Keep(create_options, options_.state->NextPath(), pool.get());
+                      }
+                      if (status.ok()) {
+                        done(std::move(pool));
+                      } else {
+                        done(std::move(status));
+                      }
+                    });
     });
   });
 }
 
-absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
-  absl::StatusOr<std::unique_ptr<Pool>> model = FleetPool::Check(order.options);
+absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& create_options) {
+  absl::StatusOr<std::unique_ptr<Pool>> model = FleetPool::Check(create_options.options);
   if (!model.ok()) {
     return model.status();
   }
@@ -80,17 +82,17 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
     number = ++pool_number_;
   }
   ShardTerms terms;
-  terms.owner = order.owner;
-  terms.label = order.name;
+  terms.owner = create_options.owner;
+  terms.label = create_options.name;
   terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
-  terms.spec = PoolSpecMessageOf(order.options);
+  terms.spec = PoolSpecMessageOf(create_options.options);
   terms.options = &options_;
   terms.nodes = &nodes_;
   terms.leftovers = &leftovers_;
   terms.metrics = metrics_;
   terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
-  auto pool = std::make_unique<FleetPool>(order.options, *std::move(model), terms, &executor_,
-                                          [this](FleetPool* gone) {
+  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(model), terms,
+                                          &executor_, [this](FleetPool* gone) {
                                             absl::MutexLock lock(&mutex_);
                                             pools_.erase(gone);
                                           });
@@ -99,20 +101,22 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const PoolOrder& order) {
   return pool;
 }
 
-absl::Status Fleet::Keep(const PoolOrder& order, const std::string& path, FleetPool* pool) {
+absl::Status Fleet::Keep(const CreatePoolOptions& create_options, const std::string& path,
+                         FleetPool* pool) {
   v1::Pool message;
-  message.set_owner(order.owner);
-  message.set_name(order.name);
+  message.set_owner(create_options.owner);
+  message.set_name(create_options.name);
   v1::PoolSpec* const spec = message.mutable_spec();
-  *spec = PoolSpecMessageOf(order.options);
-  if (order.options.level_sampler != nullptr) {
-    *spec->mutable_level_sampler() = LevelSamplerMessageOf(*order.options.level_sampler);
+  *spec = PoolSpecMessageOf(create_options.options);
+  if (create_options.options.level_sampler != nullptr) {
+    *spec->mutable_level_sampler() = LevelSamplerMessageOf(*create_options.options.level_sampler);
   }
-  spec->set_encoding(EncodingMessageOf(order.terms.encoding));
-  spec->set_transport(order.terms.shares_memory ? v1::TRANSPORT_SHARED_MEMORY
-                                                : v1::TRANSPORT_STREAM);
-  if (order.terms.lease_duration != absl::InfiniteDuration()) {
-    *spec->mutable_lease_duration() = DurationMessageOf(order.terms.lease_duration);
+  spec->set_encoding(EncodingMessageOf(create_options.session_options.encoding));
+  spec->set_transport(create_options.session_options.shares_memory ? v1::TRANSPORT_SHARED_MEMORY
+                                                                   : v1::TRANSPORT_STREAM);
+  if (create_options.session_options.lease_duration != absl::InfiniteDuration()) {
+    *spec->mutable_lease_duration() =
+        DurationMessageOf(create_options.session_options.lease_duration);
   }
   return pool->KeepIn(path, message);
 }
@@ -130,8 +134,8 @@ std::vector<ResumedPool> Fleet::TakeResumed() {
       continue;
     }
     LogEvent(LogLevel::kInfo, "pool_resumed",
-             {{"pool", resumed->order.name},
-              {"owner", resumed->order.owner},
+             {{"pool", resumed->create_options.name},
+              {"owner", resumed->create_options.owner},
               {"next_sequence_number", absl::StrCat(resumed->next_sequence_number)}});
     all.push_back(*std::move(resumed));
   }
@@ -146,20 +150,20 @@ absl::StatusOr<ResumedPool> Fleet::Resume(const FleetState::Left& left) {
     return options.ok() ? encoding.status() : options.status();
   }
   ResumedPool resumed;
-  resumed.order = {message.owner(), message.name(), *std::move(options), {}};
-  PoolTerms& terms = resumed.order.terms;
-  terms.encoding = *encoding;
-  terms.shares_memory = message.spec().transport() == v1::TRANSPORT_SHARED_MEMORY;
+  resumed.create_options = {message.owner(), message.name(), *std::move(options), {}};
+  SessionOptions& session_options = resumed.create_options.session_options;
+  session_options.encoding = *encoding;
+  session_options.shares_memory = message.spec().transport() == v1::TRANSPORT_SHARED_MEMORY;
   if (message.spec().has_lease_duration()) {
-    terms.lease_duration = absl::Seconds(message.spec().lease_duration().seconds()) +
-                           absl::Nanoseconds(message.spec().lease_duration().nanos());
+    session_options.lease_duration = absl::Seconds(message.spec().lease_duration().seconds()) +
+                                     absl::Nanoseconds(message.spec().lease_duration().nanos());
   }
-  absl::StatusOr<std::unique_ptr<FleetPool>> pool = Make(resumed.order);
+  absl::StatusOr<std::unique_ptr<FleetPool>> pool = Make(resumed.create_options);
   if (!pool.ok()) {
     return pool.status();
   }
   // A learner cannot map again what an earlier process shared with it.
-  const int64_t answer_count = terms.shares_memory ? 0 : options_.requests_in_flight_max;
+  const int64_t answer_count = session_options.shares_memory ? 0 : options_.requests_in_flight_max;
   const auto requests = (*pool)->Resume(left.path, left.pool, answer_count);
   if (!requests.ok()) {
     return requests.status();

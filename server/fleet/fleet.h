@@ -33,7 +33,7 @@ class Fleet final : public PoolBackendFactory {
 
   // Errors: those of FleetPool::Check; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes have
   // too little room.
-  void Create(const PoolOrder& order, CreateDone done) override;
+  void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
   bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
@@ -42,9 +42,10 @@ class Fleet final : public PoolBackendFactory {
   // Nodes may have changed. Does not block.
   void OnNodesChanged();
   // A pool that has no shards yet.
-  absl::StatusOr<std::unique_ptr<FleetPool>> Make(const PoolOrder& order);
+  absl::StatusOr<std::unique_ptr<FleetPool>> Make(const CreatePoolOptions& create_options);
   // Keeps it, if pools are kept.
-  static absl::Status Keep(const PoolOrder& order, const std::string& path, FleetPool* pool);
+  static absl::Status Keep(const CreatePoolOptions& create_options, const std::string& path,
+                           FleetPool* pool);
   absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
   // Has everybody look at the nodes when these have changed, and now and then.
   void Watch();

@@ -61,17 +61,19 @@ PoolSupervisor::~PoolSupervisor() {
 }
 
 void PoolSupervisor::Create(absl::string_view owner, absl::string_view id,
-                            const PoolOptions& options, const PoolTerms& terms, CreateDone done) {
+                            const PoolOptions& options, const SessionOptions& session_options,
+                            CreateDone done) {
   absl::StatusOr<PoolRegistry::Key> key = Reserve(owner, id, options);
   if (!key.ok()) {
     done(key.status());
     return;
   }
-  const PoolOrder order = {key->first, key->second, options, terms};
-  backend_factory_->Create(order, [this, key = *std::move(key), terms, done = std::move(done)](
-                                      absl::StatusOr<std::unique_ptr<PoolBackend>> pool) mutable {
-    Finish(key, std::move(pool), terms, std::move(done));
-  });
+  const CreatePoolOptions create_options = {key->first, key->second, options, session_options};
+  backend_factory_->Create(create_options,
+                           [this, key = *std::move(key), session_options, done = std::move(done)](
+                               absl::StatusOr<std::unique_ptr<PoolBackend>> pool) mutable {
+                             Finish(key, std::move(pool), session_options, std::move(done));
+                           });
 }
 
 absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owner,
@@ -94,14 +96,15 @@ absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owne
 
 void PoolSupervisor::Finish(const PoolRegistry::Key& key,
                             absl::StatusOr<std::unique_ptr<PoolBackend>> pool,
-                            const PoolTerms& terms, CreateDone done) {
+                            const SessionOptions& session_options, CreateDone done) {
   if (!pool.ok()) {
     pools_.Remove(key);
     done(pool.status());
     return;
   }
-  const PoolOrder order = {key.first, key.second, (*pool)->options(), terms};
-  std::shared_ptr<PoolSession> session = MakeSession(order, *std::move(pool));
+  const CreatePoolOptions create_options = {key.first, key.second, (*pool)->options(),
+                                            session_options};
+  std::shared_ptr<PoolSession> session = MakeSession(create_options, *std::move(pool));
   pools_.Put(key, session);
   LogEvent(LogLevel::kInfo, "pool_created",
            {{"pool", session->name()},
@@ -111,19 +114,21 @@ void PoolSupervisor::Finish(const PoolRegistry::Key& key,
   done(std::move(session));
 }
 
-std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolOrder& order,
+std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const CreatePoolOptions& create_options,
                                                          std::unique_ptr<PoolBackend> pool) {
   {
     absl::MutexLock lock(&mutex_);
     ++unfreed_count_;
   }
-  const PoolTerms& terms = order.terms;
+  const SessionOptions& session_options = create_options.session_options;
   // Shared by the registry and by who uses it at the moment; freed on the background executor,
   // because the last to let go may be a worker, which the pool's worker pool cannot do without.
-  return {new PoolSession(order.owner, order.name, std::move(pool), terms.lease_duration,
+  return {new PoolSession(create_options.owner, create_options.name, std::move(pool),
+                          session_options.lease_duration,
                           {&owners_, &executor_, &lease_timer_, &resume_buffer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
-                          terms.encoding, terms.shares_memory ? shared_folder_.get() : nullptr),
+                          session_options.encoding,
+                          session_options.shares_memory ? shared_folder_.get() : nullptr),
           [this](PoolSession* freed) {
             executor_.Run(freed->owner(), [this, freed] {
               delete freed;
@@ -137,13 +142,16 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const PoolOrder& order,
 std::vector<PoolSupervisor::Resumed> PoolSupervisor::Resume() {
   std::vector<Resumed> all;
   for (ResumedPool& resumed : backend_factory_->TakeResumed()) {
-    const PoolOrder& order = resumed.order;
-    Resumed session = {MakeSession(order, std::move(resumed.pool)), std::move(resumed.requests)};
+    const CreatePoolOptions& create_options = resumed.create_options;
+    Resumed session = {MakeSession(create_options, std::move(resumed.pool)),
+                       std::move(resumed.requests)};
     session.pool->ResumeAt(resumed.next_sequence_number);
     absl::StatusOr<Owners::Share> share =
-        owners_.Take(order.owner, {.pool_count = 1, .env_count = order.options.env_count});
+        owners_.Take(create_options.owner,
+                     {.pool_count = 1, .env_count = create_options.options.env_count});
     all.push_back(session);
-    pools_.Add(session.pool, {capacity_.Count(order.options.env_count, FrameBytes(order.options)),
+    pools_.Add(session.pool, {capacity_.Count(create_options.options.env_count,
+                                              FrameBytes(create_options.options)),
                               share.ok() ? *std::move(share) : Owners::Share()});
   }
   return all;

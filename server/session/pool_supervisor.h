@@ -90,7 +90,7 @@ class PoolSupervisor {
   // shares_memory(), if it shares any. Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS;
   // RESOURCE_EXHAUSTED a limit; UNAVAILABLE while draining; those of Pool::Create.
   void Create(absl::string_view owner, absl::string_view id, const PoolOptions& options,
-              const PoolTerms& terms, CreateDone done);
+              const SessionOptions& session_options, CreateDone done);
 
   // The pools that earlier processes of this server left, which are there again, to be called once
   // at the start; what is to be carried out `again` is for the caller to do, and no turn of another
@@ -144,10 +144,10 @@ class PoolSupervisor {
   absl::StatusOr<PoolRegistry::Key> Reserve(absl::string_view owner, absl::string_view id,
                                             const PoolOptions& options);
   // A session that is freed where it can be.
-  std::shared_ptr<PoolSession> MakeSession(const PoolOrder& order,
+  std::shared_ptr<PoolSession> MakeSession(const CreatePoolOptions& create_options,
                                            std::unique_ptr<PoolBackend> pool);
   void Finish(const PoolRegistry::Key& key, absl::StatusOr<std::unique_ptr<PoolBackend>> pool,
-              const PoolTerms& terms, CreateDone done);
+              const SessionOptions& session_options, CreateDone done);
 
   const Limits limits_;
   Metrics* const metrics_;

@@ -45,14 +45,14 @@ int Milliseconds(absl::Duration duration) {
 
 // Calls a unary method and returns its response.
 template <typename Stub, typename Request, typename Response>
-absl::StatusOr<Response> CallUnary(const CallTerms& terms, Stub* stub,
+absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
                                    grpc::Status (Stub::*method)(grpc::ClientContext*,
                                                                 const Request&, Response*),
                                    const Request& request) {
   grpc::ClientContext context;
-  ShowToken(terms.token, &context);
-  if (terms.timeout != absl::InfiniteDuration()) {
-    context.set_deadline(absl::ToChronoTime(absl::Now() + terms.timeout));
+  ShowToken(options.token, &context);
+  if (options.timeout != absl::InfiniteDuration()) {
+    context.set_deadline(absl::ToChronoTime(absl::Now() + options.timeout));
   }
   Response response;
   if (const grpc::Status status = (stub->*method)(&context, request, &response); !status.ok()) {
@@ -138,7 +138,7 @@ std::unique_ptr<Client> Client::OfChannel(const std::shared_ptr<grpc::Channel>& 
 
 Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
                absl::Duration call_timeout)
-    : terms_{std::move(token), call_timeout},
+    : call_options_{std::move(token), call_timeout},
       catalog_(v1::CatalogService::NewStub(channel)),
       cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
@@ -147,22 +147,22 @@ Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
       render_(v1::RenderService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
-  return CallUnary(terms_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
+  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
                    v1::GetCatalogRequest());
 }
 
 absl::StatusOr<v1::Load> Client::GetLoad() {
-  return CallUnary(terms_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
+  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
                    v1::GetLoadRequest());
 }
 
 absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
-  return CallUnary(terms_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
+  return CallUnary(call_options_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
                    v1::ListNodesRequest());
 }
 
 std::unique_ptr<NodeWatch> Client::WatchNodes() {
-  return std::make_unique<NodeWatch>(terms_.token, [this](grpc::ClientContext* context) {
+  return std::make_unique<NodeWatch>(call_options_.token, [this](grpc::ClientContext* context) {
     return cluster_->WatchNodes(context, v1::WatchNodesRequest());
   });
 }
@@ -171,7 +171,7 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
   absl::Status status = pool.ok() ? ValidateCreatedPool(*pool, request) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -179,7 +179,7 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
   absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -189,7 +189,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   v1::ListPoolsRequest request;
   for (int page_count = 0; page_count < kPoolPagesMax; ++page_count) {
     absl::StatusOr<v1::ListPoolsResponse> page =
-        CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
+        CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -211,7 +211,8 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
 absl::Status Client::DeletePool(const std::string& name) {
   v1::DeletePoolRequest request;
   request.set_name(name);
-  return CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::DeletePool, request).status();
+  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::DeletePool, request)
+      .status();
 }
 
 absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
@@ -223,7 +224,7 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
     request.mutable_lease_duration()->set_seconds(duration.tv_sec);
     request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
   }
-  auto pool = CallUnary(terms_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
   absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -231,7 +232,7 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
   std::unique_ptr<StepStream> stream(
-      new StepStream(step_.get(), terms_.token, terms_.timeout, pool, options));
+      new StepStream(step_.get(), call_options_.token, call_options_.timeout, pool, options));
   if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
@@ -248,7 +249,7 @@ absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& poo
   request.set_response_bytes_max(response_bytes_max);
   do {
     absl::StatusOr<v1::SaveStatesResponse> page =
-        CallUnary(terms_, states_.get(), &v1::StateService::Stub::SaveStates, request);
+        CallUnary(call_options_, states_.get(), &v1::StateService::Stub::SaveStates, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -293,7 +294,8 @@ absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1:
 }
 
 absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::RestoreStates, request).status();
+  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::RestoreStates, request)
+      .status();
 }
 
 absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::ClonePair> pairs,
@@ -303,7 +305,8 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   request.set_source_pool(source.pool);
   request.set_source_server(source.server);
   request.mutable_pairs()->Add(pairs.begin(), pairs.end());
-  return CallUnary(terms_, states_.get(), &v1::StateService::Stub::CloneStates, request).status();
+  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::CloneStates, request)
+      .status();
 }
 
 absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t environment,
@@ -312,7 +315,8 @@ absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t 
   request.set_pool(pool);
   request.set_environment(environment);
   request.set_selector(selector);
-  auto episode = CallUnary(terms_, states_.get(), &v1::StateService::Stub::GetEpisode, request);
+  auto episode =
+      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::GetEpisode, request);
   absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
   return IfValid(std::move(episode), std::move(status));
 }
@@ -326,8 +330,8 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
   request.set_size_px(size_px);
   request.set_format(format);
   request.set_view(view);
-  auto rendered =
-      CallUnary(terms_, render_.get(), &v1::RenderService::Stub::RenderEnvironments, request);
+  auto rendered = CallUnary(call_options_, render_.get(),
+                            &v1::RenderService::Stub::RenderEnvironments, request);
   absl::Status status = rendered.ok()
                             ? ValidateFrames(rendered->frames(), environments, size_px, format)
                             : rendered.status();
@@ -336,7 +340,7 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
 
 std::unique_ptr<PoolWatch> Client::Watch(const v1::WatchPoolRequest& request) {
   return std::make_unique<PoolWatch>(
-      terms_.token,
+      call_options_.token,
       [&](grpc::ClientContext* context) { return render_->WatchPool(context, request); },
       [environments =
            std::vector<int32_t>(request.environments().begin(), request.environments().end()),

@@ -47,7 +47,7 @@ struct CloneSource {
 };
 
 // What goes with each call.
-struct CallTerms {
+struct CallOptions {
   std::string token;  // empty: none
   absl::Duration timeout = absl::InfiniteDuration();
 };
@@ -127,7 +127,7 @@ class Client {
          absl::Duration call_timeout);
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
-  const CallTerms terms_;
+  const CallOptions call_options_;
   const std::unique_ptr<procgen::v1::CatalogService::Stub> catalog_;
   const std::unique_ptr<procgen::v1::ClusterService::Stub> cluster_;
   const std::unique_ptr<procgen::v1::PoolService::Stub> pools_;

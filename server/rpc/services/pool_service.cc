@@ -72,8 +72,9 @@ absl::Status CheckAnswersFit(const ObservationCoding& coding, const Limits& limi
 }
 
 // How a pool of `spec` is kept, and how what it answers travels.
-absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const ObservationFormat& format,
-                                      const PoolSupervisor& supervisor) {
+absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec,
+                                                const ObservationFormat& format,
+                                                const PoolSupervisor& supervisor) {
   const absl::StatusOr<Encoding> encoding = EncodingOf(spec);
   if (!encoding.ok()) {
     return encoding.status();
@@ -88,16 +89,16 @@ absl::StatusOr<PoolTerms> PoolTermsOf(const v1::PoolSpec& spec, const Observatio
       return status;
     }
   }
-  PoolTerms terms = {.encoding = *encoding, .shares_memory = *shares_memory};
+  SessionOptions session_options = {.encoding = *encoding, .shares_memory = *shares_memory};
   if (spec.has_lease_duration()) {
     const absl::StatusOr<absl::Duration> lease_duration =
         LeaseDurationOf("spec.lease_duration", spec.lease_duration(), supervisor.limits());
     if (!lease_duration.ok()) {
       return lease_duration.status();
     }
-    terms.lease_duration = *lease_duration;
+    session_options.lease_duration = *lease_duration;
   }
-  return terms;
+  return session_options;
 }
 
 }  // namespace
@@ -116,23 +117,23 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
   return Call::Start(*callers_, *context, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
-    absl::StatusOr<PoolTerms> terms =
-        options.ok() ? PoolTermsOf(spec, options->observation_format, *supervisor_)
+    absl::StatusOr<SessionOptions> session_options =
+        options.ok() ? SessionOptionsOf(spec, options->observation_format, *supervisor_)
                      : options.status();
-    if (terms.ok() && options->level_sampler != nullptr) {
+    if (session_options.ok() && options->level_sampler != nullptr) {
       auto held =
           HoldSampler(call->owner(), std::move(options->level_sampler), &supervisor_->owners());
       if (held.ok()) {
         options->level_sampler = *std::move(held);
       } else {
-        terms = held.status();
+        session_options = held.status();
       }
     }
-    if (!terms.ok()) {
-      call->Finish(terms.status());
+    if (!session_options.ok()) {
+      call->Finish(session_options.status());
       return;
     }
-    supervisor_->Create(call->owner(), call->request().pool_id(), *options, *terms,
+    supervisor_->Create(call->owner(), call->request().pool_id(), *options, *session_options,
                         [call](absl::StatusOr<std::shared_ptr<PoolSession>> pool) {
                           if (!pool.ok()) {
                             call->Finish(pool.status());

@@ -52,7 +52,7 @@ void EndAttach(const PoolSupervisor* supervisor, Attachment attachment, absl::St
     return;
   }
   const PoolSession& pool = *attachment.pool;
-  supervisor->metrics().AddStream(attachment.terms.options.resumable &&
+  supervisor->metrics().AddStream(attachment.stream_options.attach.resumable &&
                                   pool.next_sequence_number() > 1);
   LogEvent(LogLevel::kInfo, "stream_attached",
            {{"pool", pool.name()},
@@ -63,7 +63,7 @@ void EndAttach(const PoolSupervisor* supervisor, Attachment attachment, absl::St
 
 }  // namespace
 
-absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const Limits& limits) {
+absl::StatusOr<StreamOptions> ReadAttach(const v1::StepPoolRequest& request, const Limits& limits) {
   if (!request.has_attach()) {
     return absl::InvalidArgumentError(
         "the first request of a stream has no attach; name the pool there");
@@ -93,22 +93,23 @@ absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const
   if (!response_bytes_max.ok()) {
     return response_bytes_max.status();
   }
-  StreamTerms terms;
-  terms.options.requests_in_flight_max = *in_flight;
-  terms.options.resumable = attach.resumable();
-  terms.options.take_over = attach.take_over();
-  terms.options.held_batches_max = attach.held_batches_max();
-  terms.options.held_batches.assign(attach.held_batches().begin(), attach.held_batches().end());
-  terms.response_bytes_max = *response_bytes_max;
-  return terms;
+  StreamOptions stream_options;
+  stream_options.attach.requests_in_flight_max = *in_flight;
+  stream_options.attach.resumable = attach.resumable();
+  stream_options.attach.take_over = attach.take_over();
+  stream_options.attach.held_batches_max = attach.held_batches_max();
+  stream_options.attach.held_batches.assign(attach.held_batches().begin(),
+                                            attach.held_batches().end());
+  stream_options.response_bytes_max = *response_bytes_max;
+  return stream_options;
 }
 
 void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
                   const v1::StepPoolRequest& request, PoolSession::EndStream end_stream,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done) {
-  const absl::StatusOr<StreamTerms> terms = ReadAttach(request, supervisor->limits());
-  if (!terms.ok()) {
-    done(terms.status());
+  const absl::StatusOr<StreamOptions> stream_options = ReadAttach(request, supervisor->limits());
+  if (!stream_options.ok()) {
+    done(stream_options.status());
     return;
   }
   const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
@@ -119,15 +120,15 @@ void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
     return;
   }
   (*pool)->Attach(
-      terms->options, std::move(end_stream),
-      [supervisor, attachment = Attachment{*pool, *terms},
+      stream_options->attach, std::move(end_stream),
+      [supervisor, attachment = Attachment{*pool, *stream_options},
        done = std::move(done)](absl::Status attached) mutable {
         if (!attached.ok()) {
           done(std::move(attached));
           return;
         }
         PoolSession* const session = attachment.pool.get();
-        const AttachOptions options = attachment.terms.options;
+        const AttachOptions options = attachment.stream_options.attach;
         session->ShareMemory(options, [supervisor, attachment = std::move(attachment),
                                        done = std::move(done)](absl::Status shared) mutable {
           EndAttach(supervisor, std::move(attachment), std::move(shared), std::move(done));
@@ -135,15 +136,15 @@ void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
       });
 }
 
-void FillAttached(const PoolSession& pool, const StreamTerms& terms,
+void FillAttached(const PoolSession& pool, const StreamOptions& stream_options,
                   v1::StepPoolResponse* response) {
   response->set_sequence_number(0);
   v1::Attached* attached = response->mutable_attached();
   *attached->mutable_pool() = PoolMessageOf(pool);
   attached->set_next_sequence_number(pool.next_sequence_number());
   attached->set_oldest_kept_sequence_number(pool.oldest_kept_sequence_number());
-  attached->set_response_bytes_max(terms.response_bytes_max);
-  attached->set_requests_in_flight_max(terms.options.requests_in_flight_max);
+  attached->set_response_bytes_max(stream_options.response_bytes_max);
+  attached->set_requests_in_flight_max(stream_options.attach.requests_in_flight_max);
   if (pool.shared_ring() != nullptr) {
     FillSharedMemory(pool, attached->mutable_shared_memory());
   }

@@ -16,19 +16,19 @@
 namespace procgen {
 
 // What a stream gets that attaches.
-struct StreamTerms {
-  AttachOptions options;
+struct StreamOptions {
+  AttachOptions attach;
   int64_t response_bytes_max = 0;
 };
 
 // What the first request of a stream asks for. Errors: INVALID_ARGUMENT it is no attach, or asks
 // for what makes no sense; RESOURCE_EXHAUSTED for more than a limit.
-absl::StatusOr<StreamTerms> ReadAttach(const v1::StepPoolRequest& request, const Limits& limits);
+absl::StatusOr<StreamOptions> ReadAttach(const v1::StepPoolRequest& request, const Limits& limits);
 
 // A pool that a stream has.
 struct Attachment {
   std::shared_ptr<PoolSession> pool;
-  StreamTerms terms;
+  StreamOptions stream_options;
 };
 
 // Whose stream it is, and from where.
@@ -47,7 +47,7 @@ void AttachStream(const PoolSupervisor* supervisor, const Learner& learner,
                   absl::AnyInvocable<void(absl::StatusOr<Attachment>)> done);
 
 // The answer to attach.
-void FillAttached(const PoolSession& pool, const StreamTerms& terms,
+void FillAttached(const PoolSession& pool, const StreamOptions& stream_options,
                   v1::StepPoolResponse* response);
 
 }  // namespace procgen

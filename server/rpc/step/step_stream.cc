@@ -220,8 +220,9 @@ absl::Status StepStream::Understand(StreamRequest* request) const {
     request->request.chunk_count = 1;  // its response has no observations to be split
     return absl::OkStatus();
   }
-  const absl::StatusOr<int32_t> rows_max = ResponseRowsMax(
-      "attach.response_bytes_max", request->request, pool_->coding(), terms_.response_bytes_max);
+  const absl::StatusOr<int32_t> rows_max =
+      ResponseRowsMax("attach.response_bytes_max", request->request, pool_->coding(),
+                      stream_options_.response_bytes_max);
   request->request.chunk_rows_max = rows_max.value_or(0);
   return rows_max.status();
 }
@@ -261,7 +262,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
   if (attachment.ok()) {
     pool_ = std::move(attachment->pool);
     pool_name_ = pool_->name();
-    terms_ = attachment->terms;
+    stream_options_ = attachment->stream_options;
     caller_.share = Owners::Share();
     if (context_.direct_lines != nullptr && pool_->shared_ring() != nullptr) {
       pipe_key_ = context_.direct_lines->Expect(weak_from_this());
@@ -275,9 +276,9 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
     }
     requests_.EndTakingIn();
     if (attachment.ok() && status_.ok()) {
-      requests_.Grow(static_cast<size_t>(terms_.options.requests_in_flight_max));
+      requests_.Grow(static_cast<size_t>(stream_options_.attach.requests_in_flight_max));
       Response* response = responses_.Take();
-      FillAttached(*pool_, terms_, &response->message);
+      FillAttached(*pool_, stream_options_, &response->message);
       if (!pipe_key_.empty()) {
         FillDirectLine(*context_.direct_lines, pipe_key_, &response->message);
       }
@@ -352,7 +353,7 @@ absl::StatusOr<std::optional<Batch>> StepStream::PreparePart(Part part) {
     }
     // What cannot be sent is kept all the same if it may be asked for again.
     unsent_ = unsent_ || interruption_ == Interruption::kCancelled || !responses_.has_free();
-    if (unsent_ && !terms_.options.resumable) {
+    if (unsent_ && !stream_options_.attach.resumable) {
       return Batch();
     }
     response_ = responses_.Take();
@@ -388,8 +389,8 @@ absl::Cord StepStream::PartDone(Part part, bool keep) {
 
 absl::Status StepStream::Recall(const Answer& answer) {
   absl::MutexLock lock(&mutex_);
-  if (absl::Status status =
-          CheckKeptAnswer(running_->request.sequence_number, answer, terms_.response_bytes_max);
+  if (absl::Status status = CheckKeptAnswer(running_->request.sequence_number, answer,
+                                            stream_options_.response_bytes_max);
       !status.ok()) {
     return status;
   }

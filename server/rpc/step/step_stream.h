@@ -139,7 +139,7 @@ class StepStream final : public ResponseSink,
   // Set by attach; null once detached.
   std::shared_ptr<PoolSession> pool_;
   std::string pool_name_;
-  StreamTerms terms_;
+  StreamOptions stream_options_;
   std::string pipe_key_;                  // by which pipes may be opened; empty: none
   std::unique_ptr<PipeTransport> pipes_;  // written once, under the lock; null: none are open
   ResponseBuilder builder_;               // of the request that is executed

@@ -133,17 +133,18 @@ LocalPoolFactory::LocalPoolFactory(int32_t worker_count, std::shared_ptr<const S
       art_(std::move(art)),
       executor_(executor) {}
 
-void LocalPoolFactory::Create(const PoolOrder& order, CreateDone done) {
-  executor_->Run(order.owner, [this, drawn = order.options, owner = order.owner,
-                               done = std::move(done)]() mutable {
-    drawn.art = art_;
-    absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, workers_);
-    if (pool.ok()) {
-      done(std::make_unique<LocalPool>(*std::move(pool), std::move(owner), executor_));
-    } else {
-      done(pool.status());
-    }
-  });
+void LocalPoolFactory::Create(const CreatePoolOptions& create_options, CreateDone done) {
+  executor_->Run(
+      create_options.owner, [this, drawn = create_options.options, owner = create_options.owner,
+                             done = std::move(done)]() mutable {
+        drawn.art = art_;
+        absl::StatusOr<std::unique_ptr<Pool>> pool = Pool::Create(drawn, workers_);
+        if (pool.ok()) {
+          done(std::make_unique<LocalPool>(*std::move(pool), std::move(owner), executor_));
+        } else {
+          done(pool.status());
+        }
+      });
 }
 
 }  // namespace procgen

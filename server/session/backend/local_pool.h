@@ -52,7 +52,7 @@ class LocalPoolFactory final : public PoolBackendFactory {
   LocalPoolFactory(int32_t worker_count, std::shared_ptr<const SharedArt> art,
                    BackgroundExecutor* executor);
 
-  void Create(const PoolOrder& order, CreateDone done) override;
+  void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   int32_t worker_count() const override { return workers_->thread_count(); }
 
  private:

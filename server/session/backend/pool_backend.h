@@ -71,7 +71,7 @@ class PoolBackend {
 };
 
 // How a pool is kept, and how its batches travel, besides what it is made of.
-struct PoolTerms {
+struct SessionOptions {
   absl::Duration lease_duration = absl::InfiniteDuration();  // its life without a stream
   Encoding encoding = Encoding::kRaw;
   // Batches are written where learners map them; then as they are drawn.
@@ -79,16 +79,16 @@ struct PoolTerms {
 };
 
 // A pool that is to be made.
-struct PoolOrder {
+struct CreatePoolOptions {
   std::string owner;
   std::string name;
   PoolOptions options;
-  PoolTerms terms;
+  SessionOptions session_options;
 };
 
 // A pool that goes on where an earlier process had it.
 struct ResumedPool {
-  PoolOrder order;
+  CreatePoolOptions create_options;
   std::unique_ptr<PoolBackend> pool;
   int64_t next_sequence_number = 1;
   // The last requests that were accepted, serialised as they were sent. The pool stands before the
@@ -105,7 +105,7 @@ class PoolBackendFactory {
 
   // Makes a pool and calls `done` once, on any thread. Errors: those of Pool::Create, and what
   // keeps the backend from having it.
-  virtual void Create(const PoolOrder& order, CreateDone done) = 0;
+  virtual void Create(const CreatePoolOptions& create_options, CreateDone done) = 0;
   // The pools that earlier processes left here; once.
   virtual std::vector<ResumedPool> TakeResumed() { return {}; }
   // Whether its pools outlive the process: the next one has them, and learners need but wait for

@@ -28,7 +28,7 @@ TEST(WorldSettingsTest, DefaultsAreThoseOfUpstream) {
   EXPECT_EQ(plan->options.environment.distribution_mode, DistributionMode::kHard);
   EXPECT_EQ(plan->options.environment.center_agent, defaults.center_agent);
   EXPECT_EQ(plan->options.environment.use_backgrounds, defaults.use_backgrounds);
-  EXPECT_EQ(plan->terms.lease_duration, absl::InfiniteDuration());
+  EXPECT_EQ(plan->session_options.lease_duration, absl::InfiniteDuration());
 }
 
 TEST(WorldSettingsTest, EverySettingArrives) {
@@ -72,7 +72,7 @@ TEST(WorldSettingsTest, EverySettingArrives) {
   EXPECT_THAT(plan->options.observation_format.Shape(), ElementsAre(4, 1, 84, 84));
   EXPECT_EQ(plan->options.first_env, 2);
   EXPECT_EQ(plan->options.total_env_count, 9);
-  EXPECT_EQ(plan->terms.lease_duration, absl::Minutes(1));
+  EXPECT_EQ(plan->session_options.lease_duration, absl::Minutes(1));
   EXPECT_EQ(plan->pool_id, "mine");
 }
 

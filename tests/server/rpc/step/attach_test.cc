@@ -11,12 +11,12 @@ using testing::HasSubstr;
 TEST(AttachTest, WhatIsLeftOutHasDefaults) {
   v1::StepPoolRequest request;
   request.mutable_attach();
-  const auto terms = ReadAttach(request, Limits());
-  ASSERT_THAT(terms, IsOk());
-  EXPECT_EQ(terms->options.requests_in_flight_max, 2);
-  EXPECT_FALSE(terms->options.resumable);
-  EXPECT_FALSE(terms->options.take_over);
-  EXPECT_EQ(terms->response_bytes_max, 4 << 20);
+  const auto stream_options = ReadAttach(request, Limits());
+  ASSERT_THAT(stream_options, IsOk());
+  EXPECT_EQ(stream_options->attach.requests_in_flight_max, 2);
+  EXPECT_FALSE(stream_options->attach.resumable);
+  EXPECT_FALSE(stream_options->attach.take_over);
+  EXPECT_EQ(stream_options->response_bytes_max, 4 << 20);
 }
 
 TEST(AttachTest, WhatIsAskedForIsGiven) {
@@ -25,22 +25,22 @@ TEST(AttachTest, WhatIsAskedForIsGiven) {
   request.mutable_attach()->set_resumable(true);
   request.mutable_attach()->set_take_over(true);
   request.mutable_attach()->set_response_bytes_max(100'000);
-  const auto terms = ReadAttach(request, Limits());
-  ASSERT_THAT(terms, IsOk());
-  EXPECT_EQ(terms->options.requests_in_flight_max, 3);
-  EXPECT_TRUE(terms->options.resumable);
-  EXPECT_TRUE(terms->options.take_over);
-  EXPECT_EQ(terms->response_bytes_max, 100'000);
+  const auto stream_options = ReadAttach(request, Limits());
+  ASSERT_THAT(stream_options, IsOk());
+  EXPECT_EQ(stream_options->attach.requests_in_flight_max, 3);
+  EXPECT_TRUE(stream_options->attach.resumable);
+  EXPECT_TRUE(stream_options->attach.take_over);
+  EXPECT_EQ(stream_options->response_bytes_max, 100'000);
 }
 
 TEST(AttachTest, HeldBatchesAreTakenOverAndReleasedOnesRefused) {
   v1::StepPoolRequest request;
   request.mutable_attach()->set_held_batches_max(5);
   request.mutable_attach()->add_held_batches(3);
-  const auto terms = ReadAttach(request, Limits());
-  ASSERT_THAT(terms, IsOk());
-  EXPECT_EQ(terms->options.held_batches_max, 5);
-  EXPECT_THAT(terms->options.held_batches, testing::ElementsAre(3));
+  const auto stream_options = ReadAttach(request, Limits());
+  ASSERT_THAT(stream_options, IsOk());
+  EXPECT_EQ(stream_options->attach.held_batches_max, 5);
+  EXPECT_THAT(stream_options->attach.held_batches, testing::ElementsAre(3));
   request.mutable_attach()->set_held_batches_max(1025);
   EXPECT_THAT(ReadAttach(request, Limits()),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: 0 to 1024")));
