@@ -110,7 +110,7 @@ class GrpcServer final : public Server {
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
         callers_(options.tokens, options.tls != nullptr && options.tls->asks_clients(),
-                 options.limits.attach_timeout, connections_.get(), &supervisor_.owners(),
+                 options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(),
                  &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),

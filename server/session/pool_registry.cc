@@ -38,7 +38,8 @@ absl::Status CheckName(absl::string_view name) {
 }  // namespace
 
 absl::StatusOr<PoolRegistry::Key> PoolRegistry::Reserve(absl::string_view owner,
-                                                        absl::string_view id, Shares shares) {
+                                                        absl::string_view id,
+                                                        Reservations reservations) {
   if (!id.empty() && !IsPoolId(id, false)) {
     return absl::InvalidArgumentError(
         absl::StrCat("pool_id is '", id.substr(0, 2 * kPoolIdLengthMax),
@@ -48,7 +49,8 @@ absl::StatusOr<PoolRegistry::Key> PoolRegistry::Reserve(absl::string_view owner,
   absl::MutexLock lock(&mutex_);
   Key key(owner,
           id.empty() ? absl::StrCat(kNamePrefix, next_number_) : absl::StrCat(kNamePrefix, id));
-  if (!entries_.try_emplace(key, Entry{next_number_, std::move(shares), false, nullptr}).second) {
+  if (!entries_.try_emplace(key, Entry{next_number_, std::move(reservations), false, nullptr})
+           .second) {
     return absl::AlreadyExistsError(
         absl::StrCat("pool ", key.second, " exists; choose another pool_id"));
   }
@@ -61,10 +63,10 @@ void PoolRegistry::Put(const Key& key, std::shared_ptr<PoolSession> pool) {
   entries_.find(key)->second.pool = std::move(pool);
 }
 
-void PoolRegistry::Add(std::shared_ptr<PoolSession> pool, Shares shares) {
+void PoolRegistry::Add(std::shared_ptr<PoolSession> pool, Reservations reservations) {
   Key key(pool->owner(), pool->name());
   absl::MutexLock lock(&mutex_);
-  Entry entry = {next_number_++, std::move(shares), false, std::move(pool)};
+  Entry entry = {next_number_++, std::move(reservations), false, std::move(pool)};
   // Numbered pools that come get no name that is taken.
   int64_t named = 0;
   if (absl::SimpleAtoi(absl::StripPrefix(key.second, kNamePrefix), &named)) {

@@ -16,21 +16,21 @@
 #include "absl/synchronization/mutex.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/quota/capacity.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
 // Pools by owner and name. Owners have names of their own: to each, the pools of the others do not
 // exist, and their names are not taken.
 // Threads: any method from any thread; none blocks. Its lock comes before those of PoolSession,
-// Capacity and Owners, and no callback is called under it.
+// Capacity and Quotas, and no callback is called under it.
 class PoolRegistry {
  public:
   using Key = std::pair<std::string, std::string>;  // owner, name
   // What a pool takes of the server and of its owner's quotas, until it is removed.
-  struct Shares {
-    Capacity::Share capacity;
-    Owners::Share owner;
+  struct Reservations {
+    Capacity::Reservation capacity;
+    Quotas::Reservation owner;
   };
   struct Numbered {
     int64_t number = 0;  // >= 1, in order of making
@@ -39,11 +39,12 @@ class PoolRegistry {
 
   // Takes the name `pools/ID` for a pool that is being made (an empty id: a number is chosen).
   // Errors: INVALID_ARGUMENT a malformed id; ALREADY_EXISTS.
-  absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id, Shares shares);
+  absl::StatusOr<Key> Reserve(absl::string_view owner, absl::string_view id,
+                              Reservations reservations);
   // Once the pool of that name is made.
   void Put(const Key& key, std::shared_ptr<PoolSession> pool);
   // A pool that an earlier process made.
-  void Add(std::shared_ptr<PoolSession> pool, Shares shares);
+  void Add(std::shared_ptr<PoolSession> pool, Reservations reservations);
 
   // Errors: INVALID_ARGUMENT a malformed name; NOT_FOUND, also while it is being made.
   absl::StatusOr<std::shared_ptr<PoolSession>> Find(absl::string_view owner,
@@ -69,7 +70,7 @@ class PoolRegistry {
  private:
   struct Entry {
     int64_t number = 0;
-    Shares shares;
+    Reservations reservations;
     bool is_leaving = false;
     std::shared_ptr<PoolSession> pool;  // null while it is made
   };

@@ -41,7 +41,7 @@ PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metri
     : limits_(limits),
       metrics_(metrics),
       art_(std::move(art)),
-      owners_(limits, [this] { memory_trimmer_.Request(); }),
+      quotas_(limits, [this] { memory_trimmer_.Request(); }),
       capacity_(limits),
       resume_buffer_bytes_(limits.resume_buffer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
@@ -82,16 +82,17 @@ absl::StatusOr<PoolRegistry::Key> PoolSupervisor::Reserve(absl::string_view owne
   if (draining_) {
     return Draining();
   }
-  absl::StatusOr<Capacity::Share> room = capacity_.Take(options.env_count, FrameBytes(options));
+  absl::StatusOr<Capacity::Reservation> room =
+      capacity_.Reserve(options.env_count, FrameBytes(options));
   if (!room.ok()) {
     return room.status();
   }
-  absl::StatusOr<Owners::Share> share =
-      owners_.Take(owner, {.pool_count = 1, .env_count = options.env_count});
-  if (!share.ok()) {
-    return share.status();
+  absl::StatusOr<Quotas::Reservation> reservation =
+      quotas_.Reserve(owner, {.pool_count = 1, .env_count = options.env_count});
+  if (!reservation.ok()) {
+    return reservation.status();
   }
-  return pools_.Reserve(owner, id, {*std::move(room), *std::move(share)});
+  return pools_.Reserve(owner, id, {*std::move(room), *std::move(reservation)});
 }
 
 void PoolSupervisor::Finish(const PoolRegistry::Key& key,
@@ -125,7 +126,7 @@ std::shared_ptr<PoolSession> PoolSupervisor::MakeSession(const CreatePoolOptions
   // because the last to let go may be a worker, which the pool's worker pool cannot do without.
   return {new PoolSession(create_options.owner, create_options.name, std::move(pool),
                           session_options.lease_duration,
-                          {&owners_, &executor_, &lease_timer_, &resume_buffer_bytes_,
+                          {&quotas_, &executor_, &lease_timer_, &resume_buffer_bytes_,
                            &shared_memory_bytes_, &episode_bytes_, &step_count_, metrics_},
                           session_options.encoding,
                           session_options.shares_memory ? shared_folder_.get() : nullptr),
@@ -146,13 +147,13 @@ std::vector<PoolSupervisor::Resumed> PoolSupervisor::Resume() {
     Resumed session = {MakeSession(create_options, std::move(resumed.pool)),
                        std::move(resumed.requests)};
     session.pool->ResumeAt(resumed.next_sequence_number);
-    absl::StatusOr<Owners::Share> share =
-        owners_.Take(create_options.owner,
-                     {.pool_count = 1, .env_count = create_options.options.env_count});
+    absl::StatusOr<Quotas::Reservation> reservation =
+        quotas_.Reserve(create_options.owner,
+                        {.pool_count = 1, .env_count = create_options.options.env_count});
     all.push_back(session);
     pools_.Add(session.pool, {capacity_.Count(create_options.options.env_count,
                                               FrameBytes(create_options.options)),
-                              share.ok() ? *std::move(share) : Owners::Share()});
+                              reservation.ok() ? *std::move(reservation) : Quotas::Reservation()});
   }
   return all;
 }

@@ -25,7 +25,7 @@
 #include "server/session/quota/capacity.h"
 #include "server/session/quota/limits.h"
 #include "server/session/quota/memory_trimmer.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 #include "server/session/watch/frame_publishers.h"
 #include "server/shared_memory/shared_folder.h"
 
@@ -77,7 +77,7 @@ class PoolSupervisor {
   bool keeps_pools() const { return backend_factory_->keeps_pools(); }
 
   // What each owner holds. Pools are counted there by this; streams and calls by who serves them.
-  Owners& owners() { return owners_; }
+  Quotas& quotas() { return quotas_; }
   // Who watches what.
   FramePublishers& frame_publishers() { return frame_publishers_; }
   // For what takes long and is no step.
@@ -154,9 +154,9 @@ class PoolSupervisor {
   const std::shared_ptr<const SharedArt> art_;
   std::atomic<int64_t> step_count_ = 0;
   MemoryTrimmer memory_trimmer_;
-  Owners owners_;
+  Quotas quotas_;
   Capacity capacity_;
-  PoolRegistry pools_;  // after those that its pools have shares of
+  PoolRegistry pools_;  // after those that its pools have reservations of
   ByteBudget resume_buffer_bytes_;
   ByteBudget shared_memory_bytes_;
   ByteBudget episode_bytes_;

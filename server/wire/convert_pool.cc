@@ -252,11 +252,11 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(
 }
 
 absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
-    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Owners* owners) {
+    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas) {
   // Weights are kept one by one and summed up.
   const size_t bytes = sampler->level_seeds().size() * sizeof(int32_t) +
                        sampler->weights().size() * (sizeof(float) + sizeof(double));
-  return owners->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));
+  return quotas->Hold(owner, static_cast<int64_t>(bytes), std::move(sampler));
 }
 
 absl::StatusOr<absl::Duration> LeaseDurationOf(absl::string_view field,

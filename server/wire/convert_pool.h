@@ -44,7 +44,7 @@ absl::StatusOr<std::shared_ptr<const LevelSampler>> LevelSamplerOf(absl::string_
 // The same, counted among the buffers of `owner` until the last pool lets go of it. Errors:
 // RESOURCE_EXHAUSTED.
 absl::StatusOr<std::shared_ptr<const LevelSampler>> HoldSampler(
-    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Owners* owners);
+    absl::string_view owner, std::shared_ptr<const LevelSampler> sampler, Quotas* quotas);
 
 google::protobuf::Duration DurationMessageOf(absl::Duration duration);
 void FillTimestamp(absl::Time time, google::protobuf::Timestamp* message);

@@ -11,7 +11,7 @@
 #include "procgen/v1/step.pb.h"
 #include "server/session/backend/observation_coding.h"
 #include "server/session/backend/request.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
@@ -19,8 +19,8 @@ namespace procgen {
 // large.
 struct StreamRequest {
   v1::StepPoolRequest message;
-  size_t message_bytes = 0;  // on the wire
-  Owners::Share share;       // of a large one
+  size_t message_bytes = 0;         // on the wire
+  Quotas::Reservation reservation;  // of a large one
   std::vector<NextLevel> next_levels;
   std::vector<Reset> resets;
   Request request;  // refers to the above

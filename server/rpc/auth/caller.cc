@@ -57,13 +57,13 @@ absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
 }  // namespace
 
 Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell,
-                 absl::Duration request_timeout, Connections* connections, Owners* owners,
+                 absl::Duration request_timeout, Connections* connections, Quotas* quotas,
                  Metrics* metrics)
     : tokens_(std::move(tokens)),
       certificates_tell_(certificates_tell),
       request_timeout_(request_timeout),
       connections_(connections),
-      owners_(owners),
+      quotas_(quotas),
       metrics_(metrics) {}
 
 absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) const {
@@ -76,11 +76,11 @@ absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) co
     return owner.status();
   }
   connections_->Identify(context.peer());
-  absl::StatusOr<Owners::Share> share = owners_->Take(*owner, {.call_count = 1});
-  if (!share.ok()) {
-    return share.status();
+  absl::StatusOr<Quotas::Reservation> reservation = quotas_->Reserve(*owner, {.call_count = 1});
+  if (!reservation.ok()) {
+    return reservation.status();
   }
-  return Caller{*std::move(owner), *std::move(share), counted_};
+  return Caller{*std::move(owner), *std::move(reservation), counted_};
 }
 
 absl::StatusOr<AnonymousCall> Callers::AdmitAnonymous(

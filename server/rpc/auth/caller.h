@@ -15,14 +15,14 @@
 #include "server/net/connections.h"
 #include "server/rpc/auth/anonymous_call.h"
 #include "server/rpc/auth/token_file.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
 // Somebody who may call.
 struct Caller {
-  std::string owner;    // of the pools that it makes and sees; empty: callers are not asked
-  Owners::Share share;  // of the calls that the owner may have under way
+  std::string owner;  // of the pools that it makes and sees; empty: callers are not asked
+  Quotas::Reservation reservation;        // of the calls that the owner may have under way
   std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
 };
 
@@ -39,7 +39,7 @@ class Callers {
  public:
   // `tokens`: null, there are none. What is pointed to must outlive this.
   Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, absl::Duration request_timeout,
-          Connections* connections, Owners* owners, Metrics* metrics);
+          Connections* connections, Quotas* quotas, Metrics* metrics);
 
   // How long the first request of a call may take to arrive.
   absl::Duration request_timeout() const { return request_timeout_; }
@@ -58,8 +58,8 @@ class Callers {
 
   // Counts `bytes` of requests or responses among the buffers of `owner`. Errors:
   // RESOURCE_EXHAUSTED.
-  absl::StatusOr<Owners::Share> HoldBytes(absl::string_view owner, int64_t bytes) const {
-    return owners_->Take(owner, {.buffer_bytes = bytes});
+  absl::StatusOr<Quotas::Reservation> HoldBytes(absl::string_view owner, int64_t bytes) const {
+    return quotas_->Reserve(owner, {.buffer_bytes = bytes});
   }
 
   // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
@@ -77,7 +77,7 @@ class Callers {
   const bool certificates_tell_;
   const absl::Duration request_timeout_;
   Connections* const connections_;
-  Owners* const owners_;
+  Quotas* const quotas_;
   Metrics* const metrics_;
   const std::shared_ptr<const void> counted_ = std::make_shared<char>();  // shared by each Caller
 };

@@ -42,7 +42,7 @@ class UnaryCall final : public OneRequestStream {
     // A reader may be slow: only the serialised response waits for it.
     Request().Swap(&request_);
     Response().Swap(&response_);
-    request_share_ = Owners::Share();
+    request_reservation_ = Quotas::Reservation();
     if (!answered.ok()) {
       ByteStream::Finish(callers_.Dismiss(MethodNameOf<Request>(), answered));
       return;
@@ -75,7 +75,7 @@ class UnaryCall final : public OneRequestStream {
       status = ParseMessage(*bytes, &request_);
     }
     if (status.ok() && bytes->Length() > kLargeMessageBytes) {
-      status = Hold(request_.SpaceUsedLong(), &request_share_);
+      status = Hold(request_.SpaceUsedLong(), &request_reservation_);
       bytes->Clear();
     }
     if (!status.ok()) {
@@ -87,19 +87,20 @@ class UnaryCall final : public OneRequestStream {
 
   void OnDone() override { delete this; }
 
-  absl::Status Hold(size_t bytes, Owners::Share* share) {
-    absl::StatusOr<Owners::Share> taken = callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
+  absl::Status Hold(size_t bytes, Quotas::Reservation* reservation) {
+    absl::StatusOr<Quotas::Reservation> taken =
+        callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
     if (!taken.ok()) {
       return taken.status();
     }
-    *share = *std::move(taken);
+    *reservation = *std::move(taken);
     return absl::OkStatus();
   }
 
   absl::Status Serialize() {
     const size_t byte_count = response_.ByteSizeLong();
     if (byte_count > kLargeMessageBytes) {
-      if (absl::Status held = Hold(byte_count, &response_share_); !held.ok()) {
+      if (absl::Status held = Hold(byte_count, &response_reservation_); !held.ok()) {
         return held;
       }
     }
@@ -112,8 +113,8 @@ class UnaryCall final : public OneRequestStream {
   const Callers& callers_;
   const Serve serve_;
   Caller caller_;
-  Owners::Share request_share_;  // of large messages
-  Owners::Share response_share_;
+  Quotas::Reservation request_reservation_;  // of large messages
+  Quotas::Reservation response_reservation_;
   Request request_;
   Response response_;
   grpc::ByteBuffer bytes_;  // of the response

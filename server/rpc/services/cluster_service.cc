@@ -52,7 +52,7 @@ ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context)
   }
   // What else the caller counts in is left: a drain does not wait for those who watch.
   const std::shared_ptr<WatchNodesReactor> watch =
-      WatchNodesReactor::Start(cluster_, callers_, std::move(caller->share));
+      WatchNodesReactor::Start(cluster_, callers_, std::move(caller->reservation));
   std::erase_if(watches_, [](const auto& each) { return each.expired(); });
   watches_.push_back(watch);
   return watch.get();

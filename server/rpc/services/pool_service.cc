@@ -122,7 +122,7 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
                      : options.status();
     if (session_options.ok() && options->level_sampler != nullptr) {
       auto held =
-          HoldSampler(call->owner(), std::move(options->level_sampler), &supervisor_->owners());
+          HoldSampler(call->owner(), std::move(options->level_sampler), &supervisor_->quotas());
       if (held.ok()) {
         options->level_sampler = *std::move(held);
       } else {

@@ -195,12 +195,12 @@ absl::Status StepStream::HoldLarge(StreamRequest* request) const {
   if (request->message_bytes <= kLargeMessageBytes) {
     return absl::OkStatus();
   }
-  absl::StatusOr<Owners::Share> share = context_.callers->HoldBytes(
+  absl::StatusOr<Quotas::Reservation> reservation = context_.callers->HoldBytes(
       caller_.owner, static_cast<int64_t>(request->message.SpaceUsedLong()));
-  if (!share.ok()) {
-    return share.status();
+  if (!reservation.ok()) {
+    return reservation.status();
   }
-  request->share = *std::move(share);
+  request->reservation = *std::move(reservation);
   return absl::OkStatus();
 }
 
@@ -210,7 +210,7 @@ absl::Status StepStream::Understand(StreamRequest* request) const {
   }
   if (std::shared_ptr<const LevelSampler>& sampler = request->request.level_sampler;
       sampler != nullptr) {
-    auto held = HoldSampler(caller_.owner, std::move(sampler), &context_.supervisor->owners());
+    auto held = HoldSampler(caller_.owner, std::move(sampler), &context_.supervisor->quotas());
     if (!held.ok()) {
       return held.status();
     }
@@ -263,7 +263,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
     pool_ = std::move(attachment->pool);
     pool_name_ = pool_->name();
     stream_options_ = attachment->stream_options;
-    caller_.share = Owners::Share();
+    caller_.reservation = Quotas::Reservation();
     if (context_.direct_lines != nullptr && pool_->shared_ring() != nullptr) {
       pipe_key_ = context_.direct_lines->Expect(weak_from_this());
     }

@@ -134,7 +134,7 @@ class StepStream final : public ResponseSink,
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Context context_;
-  Caller caller_;             // its share: until it is attached
+  Caller caller_;             // its reservation: until it is attached
   grpc::Alarm attach_alarm_;  // until the first request was read
   // Set by attach; null once detached.
   std::shared_ptr<PoolSession> pool_;

@@ -12,17 +12,18 @@ namespace procgen {
 
 std::shared_ptr<WatchNodesReactor> WatchNodesReactor::Start(Cluster* cluster,
                                                             const Callers* callers,
-                                                            Owners::Share share) {
+                                                            Quotas::Reservation reservation) {
   std::shared_ptr<WatchNodesReactor> reactor(
-      new WatchNodesReactor(cluster, callers, std::move(share)));
+      new WatchNodesReactor(cluster, callers, std::move(reservation)));
   reactor->Begin(reactor);
   return reactor;
 }
 
-WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const Callers* callers, Owners::Share share)
+WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const Callers* callers,
+                                     Quotas::Reservation reservation)
     : LatestStream(callers, MethodNameOf<v1::WatchNodesRequest>()),
       cluster_(cluster),
-      share_(std::move(share)) {}
+      reservation_(std::move(reservation)) {}
 
 void WatchNodesReactor::OnRequest(absl::StatusOr<grpc::ByteBuffer> request) {
   v1::WatchNodesRequest message;

@@ -6,7 +6,7 @@
 #include "server/cluster/cluster.h"
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/watch/latest_stream.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
@@ -15,14 +15,14 @@ namespace procgen {
 class WatchNodesReactor final : public LatestStream {
  public:
   // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it.
-  // `share`: of the owner's calls; the stream is one of them while it lasts. `cluster` and
+  // `reservation`: of the owner's calls; the stream is one of them while it lasts. `cluster` and
   // `callers` must outlive it.
   static std::shared_ptr<WatchNodesReactor> Start(Cluster* cluster, const Callers* callers,
-                                                  Owners::Share share);
+                                                  Quotas::Reservation reservation);
   ~WatchNodesReactor() override = default;
 
  private:
-  WatchNodesReactor(Cluster* cluster, const Callers* callers, Owners::Share share);
+  WatchNodesReactor(Cluster* cluster, const Callers* callers, Quotas::Reservation reservation);
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   void LetGo() override;
@@ -30,7 +30,7 @@ class WatchNodesReactor final : public LatestStream {
   void SendNodes();
 
   Cluster* const cluster_;
-  const Owners::Share share_;
+  const Quotas::Reservation reservation_;
   Subscription subscription_;
 };
 

@@ -46,12 +46,12 @@ absl::Status WatchPoolReactor::Watch(const Caller& caller, const grpc::ByteBuffe
   if (!spec.ok()) {
     return spec.status();
   }
-  absl::StatusOr<Owners::Share> share =
-      supervisor_->owners().Take(caller.owner, {.watch_count = 1});
-  if (!share.ok()) {
-    return share.status();
+  absl::StatusOr<Quotas::Reservation> reservation =
+      supervisor_->quotas().Reserve(caller.owner, {.watch_count = 1});
+  if (!reservation.ok()) {
+    return reservation.status();
   }
-  share_ = *std::move(share);
+  reservation_ = *std::move(reservation);
   const auto encode = [format = message.format()](FrameSet frame_set) {
     return EncodeWatched(format, std::move(frame_set));
   };
@@ -74,7 +74,8 @@ void WatchPoolReactor::End(const absl::Status& reason) {
 
 void WatchPoolReactor::LetGo() {
   supervisor_->frame_publishers().Unsubscribe(this);
-  share_ = Owners::Share();  // a frame set that is still on its way to this may hold it for a while
+  reservation_ = Quotas::Reservation();  // a frame set that is still on its way to this may hold it
+                                         // for a while
 }
 
 }  // namespace procgen

@@ -9,7 +9,7 @@
 #include "server/rpc/auth/caller.h"
 #include "server/rpc/watch/latest_stream.h"
 #include "server/session/pool_supervisor.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 #include "server/session/watch/frame_subscriber.h"
 
 namespace procgen {
@@ -38,7 +38,7 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
 
   PoolSupervisor* const supervisor_;
   Caller caller_;  // until the request is there
-  Owners::Share share_;
+  Quotas::Reservation reservation_;
   std::weak_ptr<WatchPoolReactor> weak_self_;
 };
 

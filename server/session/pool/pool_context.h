@@ -8,13 +8,13 @@
 #include "server/concurrency/deadline_timer.h"
 #include "server/metrics/metrics.h"
 #include "server/session/quota/byte_budget.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
 // What all pools of a server share. All of it must outlive them.
 struct PoolContext {
-  Owners* owners = nullptr;
+  Quotas* quotas = nullptr;
   BackgroundExecutor* executor = nullptr;
   DeadlineTimer* lease_timer = nullptr;        // also tells the time
   ByteBudget* resume_buffer_bytes = nullptr;   // for the answers that they keep

@@ -42,7 +42,7 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
                  .metrics = context.metrics}),
       stream_({.owner = owner_,
                .pool_name = name_,
-               .owners = context.owners,
+               .quotas = context.quotas,
                .lease_timer = context.lease_timer,
                .resume_buffer = &resume_buffer_,
                .next_sequence_number = &executor_.next_sequence_number()},

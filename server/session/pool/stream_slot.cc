@@ -71,20 +71,20 @@ absl::Status StreamSlot::CheckAttach(const AttachOptions& options) {
         absl::StrCat("another stream is attached to pool ", context_.pool_name,
                      ", allowed: one at a time; ", options.when_attached));
   }
-  Owners::Share share;
+  Quotas::Reservation reservation;
   if (!attached_) {
-    absl::StatusOr<Owners::Share> taken =
-        context_.owners->Take(context_.owner, {.stream_count = 1});
+    absl::StatusOr<Quotas::Reservation> taken =
+        context_.quotas->Reserve(context_.owner, {.stream_count = 1});
     if (!taken.ok()) {
       return taken.status();
     }
-    share = *std::move(taken);
+    reservation = *std::move(taken);
   }
   if (absl::Status status = context_.resume_buffer->Reserve(options); !status.ok()) {
     return status;
   }
   if (!attached_) {
-    stream_share_ = std::move(share);
+    stream_reservation_ = std::move(reservation);
   }
   return absl::OkStatus();
 }
@@ -107,7 +107,7 @@ void StreamSlot::Detach() {
       BeginStream(next->options, std::move(next->end_stream));
     } else {
       attached_ = false;
-      stream_share_ = Owners::Share();
+      stream_reservation_ = Quotas::Reservation();
       BeginLease();
     }
   }

@@ -14,7 +14,7 @@
 #include "server/concurrency/deadline_timer.h"
 #include "server/session/pool/attach_options.h"
 #include "server/session/pool/resume_buffer.h"
-#include "server/session/quota/owners.h"
+#include "server/session/quota/quotas.h"
 
 namespace procgen {
 
@@ -38,7 +38,7 @@ class StreamSlot {
   struct Context {
     std::string owner;
     std::string pool_name;
-    Owners* owners = nullptr;
+    Quotas* quotas = nullptr;
     DeadlineTimer* lease_timer = nullptr;
     ResumeBuffer* resume_buffer = nullptr;
     const std::atomic<int64_t>* next_sequence_number = nullptr;
@@ -86,8 +86,9 @@ class StreamSlot {
 
   mutable absl::Mutex mutex_;
   bool attached_ ABSL_GUARDED_BY(mutex_) = false;
-  Owners::Share stream_share_ ABSL_GUARDED_BY(mutex_);  // while attached; who takes over has it
-  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);        // null once called
+  Quotas::Reservation stream_reservation_
+      ABSL_GUARDED_BY(mutex_);                    // while attached; who takes over has it
+  EndStream end_stream_ ABSL_GUARDED_BY(mutex_);  // null once called
   std::optional<Successor> successor_ ABSL_GUARDED_BY(mutex_);
   absl::Duration lease_duration_ ABSL_GUARDED_BY(mutex_);
   absl::Time expire_time_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();

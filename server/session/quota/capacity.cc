@@ -7,19 +7,19 @@
 
 namespace procgen {
 
-Capacity::Share::Share(Share&& other) noexcept
+Capacity::Reservation::Reservation(Reservation&& other) noexcept
     : capacity_(std::exchange(other.capacity_, nullptr)),
       env_count_(other.env_count_),
       observation_bytes_(other.observation_bytes_) {}
 
-Capacity::Share& Capacity::Share::operator=(Share&& other) noexcept {
+Capacity::Reservation& Capacity::Reservation::operator=(Reservation&& other) noexcept {
   std::swap(capacity_, other.capacity_);
   std::swap(env_count_, other.env_count_);
   std::swap(observation_bytes_, other.observation_bytes_);
   return *this;
 }
 
-Capacity::Share::~Share() {
+Capacity::Reservation::~Reservation() {
   if (capacity_ != nullptr) {
     absl::MutexLock lock(&capacity_->mutex_);
     --capacity_->pool_count_;
@@ -28,7 +28,7 @@ Capacity::Share::~Share() {
   }
 }
 
-absl::StatusOr<Capacity::Share> Capacity::Take(int32_t env_count, int64_t frame_bytes) {
+absl::StatusOr<Capacity::Reservation> Capacity::Reserve(int32_t env_count, int64_t frame_bytes) {
   const int64_t observation_bytes = env_count * frame_bytes;
   absl::MutexLock lock(&mutex_);
   if (absl::Status status = Check(env_count, observation_bytes); !status.ok()) {
@@ -37,12 +37,12 @@ absl::StatusOr<Capacity::Share> Capacity::Take(int32_t env_count, int64_t frame_
   return CountLocked(env_count, observation_bytes);
 }
 
-Capacity::Share Capacity::Count(int32_t env_count, int64_t frame_bytes) {
+Capacity::Reservation Capacity::Count(int32_t env_count, int64_t frame_bytes) {
   absl::MutexLock lock(&mutex_);
   return CountLocked(env_count, env_count * frame_bytes);
 }
 
-Capacity::Share Capacity::CountLocked(int32_t env_count, int64_t observation_bytes) {
+Capacity::Reservation Capacity::CountLocked(int32_t env_count, int64_t observation_bytes) {
   ++pool_count_;
   env_count_ += env_count;
   observation_bytes_ += observation_bytes;

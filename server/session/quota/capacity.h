@@ -15,16 +15,16 @@ namespace procgen {
 class Capacity {
  public:
   // What one pool takes, given back when this goes. `capacity` must outlive it.
-  class Share {
+  class Reservation {
    public:
-    Share() = default;
-    Share(Share&& other) noexcept;
-    Share& operator=(Share&& other) noexcept;
-    ~Share();
+    Reservation() = default;
+    Reservation(Reservation&& other) noexcept;
+    Reservation& operator=(Reservation&& other) noexcept;
+    ~Reservation();
 
    private:
     friend class Capacity;
-    Share(Capacity* capacity, int32_t env_count, int64_t observation_bytes)
+    Reservation(Capacity* capacity, int32_t env_count, int64_t observation_bytes)
         : capacity_(capacity), env_count_(env_count), observation_bytes_(observation_bytes) {}
 
     Capacity* capacity_ = nullptr;  // null: nothing is taken
@@ -39,16 +39,16 @@ class Capacity {
   // Takes room for a pool of `env_count` environments, whose observations have `frame_bytes` bytes.
   // Errors: INVALID_ARGUMENT no environment; RESOURCE_EXHAUSTED more than one of the limits; the
   // message names limit and values.
-  absl::StatusOr<Share> Take(int32_t env_count, int64_t frame_bytes);
+  absl::StatusOr<Reservation> Reserve(int32_t env_count, int64_t frame_bytes);
   // For a pool that exists, also beyond limits that have become less since it was made.
-  Share Count(int32_t env_count, int64_t frame_bytes);
+  Reservation Count(int32_t env_count, int64_t frame_bytes);
 
   int32_t env_count() const;
 
  private:
   absl::Status Check(int32_t env_count, int64_t observation_bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  Share CountLocked(int32_t env_count, int64_t observation_bytes)
+  Reservation CountLocked(int32_t env_count, int64_t observation_bytes)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Limits limits_;

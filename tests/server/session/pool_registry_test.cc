@@ -13,22 +13,22 @@ namespace {
 class PoolRegistryTest : public testing::Test {
  protected:
   absl::StatusOr<PoolRegistry::Key> Reserve(const std::string& id) {
-    absl::StatusOr<Capacity::Share> capacity = capacity_.Take(1, 1);
-    absl::StatusOr<Owners::Share> owner = owners_.Take("alice", {.pool_count = 1});
+    absl::StatusOr<Capacity::Reservation> capacity = capacity_.Reserve(1, 1);
+    absl::StatusOr<Quotas::Reservation> owner = quotas_.Reserve("alice", {.pool_count = 1});
     return registry_.Reserve("alice", id, {*std::move(capacity), *std::move(owner)});
   }
 
   Limits limits_;
-  Owners owners_{limits_};
+  Quotas quotas_{limits_};
   Capacity capacity_{limits_};
-  PoolRegistry registry_;  // after those that its pools have shares of
+  PoolRegistry registry_;  // after those that its pools have reservations of
 };
 
 TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
   ASSERT_THAT(Reserve("a"), IsOk());
   EXPECT_THAT(Reserve("a"), StatusIs(absl::StatusCode::kAlreadyExists,
                                      "pool pools/a exists; choose another pool_id"));
-  EXPECT_EQ(capacity_.env_count(), 1) << "who got no name has no share";
+  EXPECT_EQ(capacity_.env_count(), 1) << "who got no name has no reservation";
   EXPECT_THAT(registry_.Find("alice", "pools/a"),
               StatusIs(absl::StatusCode::kNotFound, "there is no pool pools/a"));
   EXPECT_THAT(registry_.Remove("alice", "pools/a"),
@@ -37,7 +37,7 @@ TEST_F(PoolRegistryTest, ANameIsTakenWhileItsPoolIsMadeButNotFound) {
   EXPECT_TRUE(registry_.List("alice", 0, 9).empty());
 }
 
-TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndSharesFree) {
+TEST_F(PoolRegistryTest, APoolThatCouldNotBeMadeLeavesItsNameAndReservationsFree) {
   const absl::StatusOr<PoolRegistry::Key> key = Reserve("a");
   ASSERT_THAT(key, IsOk());
   registry_.Remove(*key);

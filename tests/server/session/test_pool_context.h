@@ -32,10 +32,10 @@ class TestClock {
 
 // What a PoolSession needs around it, with a clock of the test's.
 struct TestPoolContext {
-  explicit TestPoolContext(const Limits& limits = {}) : owners(limits) {}
+  explicit TestPoolContext(const Limits& limits = {}) : quotas(limits) {}
 
   PoolContext Get() {
-    return {&owners,        &executor,   &lease_timer, &resume_buffer_bytes, &shared_memory_bytes,
+    return {&quotas,        &executor,   &lease_timer, &resume_buffer_bytes, &shared_memory_bytes,
             &episode_bytes, &step_count, &metrics};
   }
 
@@ -47,7 +47,7 @@ struct TestPoolContext {
   TestClock clock;
   Metrics metrics{"test"};
   std::atomic<int64_t> step_count = 0;
-  Owners owners;
+  Quotas quotas;
   ByteBudget resume_buffer_bytes{int64_t{1} << 30};
   ByteBudget shared_memory_bytes{int64_t{1} << 30};
   ByteBudget episode_bytes{int64_t{1} << 30};

@@ -224,7 +224,7 @@ TEST_F(ResumedSessionTest, OfSeveralThatTakeOverTheLastDoes) {
   EXPECT_FALSE(second.ended.has_value());
 }
 
-TEST_F(ResumedSessionTest, WhoTakesOverTakesTheShareOfTheOwnersStreams) {
+TEST_F(ResumedSessionTest, TakingOverTakesTheReservationOfTheOwnersStream) {
   Limits limits;
   limits.owner_stream_count_max = 1;
   TestPoolContext context(limits);

@@ -1,5 +1,5 @@
-#ifndef SERVER_SESSION_QUOTA_OWNERS_H_
-#define SERVER_SESSION_QUOTA_OWNERS_H_
+#ifndef SERVER_SESSION_QUOTA_QUOTAS_H_
+#define SERVER_SESSION_QUOTA_QUOTAS_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@
 namespace procgen {
 
 // What one owner has at a time, or asks for.
-struct Holding {
+struct Usage {
   int64_t pool_count = 0;
   int64_t env_count = 0;
   int64_t stream_count = 0;
@@ -39,60 +39,61 @@ inline constexpr int64_t kLargeBufferBytes = 1 << 20;
 // Who holds how much of the server. An owner is a name, which whoever knows the caller gives; where
 // nobody is asked who they are, all are the owner "".
 // Threads: any method from any thread; its lock is taken last, and nothing is called under it.
-class Owners {
+class Quotas {
  public:
-  // A part of what an owner holds, given back when this goes. `owners` must outlive it.
-  class Share {
+  // A part of what an owner holds, given back when this goes. `quotas` must outlive it.
+  class Reservation {
    public:
-    Share() = default;
-    Share(Share&& other) noexcept;
-    Share& operator=(Share&& other) noexcept;
-    ~Share();
+    Reservation() = default;
+    Reservation(Reservation&& other) noexcept;
+    Reservation& operator=(Reservation&& other) noexcept;
+    ~Reservation();
 
    private:
-    friend class Owners;
-    Share(Owners* owners, std::string owner, const Holding& part);
-    void GiveBack();
+    friend class Quotas;
+    Reservation(Quotas* quotas, std::string owner, const Usage& part);
+    void Release();
 
-    Owners* owners_ = nullptr;  // null: nothing is held
+    Quotas* quotas_ = nullptr;  // null: nothing is held
     std::string owner_;
-    Holding part_;
+    Usage part_;
   };
 
   // `on_large_free`: called on any thread, when kLargeBufferBytes or more were given back.
-  explicit Owners(const Limits& limits, std::function<void()> on_large_free = nullptr)
+  explicit Quotas(const Limits& limits, std::function<void()> on_large_free = nullptr)
       : limits_(limits), on_large_free_(std::move(on_large_free)) {}
-  Owners(const Owners&) = delete;
-  Owners& operator=(const Owners&) = delete;
+  Quotas(const Quotas&) = delete;
+  Quotas& operator=(const Quotas&) = delete;
 
   // Adds `part` to what `owner` holds. Errors: RESOURCE_EXHAUSTED more than one of the owner's
   // limits; the message names owner, limit and values.
-  absl::StatusOr<Share> Take(absl::string_view owner, const Holding& part);
+  absl::StatusOr<Reservation> Reserve(absl::string_view owner, const Usage& part);
 
   // The same value, of `bytes` bytes, which counts among the owner's buffers until its last
-  // reference goes. Errors: as Take.
+  // reference goes. Errors: as Reserve.
   template <typename Value>
   absl::StatusOr<std::shared_ptr<Value>> Hold(absl::string_view owner, int64_t bytes,
                                               std::shared_ptr<Value> value) {
-    absl::StatusOr<Share> share = Take(owner, {.buffer_bytes = bytes});
-    if (!share.ok()) {
-      return share.status();
+    absl::StatusOr<Reservation> reservation = Reserve(owner, {.buffer_bytes = bytes});
+    if (!reservation.ok()) {
+      return reservation.status();
     }
     Value* const held = value.get();
-    return std::shared_ptr<Value>(std::make_shared<std::pair<Share, std::shared_ptr<Value>>>(
-                                      *std::move(share), std::move(value)),
+    return std::shared_ptr<Value>(std::make_shared<std::pair<Reservation, std::shared_ptr<Value>>>(
+                                      *std::move(reservation), std::move(value)),
                                   held);
   }
 
  private:
-  void GiveBack(const std::string& owner, const Holding& part);
+  void Release(const std::string& owner, const Usage& part);
 
   const Limits limits_;
   const std::function<void()> on_large_free_;
   absl::Mutex mutex_;
-  std::map<std::string, Holding, std::less<>> holdings_ ABSL_GUARDED_BY(mutex_);  // none is empty
+  std::map<std::string, Usage, std::less<>> usage_by_owner_
+      ABSL_GUARDED_BY(mutex_);  // none is empty
 };
 
 }  // namespace procgen
 
-#endif  // SERVER_SESSION_QUOTA_OWNERS_H_
+#endif  // SERVER_SESSION_QUOTA_QUOTAS_H_
