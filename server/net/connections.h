@@ -21,12 +21,12 @@ namespace procgen {
 // have not been identified yet. gRPC bounds none of this, so the sockets are watched from outside:
 // a connection that exceeds a bound is shut down.
 //
-// A connection is identified once a call on it was (Callers); then only the total counts. Before
-// that it may be silent, refused, and send bytes only within the bounds below, and hold a quarter
-// of the connections together with its like. One address has at most as many connections as are
-// left, identified or not, so whatever it does there is room for another address. Sockets of the
-// file system have no address: their connections count as identified. Threads: any method from any
-// thread.
+// A connection is identified once a call on it was (CallAccounting); then only the total counts.
+// Before that it may be silent, refused, and send bytes only within the bounds below, and hold a
+// quarter of the connections together with its like. One address has at most as many connections as
+// are left, identified or not, so whatever it does there is room for another address. Sockets of
+// the file system have no address: their connections count as identified. Threads: any method from
+// any thread.
 class Connections {
  public:
   // Calls of one connection that ask for no token (health, reflection) under way, and calls that

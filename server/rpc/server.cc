@@ -14,6 +14,7 @@
 #include "server/net/address.h"
 #include "server/net/connections.h"
 #include "server/net/listener.h"
+#include "server/rpc/auth/authenticator.h"
 #include "server/rpc/auth/tls_credentials.h"
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
@@ -109,13 +110,13 @@ class GrpcServer final : public Server {
                         : options.make_backend_factory(&metrics_)),
         connections_(std::make_shared<Connections>(options.limits.connection_count_max,
                                                    options.limits.attach_timeout)),
-        callers_(options.tokens, options.tls != nullptr && options.tls->asks_clients(),
-                 options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(),
-                 &metrics_),
+        accounting_(
+            Authenticator(options.tokens, options.tls != nullptr && options.tls->asks_clients()),
+            options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
         direct_lines_(std::move(direct_lines)),
-        services_(&supervisor_, cluster_.get(), &callers_, direct_lines_.get(),
+        services_(&supervisor_, cluster_.get(), &accounting_, direct_lines_.get(),
                   options.clone_sources) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
   }
@@ -199,7 +200,7 @@ class GrpcServer final : public Server {
     }
     const absl::Time end = SteadyNow() + deadline;
     BeginDrain();
-    while ((callers_.CallCount() > 0 || supervisor_.LeavingCount() > 0) && SteadyNow() < end) {
+    while ((accounting_.CallCount() > 0 || supervisor_.LeavingCount() > 0) && SteadyNow() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));
     }
     if (listener_ != nullptr && supervisor_.keeps_pools()) {
@@ -274,7 +275,7 @@ class GrpcServer final : public Server {
   Metrics metrics_{PROCGEN_SERVER_VERSION};
   PoolSupervisor supervisor_;
   const std::shared_ptr<Connections> connections_;  // from outside the process
-  const Callers callers_;
+  const CallAccounting accounting_;
   const std::shared_ptr<Cluster> cluster_;
   const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory
   Services services_;

@@ -25,9 +25,10 @@ Limits SmallLimits() {
 FuzzedServer::FuzzedServer()
     : supervisor_(SmallLimits(), kWorkerCount, &metrics_),
       connections_(SmallLimits().connection_count_max, SmallLimits().attach_timeout),
-      callers_(nullptr, /*certificates_tell=*/false, SmallLimits().attach_timeout, &connections_,
-               &supervisor_.quotas(), &metrics_),
-      services_(&supervisor_, cluster_.get(), &callers_, /*direct_lines=*/nullptr, CloneSources()) {
+      accounting_(Authenticator(nullptr, /*certificates_tell=*/false), SmallLimits().attach_timeout,
+                  &connections_, &supervisor_.quotas(), &metrics_),
+      services_(&supervisor_, cluster_.get(), &accounting_, /*direct_lines=*/nullptr,
+                CloneSources()) {
   // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
   // streams that were ended while their client wrote.
   int port = 0;

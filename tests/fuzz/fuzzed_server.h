@@ -7,7 +7,7 @@
 #include "grpcpp/grpcpp.h"
 #include "server/cluster/cluster.h"
 #include "server/net/connections.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/services/services.h"
 #include "server/session/pool_supervisor.h"
 #include "tests/fuzz/pieces.h"
@@ -33,7 +33,7 @@ class FuzzedServer {
   Metrics metrics_{"fuzzed"};
   PoolSupervisor supervisor_;
   Connections connections_;
-  const Callers callers_;
+  const CallAccounting accounting_;
   const std::unique_ptr<Cluster> cluster_ = Cluster::Alone("fuzzed");
   Services services_;
   std::unique_ptr<grpc::Server> server_;

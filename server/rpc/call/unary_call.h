@@ -11,7 +11,7 @@
 #include "absl/status/statusor.h"
 #include "grpcpp/impl/codegen/proto_utils.h"
 #include "grpcpp/support/byte_buffer.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/call/one_request_stream.h"
 #include "server/rpc/grpc/method_name.h"
@@ -22,10 +22,10 @@ namespace procgen {
 // One call of a unary method. The services take raw bytes and parse them here, because gRPC's own
 // parsing answers garbage with UNIMPLEMENTED and no message.
 //
-// The life of a call: it is let in by its headers (Callers), its request is awaited and handed to
-// the service's function, which calls Finish once, on any thread, and not after; it ends itself
-// when gRPC has done with it, which is when the answer is on its way. Until then it counts as one
-// of its owner's.
+// The life of a call: it is let in by its headers (CallAccounting), its request is awaited and
+// handed to the service's function, which calls Finish once, on any thread, and not after; it ends
+// itself when gRPC has done with it, which is when the answer is on its way. Until then it counts
+// as one of its owner's.
 template <typename Request, typename Response>
 class UnaryCall final : public OneRequestStream {
  public:
@@ -44,29 +44,30 @@ class UnaryCall final : public OneRequestStream {
     Response().Swap(&response_);
     request_reservation_ = Quotas::Reservation();
     if (!answered.ok()) {
-      ByteStream::Finish(callers_.Dismiss(MethodNameOf<Request>(), answered));
+      ByteStream::Finish(accounting_.EndCall(MethodNameOf<Request>(), answered));
       return;
     }
     StartWriteAndFinish(&bytes_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
-  // Makes a call and, if `callers` (which must outlive it) let it in, has `serve(call)` serve it
+  // Makes a call and, if `accounting` (which must outlive it) let it in, has `serve(call)` serve it
   // when its request is there.
-  static ByteStream* Start(const Callers& callers, const grpc::CallbackServerContext& context,
-                           Serve serve) {
-    auto* call = new UnaryCall(callers, std::move(serve));
-    absl::StatusOr<Caller> caller = callers.Admit(context);
+  static ByteStream* Start(const CallAccounting& accounting,
+                           const grpc::CallbackServerContext& context, Serve serve) {
+    auto* call = new UnaryCall(accounting, std::move(serve));
+    absl::StatusOr<Caller> caller = accounting.Admit(context);
     if (!caller.ok()) {
       call->Finish(caller.status());
       return call;
     }
     call->caller_ = *std::move(caller);
-    call->ReadRequest(callers.request_timeout());
+    call->ReadRequest(accounting.request_timeout());
     return call;
   }
 
  private:
-  UnaryCall(const Callers& callers, Serve serve) : callers_(callers), serve_(std::move(serve)) {}
+  UnaryCall(const CallAccounting& accounting, Serve serve)
+      : accounting_(accounting), serve_(std::move(serve)) {}
   ~UnaryCall() override = default;
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> bytes) override {
@@ -89,7 +90,7 @@ class UnaryCall final : public OneRequestStream {
 
   absl::Status Hold(size_t bytes, Quotas::Reservation* reservation) {
     absl::StatusOr<Quotas::Reservation> taken =
-        callers_.HoldBytes(owner(), static_cast<int64_t>(bytes));
+        accounting_.HoldBytes(owner(), static_cast<int64_t>(bytes));
     if (!taken.ok()) {
       return taken.status();
     }
@@ -110,7 +111,7 @@ class UnaryCall final : public OneRequestStream {
                : absl::InternalError("the response cannot be serialised");
   }
 
-  const Callers& callers_;
+  const CallAccounting& accounting_;
   const Serve serve_;
   Caller caller_;
   Quotas::Reservation request_reservation_;  // of large messages

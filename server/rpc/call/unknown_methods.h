@@ -3,7 +3,7 @@
 
 #include "absl/status/status.h"
 #include "grpcpp/generic/async_generic_service.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/call/refused_stream.h"
 #include "server/rpc/grpc/grpc_status.h"
@@ -13,17 +13,17 @@ namespace procgen {
 // All methods that no service has: they are refused, and count so.
 class UnknownMethods final : public grpc::CallbackGenericService {
  public:
-  // `callers` must outlive this.
-  explicit UnknownMethods(const Callers* callers) : callers_(callers) {}
+  // `accounting` must outlive this.
+  explicit UnknownMethods(const CallAccounting* accounting) : accounting_(accounting) {}
 
  private:
   ByteStream* CreateReactor(grpc::GenericCallbackServerContext* context) override {
-    callers_->Refuse(*context);
+    accounting_->Refuse(*context);
     return new RefusedStream(
         ToGrpcStatus(absl::UnimplementedError("this server has no such method")));
   }
 
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
 };
 
 }  // namespace procgen

@@ -10,12 +10,12 @@ namespace procgen {
 
 std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(PoolSupervisor* supervisor,
                                                         JoinedWorlds* worlds,
-                                                        const Callers* callers,
+                                                        const CallAccounting* accounting,
                                                         grpc::CallbackServerContext* context,
                                                         Caller caller) {
   // Shared, because the end of a world may still be told when gRPC has done with the stream.
   std::shared_ptr<DmEnvRpcReactor> reactor(
-      new DmEnvRpcReactor(supervisor, callers, context, std::move(caller)));
+      new DmEnvRpcReactor(supervisor, accounting, context, std::move(caller)));
   reactor->self_ = reactor;
   // Weak, because the stream has the conversation, which keeps what it calls.
   reactor->conversation_ = std::make_unique<Conversation>(
@@ -29,9 +29,12 @@ std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(PoolSupervisor* supervis
   return reactor;
 }
 
-DmEnvRpcReactor::DmEnvRpcReactor(PoolSupervisor* supervisor, const Callers* callers,
+DmEnvRpcReactor::DmEnvRpcReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                  grpc::CallbackServerContext* context, Caller caller)
-    : supervisor_(supervisor), callers_(callers), context_(context), caller_(std::move(caller)) {}
+    : supervisor_(supervisor),
+      accounting_(accounting),
+      context_(context),
+      caller_(std::move(caller)) {}
 
 void DmEnvRpcReactor::Drive() {
   const std::shared_ptr<DmEnvRpcReactor> self = shared_from_this();
@@ -117,7 +120,7 @@ void DmEnvRpcReactor::Answer() {
 
 void DmEnvRpcReactor::OnAnswered(const absl::Status& status) {
   if (!status.ok()) {
-    callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), status);
+    accounting_->EndCall(MethodNameOf<dm::EnvironmentRequest>(), status);
   }
   {
     absl::MutexLock lock(&mutex_);
@@ -176,7 +179,7 @@ void DmEnvRpcReactor::FinishStream() {
     status = status_;
   }
   AddDrainTrailer(status, *supervisor_, context_);
-  Finish(callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), status));
+  Finish(accounting_->EndCall(MethodNameOf<dm::EnvironmentRequest>(), status));
 }
 
 void DmEnvRpcReactor::OnDone() { const std::shared_ptr<DmEnvRpcReactor> last = std::move(self_); }

@@ -10,7 +10,7 @@
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
 #include "server/dm_env_rpc/conversation.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/session/pool_supervisor.h"
 
 namespace procgen {
@@ -31,7 +31,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
  public:
   // Begins to serve a stream; it ends itself. What is pointed to must outlive it.
   static std::shared_ptr<DmEnvRpcReactor> Start(PoolSupervisor* supervisor, JoinedWorlds* worlds,
-                                                const Callers* callers,
+                                                const CallAccounting* accounting,
                                                 grpc::CallbackServerContext* context,
                                                 Caller caller);
 
@@ -41,7 +41,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
  private:
   enum class Action : uint8_t { kWait, kRead, kAnswer, kWrite, kFinish };
 
-  DmEnvRpcReactor(PoolSupervisor* supervisor, const Callers* callers,
+  DmEnvRpcReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
                   grpc::CallbackServerContext* context, Caller caller);
 
   void OnReadDone(bool ok) override;
@@ -61,7 +61,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   void EndNow(const absl::Status& status, bool cancelled);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
   const Caller caller_;
   std::unique_ptr<Conversation> conversation_;

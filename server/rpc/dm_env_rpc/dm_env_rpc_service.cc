@@ -9,19 +9,20 @@
 
 namespace procgen {
 
-DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
-    : supervisor_(supervisor), callers_(callers) {
+DmEnvRpcServiceImpl::DmEnvRpcServiceImpl(PoolSupervisor* supervisor,
+                                         const CallAccounting* accounting)
+    : supervisor_(supervisor), accounting_(accounting) {
   AddByteMethod<dm::EnvironmentRequest>([this](auto* context) { return Process(context); });
 }
 
 ByteStream* DmEnvRpcServiceImpl::Process(grpc::CallbackServerContext* context) {
-  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   if (!caller.ok()) {
     return new RefusedStream(
-        callers_->Dismiss(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
+        accounting_->EndCall(MethodNameOf<dm::EnvironmentRequest>(), caller.status()));
   }
   const std::shared_ptr<DmEnvRpcReactor> stream =
-      DmEnvRpcReactor::Start(supervisor_, &worlds_, callers_, context, *std::move(caller));
+      DmEnvRpcReactor::Start(supervisor_, &worlds_, accounting_, context, *std::move(caller));
   bool draining = false;
   {
     absl::MutexLock lock(&mutex_);

@@ -8,7 +8,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "server/dm_env_rpc/joined_world.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/dm_env_rpc/dm_env_rpc_reactor.h"
 #include "server/session/pool_supervisor.h"
@@ -18,8 +18,8 @@ namespace procgen {
 // The service of dm_env_rpc: each stream is a DmEnvRpcReactor.
 class DmEnvRpcServiceImpl final : public ByteService {
  public:
-  // `supervisor` and `callers` must outlive this.
-  DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
+  // `supervisor` and `accounting` must outlive this.
+  DmEnvRpcServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting);
 
   // Ends all streams with UNAVAILABLE, those that come later, too: also those that have joined no
   // world, of which nobody else knows.
@@ -32,7 +32,7 @@ class DmEnvRpcServiceImpl final : public ByteService {
   void ForgetEnded() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   JoinedWorlds worlds_;
 
   absl::Mutex mutex_;

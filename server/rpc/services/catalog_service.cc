@@ -5,9 +5,10 @@
 
 namespace procgen {
 
-CatalogServiceImpl::CatalogServiceImpl(const PoolSupervisor* supervisor, const Callers* callers)
+CatalogServiceImpl::CatalogServiceImpl(const PoolSupervisor* supervisor,
+                                       const CallAccounting* accounting)
     : supervisor_(supervisor),
-      callers_(callers),
+      accounting_(accounting),
       catalog_(CatalogMessageOf({.version = PROCGEN_SERVER_VERSION,
                                  .has_own_art = supervisor->art() != nullptr,
                                  .shares_memory = supervisor->shares_memory()},
@@ -18,7 +19,7 @@ CatalogServiceImpl::CatalogServiceImpl(const PoolSupervisor* supervisor, const C
 
 ByteStream* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetCatalogRequest, v1::Catalog>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     *call->response() = catalog_;
     call->Finish(absl::OkStatus());
   });
@@ -26,7 +27,7 @@ ByteStream* CatalogServiceImpl::GetCatalog(grpc::CallbackServerContext* context)
 
 ByteStream* CatalogServiceImpl::GetLoad(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetLoadRequest, v1::Load>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     *call->response() = LoadMessageOf(supervisor_->load(), supervisor_->metrics().stream_totals());
     call->Finish(absl::OkStatus());
   });

@@ -14,8 +14,8 @@ absl::Status StopsError() { return absl::UnavailableError("the server stops; ask
 
 }  // namespace
 
-ClusterServiceImpl::ClusterServiceImpl(Cluster* cluster, const Callers* callers)
-    : cluster_(cluster), callers_(callers) {
+ClusterServiceImpl::ClusterServiceImpl(Cluster* cluster, const CallAccounting* accounting)
+    : cluster_(cluster), accounting_(accounting) {
   AddByteMethod<v1::ListNodesRequest>([this](auto* context) { return ListNodes(context); });
   AddByteMethod<v1::WatchNodesRequest>([this](auto* context) { return WatchNodes(context); });
 }
@@ -37,22 +37,22 @@ void ClusterServiceImpl::EndWatches() {
 
 ByteStream* ClusterServiceImpl::ListNodes(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::ListNodesRequest, v1::ListNodesResponse>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     *call->response() = NodesMessageOf<v1::ListNodesResponse>(*cluster_);
     call->Finish(absl::OkStatus());
   });
 }
 
 ByteStream* ClusterServiceImpl::WatchNodes(grpc::CallbackServerContext* context) {
-  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   absl::MutexLock lock(&mutex_);
   absl::Status status = ends_watches_ ? StopsError() : caller.status();
   if (!status.ok()) {
-    return new RefusedStream(callers_->Dismiss(MethodNameOf<v1::WatchNodesRequest>(), status));
+    return new RefusedStream(accounting_->EndCall(MethodNameOf<v1::WatchNodesRequest>(), status));
   }
   // What else the caller counts in is left: a drain does not wait for those who watch.
   const std::shared_ptr<WatchNodesReactor> watch =
-      WatchNodesReactor::Start(cluster_, callers_, std::move(caller->reservation));
+      WatchNodesReactor::Start(cluster_, accounting_, std::move(caller->reservation));
   std::erase_if(watches_, [](const auto& each) { return each.expired(); });
   watches_.push_back(watch);
   return watch.get();

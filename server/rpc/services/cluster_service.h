@@ -7,7 +7,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "server/cluster/cluster.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/watch/watch_nodes_reactor.h"
 
@@ -16,8 +16,8 @@ namespace procgen {
 // ClusterService: tells which servers there are.
 class ClusterServiceImpl final : public ByteService {
  public:
-  // `cluster` and `callers` must outlive this.
-  ClusterServiceImpl(Cluster* cluster, const Callers* callers);
+  // `cluster` and `accounting` must outlive this.
+  ClusterServiceImpl(Cluster* cluster, const CallAccounting* accounting);
 
   // Ends all streams of WatchNodes, and those to come. Threads: any.
   void EndWatches() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -27,7 +27,7 @@ class ClusterServiceImpl final : public ByteService {
   ByteStream* WatchNodes(grpc::CallbackServerContext* context);
 
   Cluster* const cluster_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   absl::Mutex mutex_;
   std::vector<std::weak_ptr<WatchNodesReactor>> watches_ ABSL_GUARDED_BY(mutex_);
   bool ends_watches_ ABSL_GUARDED_BY(mutex_) = false;

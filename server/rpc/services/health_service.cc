@@ -49,21 +49,21 @@ grpc::ByteBuffer ResponseOf(HealthServiceImpl::Status status) {
 // A call of Check.
 class CheckCall final : public OneRequestStream {
  public:
-  CheckCall(const HealthServiceImpl* health, const Callers* callers, AnonymousCall call)
-      : health_(health), callers_(callers), call_(std::move(call)) {
-    ReadRequest(callers->request_timeout());
+  CheckCall(const HealthServiceImpl* health, const CallAccounting* accounting, AnonymousCall call)
+      : health_(health), accounting_(accounting), call_(std::move(call)) {
+    ReadRequest(accounting->request_timeout());
   }
 
  private:
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override {
     const absl::StatusOr<std::string> service = ServiceOf(request);
     if (!service.ok()) {
-      Finish(callers_->Dismiss(kCheck, service.status()));
+      Finish(accounting_->EndCall(kCheck, service.status()));
       return;
     }
     const HealthServiceImpl::Status status = health_->StatusOf(*service);
     if (status == HealthCheckResponse::SERVICE_UNKNOWN) {
-      Finish(callers_->Dismiss(
+      Finish(accounting_->EndCall(
           kCheck, absl::NotFoundError("there is no service of that name; reflection lists them")));
       return;
     }
@@ -75,7 +75,7 @@ class CheckCall final : public OneRequestStream {
   void OnDone() override { delete this; }
 
   const HealthServiceImpl* const health_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   AnonymousCall call_;
   grpc::ByteBuffer response_;
 };
@@ -85,8 +85,8 @@ class CheckCall final : public OneRequestStream {
 // A stream of Watch. Threads: any method from any thread.
 class HealthServiceImpl::Watch final : public LatestStream {
  public:
-  Watch(const HealthServiceImpl* health, const Callers* callers, AnonymousCall call)
-      : LatestStream(callers, kWatch), health_(health), call_(std::move(call)) {}
+  Watch(const HealthServiceImpl* health, const CallAccounting* accounting, AnonymousCall call)
+      : LatestStream(accounting, kWatch), health_(health), call_(std::move(call)) {}
   ~Watch() override = default;
 
   static ByteStream* Start(const std::shared_ptr<Watch>& watch) {
@@ -125,8 +125,9 @@ class HealthServiceImpl::Watch final : public LatestStream {
   std::optional<std::string> service_ ABSL_GUARDED_BY(mutex_);
 };
 
-HealthServiceImpl::HealthServiceImpl(const Callers* callers, std::set<std::string> services)
-    : callers_(callers), services_(std::move(services)) {
+HealthServiceImpl::HealthServiceImpl(const CallAccounting* accounting,
+                                     std::set<std::string> services)
+    : accounting_(accounting), services_(std::move(services)) {
   services_.insert("");
   AddByteMethod("grpc.health.v1.Health/Check",
                 [this](auto* context) { return BeginCheck(context); });
@@ -143,19 +144,19 @@ HealthServiceImpl::Status HealthServiceImpl::StatusOf(const std::string& service
 }
 
 ByteStream* HealthServiceImpl::BeginCheck(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = callers_->AdmitAnonymous(*context);
+  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
   if (!call.ok()) {
-    return new RefusedStream(callers_->Dismiss(kCheck, call.status()));
+    return new RefusedStream(accounting_->EndCall(kCheck, call.status()));
   }
-  return new CheckCall(this, callers_, *std::move(call));
+  return new CheckCall(this, accounting_, *std::move(call));
 }
 
 ByteStream* HealthServiceImpl::BeginWatch(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = callers_->AdmitAnonymous(*context);
+  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
   if (!call.ok()) {
-    return new RefusedStream(callers_->Dismiss(kWatch, call.status()));
+    return new RefusedStream(accounting_->EndCall(kWatch, call.status()));
   }
-  const auto watch = std::make_shared<Watch>(this, callers_, *std::move(call));
+  const auto watch = std::make_shared<Watch>(this, accounting_, *std::move(call));
   {
     absl::MutexLock lock(&mutex_);
     std::erase_if(watches_, [](const auto& each) { return each.expired(); });

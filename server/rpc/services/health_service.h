@@ -9,7 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "grpc/health/v1/health.pb.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/watch/latest_stream.h"
 
@@ -22,9 +22,9 @@ class HealthServiceImpl final : public ByteService {
  public:
   using Status = grpc::health::v1::HealthCheckResponse::ServingStatus;
 
-  // `services`: that it knows besides "", which is the server. It serves nothing yet. `callers`
+  // `services`: that it knows besides "", which is the server. It serves nothing yet. `accounting`
   // must outlive this.
-  HealthServiceImpl(const Callers* callers, std::set<std::string> services);
+  HealthServiceImpl(const CallAccounting* accounting, std::set<std::string> services);
 
   // Sets it for all services, and sends it to those who watch.
   void SetServing(bool is_serving) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -41,7 +41,7 @@ class HealthServiceImpl final : public ByteService {
   ByteStream* BeginWatch(grpc::CallbackServerContext* context) ABSL_LOCKS_EXCLUDED(mutex_);
   std::vector<std::shared_ptr<Watch>> Watches() const ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   std::set<std::string> services_;
   mutable absl::Mutex mutex_;
   bool is_serving_ ABSL_GUARDED_BY(mutex_) = false;

@@ -103,8 +103,8 @@ absl::StatusOr<SessionOptions> SessionOptionsOf(const v1::PoolSpec& spec,
 
 }  // namespace
 
-PoolServiceImpl::PoolServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
-    : supervisor_(supervisor), callers_(callers) {
+PoolServiceImpl::PoolServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting)
+    : supervisor_(supervisor), accounting_(accounting) {
   AddByteMethod<v1::CreatePoolRequest>([this](auto* context) { return CreatePool(context); });
   AddByteMethod<v1::GetPoolRequest>([this](auto* context) { return GetPool(context); });
   AddByteMethod<v1::ListPoolsRequest>([this](auto* context) { return ListPools(context); });
@@ -114,7 +114,7 @@ PoolServiceImpl::PoolServiceImpl(PoolSupervisor* supervisor, const Callers* call
 
 ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::CreatePoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     const v1::PoolSpec& spec = call->request().spec();
     absl::StatusOr<PoolOptions> options = PoolOptionsOf(spec);
     absl::StatusOr<SessionOptions> session_options =
@@ -147,7 +147,7 @@ ByteStream* PoolServiceImpl::CreatePool(grpc::CallbackServerContext* context) {
 
 ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::GetPoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     const absl::StatusOr<std::shared_ptr<PoolSession>> pool =
         supervisor_->Find(call->owner(), call->request().name());
     if (pool.ok()) {
@@ -159,21 +159,21 @@ ByteStream* PoolServiceImpl::GetPool(grpc::CallbackServerContext* context) {
 
 ByteStream* PoolServiceImpl::ListPools(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::ListPoolsRequest, v1::ListPoolsResponse>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     call->Finish(ListPage(*supervisor_, call->owner(), call->request(), call->response()));
   });
 }
 
 ByteStream* PoolServiceImpl::DeletePool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::DeletePoolRequest, google::protobuf::Empty>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     call->Finish(supervisor_->Delete(call->owner(), call->request().name()));
   });
 }
 
 ByteStream* PoolServiceImpl::RenewPool(grpc::CallbackServerContext* context) {
   using Call = UnaryCall<v1::RenewPoolRequest, v1::Pool>;
-  return Call::Start(*callers_, *context, [this](Call* call) {
+  return Call::Start(*accounting_, *context, [this](Call* call) {
     call->Finish(Renew(*supervisor_, call->owner(), call->request(), call->response()));
   });
 }

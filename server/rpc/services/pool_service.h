@@ -1,7 +1,7 @@
 #ifndef SERVER_RPC_SERVICES_POOL_SERVICE_H_
 #define SERVER_RPC_SERVICES_POOL_SERVICE_H_
 
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/session/pool_supervisor.h"
 
@@ -10,8 +10,8 @@ namespace procgen {
 // PoolService: makes, finds and ends pools.
 class PoolServiceImpl final : public ByteService {
  public:
-  // `supervisor` and `callers` must outlive this.
-  PoolServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
+  // `supervisor` and `accounting` must outlive this.
+  PoolServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting);
 
  private:
   ByteStream* CreatePool(grpc::CallbackServerContext* context);
@@ -21,7 +21,7 @@ class PoolServiceImpl final : public ByteService {
   ByteStream* RenewPool(grpc::CallbackServerContext* context);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
 };
 
 }  // namespace procgen

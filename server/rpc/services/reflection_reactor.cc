@@ -8,13 +8,14 @@
 
 namespace procgen {
 
-ByteStream* ReflectionReactor::Start(const Callers* callers, grpc::CallbackServerContext* context,
-                                     AnonymousCall call, Answer answer) {
+ByteStream* ReflectionReactor::Start(const CallAccounting* accounting,
+                                     grpc::CallbackServerContext* context, AnonymousCall call,
+                                     Answer answer) {
   std::shared_ptr<ReflectionReactor> reactor(
-      new ReflectionReactor(callers, context, std::move(call), std::move(answer)));
+      new ReflectionReactor(accounting, context, std::move(call), std::move(answer)));
   reactor->self_ = reactor;
   // Weak, because the alarm is the stream's and keeps what it calls.
-  reactor->alarm_.Set(GrpcDeadlineIn(callers->request_timeout()),
+  reactor->alarm_.Set(GrpcDeadlineIn(accounting->request_timeout()),
                       [weak = reactor->weak_from_this()](bool has_expired) {
                         const std::shared_ptr<ReflectionReactor> stream = weak.lock();
                         if (has_expired && stream != nullptr) {
@@ -25,9 +26,13 @@ ByteStream* ReflectionReactor::Start(const Callers* callers, grpc::CallbackServe
   return reactor.get();
 }
 
-ReflectionReactor::ReflectionReactor(const Callers* callers, grpc::CallbackServerContext* context,
-                                     AnonymousCall call, Answer answer)
-    : callers_(callers), context_(context), call_(std::move(call)), answer_(std::move(answer)) {}
+ReflectionReactor::ReflectionReactor(const CallAccounting* accounting,
+                                     grpc::CallbackServerContext* context, AnonymousCall call,
+                                     Answer answer)
+    : accounting_(accounting),
+      context_(context),
+      call_(std::move(call)),
+      answer_(std::move(answer)) {}
 
 void ReflectionReactor::OnReadDone(bool ok) {
   absl::StatusOr<grpc::ByteBuffer> response = grpc::ByteBuffer();
@@ -65,13 +70,13 @@ void ReflectionReactor::OnTimeout() {
     return;
   }
   End(absl::DeadlineExceededError(absl::StrCat("the stream has not ended within ",
-                                               absl::FormatDuration(callers_->request_timeout()),
+                                               absl::FormatDuration(accounting_->request_timeout()),
                                                ", limit attach_timeout")));
 }
 
 void ReflectionReactor::End(const absl::Status& status) {
   if (!std::exchange(ended_, true)) {
-    Finish(callers_->Dismiss("ServerReflection/ServerReflectionInfo", status));
+    Finish(accounting_->EndCall("ServerReflection/ServerReflectionInfo", status));
   }
 }
 

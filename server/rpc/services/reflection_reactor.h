@@ -9,7 +9,7 @@
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/alarm.h"
 #include "server/rpc/auth/anonymous_call.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 
 namespace procgen {
@@ -23,11 +23,11 @@ class ReflectionReactor final : public ByteStream,
   using Answer = std::function<absl::StatusOr<grpc::ByteBuffer>(const grpc::ByteBuffer&)>;
 
   // Begins a stream, which lives until gRPC has done with it. What is pointed to must outlive it.
-  static ByteStream* Start(const Callers* callers, grpc::CallbackServerContext* context,
+  static ByteStream* Start(const CallAccounting* accounting, grpc::CallbackServerContext* context,
                            AnonymousCall call, Answer answer);
 
  private:
-  ReflectionReactor(const Callers* callers, grpc::CallbackServerContext* context,
+  ReflectionReactor(const CallAccounting* accounting, grpc::CallbackServerContext* context,
                     AnonymousCall call, Answer answer);
 
   void OnReadDone(bool ok) override ABSL_LOCKS_EXCLUDED(mutex_);
@@ -38,7 +38,7 @@ class ReflectionReactor final : public ByteStream,
   // Ends the stream, unless it has ended.
   void End(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
   AnonymousCall call_;
   const Answer answer_;

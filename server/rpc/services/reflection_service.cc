@@ -23,8 +23,9 @@ void SetNotFound(ReflectionServiceImpl::Response* response) {
 
 }  // namespace
 
-ReflectionServiceImpl::ReflectionServiceImpl(const Callers* callers, std::set<std::string> services)
-    : callers_(callers), services_(std::move(services)) {
+ReflectionServiceImpl::ReflectionServiceImpl(const CallAccounting* accounting,
+                                             std::set<std::string> services)
+    : accounting_(accounting), services_(std::move(services)) {
   // Named by a message of each, so that the linker keeps them.
   for (const google::protobuf::Descriptor* message :
        {grpc::health::v1::HealthCheckRequest::descriptor(), Request::descriptor(),
@@ -117,9 +118,9 @@ ReflectionServiceImpl::Response ReflectionServiceImpl::Answer(const Request& req
 }
 
 ByteStream* ReflectionServiceImpl::BeginInfo(grpc::CallbackServerContext* context) {
-  absl::StatusOr<AnonymousCall> call = callers_->AdmitAnonymous(*context);
+  absl::StatusOr<AnonymousCall> call = accounting_->AdmitAnonymous(*context);
   if (!call.ok()) {
-    return new RefusedStream(callers_->Dismiss(kMethod, call.status()));
+    return new RefusedStream(accounting_->EndCall(kMethod, call.status()));
   }
   const auto answer = [this](const grpc::ByteBuffer& bytes) -> absl::StatusOr<grpc::ByteBuffer> {
     Request request;
@@ -131,7 +132,7 @@ ByteStream* ReflectionServiceImpl::BeginInfo(grpc::CallbackServerContext* contex
     grpc::SerializationTraits<Response>::Serialize(Answer(request), &response, &own_buffer);
     return response;
   };
-  return ReflectionReactor::Start(callers_, context, *std::move(call), answer);
+  return ReflectionReactor::Start(accounting_, context, *std::move(call), answer);
 }
 
 }  // namespace procgen

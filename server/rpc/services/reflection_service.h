@@ -6,7 +6,7 @@
 
 #include "google/protobuf/descriptor_database.h"
 #include "grpc/reflection/v1/reflection.pb.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 
 namespace procgen {
@@ -19,8 +19,8 @@ class ReflectionServiceImpl final : public ByteService {
   using Request = grpc::reflection::v1::ServerReflectionRequest;
   using Response = grpc::reflection::v1::ServerReflectionResponse;
 
-  // `services`: those that are listed, besides health and this. `callers` must outlive this.
-  ReflectionServiceImpl(const Callers* callers, std::set<std::string> services);
+  // `services`: those that are listed, besides health and this. `accounting` must outlive this.
+  ReflectionServiceImpl(const CallAccounting* accounting, std::set<std::string> services);
 
   // The answer to a request, which is an error in the response where there is no such thing.
   Response Answer(const Request& request);
@@ -31,7 +31,7 @@ class ReflectionServiceImpl final : public ByteService {
   void AnswerFile(const google::protobuf::FileDescriptorProto& file, Response* response);
   ByteStream* BeginInfo(grpc::CallbackServerContext* context);
 
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   std::set<std::string> services_;
   google::protobuf::SimpleDescriptorDatabase files_;  // only read after construction
 };

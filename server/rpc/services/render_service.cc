@@ -53,15 +53,15 @@ void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* execut
 
 }  // namespace
 
-RenderServiceImpl::RenderServiceImpl(PoolSupervisor* supervisor, const Callers* callers)
-    : supervisor_(supervisor), callers_(callers) {
+RenderServiceImpl::RenderServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting)
+    : supervisor_(supervisor), accounting_(accounting) {
   AddByteMethod<v1::RenderEnvironmentsRequest>(
       [this](auto* context) { return RenderEnvironments(context); });
   AddByteMethod<v1::WatchPoolRequest>([this](auto* context) { return WatchPool(context); });
 }
 
 ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* context) {
-  return RenderCall::Start(*callers_, *context, [this](RenderCall* call) {
+  return RenderCall::Start(*accounting_, *context, [this](RenderCall* call) {
     absl::StatusOr<std::shared_ptr<PoolSession>> pool =
         supervisor_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();
@@ -83,12 +83,12 @@ ByteStream* RenderServiceImpl::RenderEnvironments(grpc::CallbackServerContext* c
 }
 
 ByteStream* RenderServiceImpl::WatchPool(grpc::CallbackServerContext* context) {
-  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   if (!caller.ok()) {
     return new RefusedStream(
-        callers_->Dismiss(MethodNameOf<v1::WatchPoolRequest>(), caller.status()));
+        accounting_->EndCall(MethodNameOf<v1::WatchPoolRequest>(), caller.status()));
   }
-  return WatchPoolReactor::Start(supervisor_, callers_, *std::move(caller));
+  return WatchPoolReactor::Start(supervisor_, accounting_, *std::move(caller));
 }
 
 }  // namespace procgen

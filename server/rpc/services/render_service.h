@@ -1,7 +1,7 @@
 #ifndef SERVER_RPC_SERVICES_RENDER_SERVICE_H_
 #define SERVER_RPC_SERVICES_RENDER_SERVICE_H_
 
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/session/pool_supervisor.h"
 
@@ -10,15 +10,15 @@ namespace procgen {
 // RenderService: draws environments for people.
 class RenderServiceImpl final : public ByteService {
  public:
-  // `supervisor` and `callers` must outlive this.
-  RenderServiceImpl(PoolSupervisor* supervisor, const Callers* callers);
+  // `supervisor` and `accounting` must outlive this.
+  RenderServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting);
 
  private:
   ByteStream* RenderEnvironments(grpc::CallbackServerContext* context);
   ByteStream* WatchPool(grpc::CallbackServerContext* context);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
 };
 
 }  // namespace procgen

@@ -7,7 +7,7 @@
 
 #include "grpcpp/server_builder.h"
 #include "server/cluster/cluster.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/call/unknown_methods.h"
 #include "server/rpc/dm_env_rpc/dm_env_rpc_service.h"
@@ -30,19 +30,19 @@ namespace procgen {
 class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
-  Services(PoolSupervisor* supervisor, Cluster* cluster, const Callers* callers,
+  Services(PoolSupervisor* supervisor, Cluster* cluster, const CallAccounting* accounting,
            DirectLines* direct_lines, const CloneSources& clone_sources)
-      : catalog_(supervisor, callers),
-        cluster_(cluster, callers),
-        pool_(supervisor, callers),
-        step_(supervisor, callers, direct_lines),
-        state_(supervisor, callers, clone_sources),
-        render_(supervisor, callers),
-        dm_env_rpc_(supervisor, callers),
+      : catalog_(supervisor, accounting),
+        cluster_(cluster, accounting),
+        pool_(supervisor, accounting),
+        step_(supervisor, accounting, direct_lines),
+        state_(supervisor, accounting, clone_sources),
+        render_(supervisor, accounting),
+        dm_env_rpc_(supervisor, accounting),
         pool_services_({&catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}),
-        health_(callers, NamesOf(pool_services_)),
-        reflection_(callers, NamesOf(pool_services_)),
-        unknown_methods_(callers) {}
+        health_(accounting, NamesOf(pool_services_)),
+        reflection_(accounting, NamesOf(pool_services_)),
+        unknown_methods_(accounting) {}
 
   void RegisterWith(grpc::ServerBuilder* builder) {
     for (ByteService* service : pool_services_) {

@@ -280,9 +280,9 @@ void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecuto
 
 }  // namespace
 
-StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const Callers* callers,
+StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                    CloneSources clone_sources)
-    : supervisor_(supervisor), callers_(callers), clone_sources_(std::move(clone_sources)) {
+    : supervisor_(supervisor), accounting_(accounting), clone_sources_(std::move(clone_sources)) {
   AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
   AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
   AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });
@@ -290,7 +290,7 @@ StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const Callers* ca
 }
 
 ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
-  return SaveCall::Start(*callers_, *context, [this](SaveCall* call) {
+  return SaveCall::Start(*accounting_, *context, [this](SaveCall* call) {
     const absl::StatusOr<SharedPool> pool =
         supervisor_->Find(call->owner(), call->request().pool());
     if (!pool.ok()) {
@@ -309,7 +309,7 @@ ByteStream* StateServiceImpl::SaveStates(grpc::CallbackServerContext* context) {
 }
 
 ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context) {
-  return RestoreCall::Start(*callers_, *context, [this](RestoreCall* call) {
+  return RestoreCall::Start(*accounting_, *context, [this](RestoreCall* call) {
     const absl::StatusOr<SharedPool> pool =
         supervisor_->Find(call->owner(), call->request().pool());
     std::vector<int32_t> environments;
@@ -335,13 +335,13 @@ ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context
 }
 
 ByteStream* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context) {
-  return CloneCall::Start(*callers_, *context, [this, context](CloneCall* call) {
+  return CloneCall::Start(*accounting_, *context, [this, context](CloneCall* call) {
     Clone(*supervisor_, clone_sources_, *context, call);
   });
 }
 
 ByteStream* StateServiceImpl::GetEpisode(grpc::CallbackServerContext* context) {
-  return EpisodeCall::Start(*callers_, *context, [this](EpisodeCall* call) {
+  return EpisodeCall::Start(*accounting_, *context, [this](EpisodeCall* call) {
     const absl::StatusOr<SharedPool> pool =
         supervisor_->Find(call->owner(), call->request().pool());
     absl::Status status = pool.status();

@@ -1,7 +1,7 @@
 #ifndef SERVER_RPC_SERVICES_STATE_SERVICE_H_
 #define SERVER_RPC_SERVICES_STATE_SERVICE_H_
 
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/services/clone_sources.h"
 #include "server/session/pool_supervisor.h"
@@ -13,9 +13,10 @@ namespace procgen {
 // same pools cannot wait for one another. Serves while the server drains, too.
 class StateServiceImpl final : public ByteService {
  public:
-  // `supervisor` and `callers` must outlive this.
+  // `supervisor` and `accounting` must outlive this.
   // `clone_sources`: the servers that CloneStates may be asked to read from.
-  StateServiceImpl(PoolSupervisor* supervisor, const Callers* callers, CloneSources clone_sources);
+  StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
+                   CloneSources clone_sources);
 
  private:
   ByteStream* SaveStates(grpc::CallbackServerContext* context);
@@ -24,7 +25,7 @@ class StateServiceImpl final : public ByteService {
   ByteStream* GetEpisode(grpc::CallbackServerContext* context);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   const CloneSources clone_sources_;
 };
 

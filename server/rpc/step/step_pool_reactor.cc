@@ -12,13 +12,13 @@
 
 namespace procgen {
 
-StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor, const Callers* callers,
-                                        DirectLines* direct_lines,
+StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor,
+                                        const CallAccounting* accounting, DirectLines* direct_lines,
                                         grpc::CallbackServerContext* context, Caller caller) {
-  auto* const reactor = new StepPoolReactor(supervisor, callers, context);
+  auto* const reactor = new StepPoolReactor(supervisor, accounting, context);
   reactor->stream_ = std::make_shared<StepStream>(
       StepStream::Context{.supervisor = supervisor,
-                          .callers = callers,
+                          .accounting = accounting,
                           .direct_lines = direct_lines,
                           .peer = context->peer(),
                           .transport = reactor,
@@ -28,9 +28,9 @@ StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor, const Caller
   return reactor;
 }
 
-StepPoolReactor::StepPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
+StepPoolReactor::StepPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                  grpc::CallbackServerContext* context)
-    : supervisor_(supervisor), callers_(callers), context_(context) {}
+    : supervisor_(supervisor), accounting_(accounting), context_(context) {}
 
 bool StepPoolReactor::Read() {
   StartRead(&read_bytes_);
@@ -63,7 +63,7 @@ void StepPoolReactor::OnCancel() { stream_->OnCancel(); }
 
 void StepPoolReactor::End(const absl::Status& status) {
   AddDrainTrailer(status, *supervisor_, context_);
-  Finish(callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), status));
+  Finish(accounting_->EndCall(MethodNameOf<v1::StepPoolRequest>(), status));
 }
 
 void StepPoolReactor::OnDone() { delete this; }

@@ -5,7 +5,7 @@
 
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
 #include "server/rpc/step/step_stream.h"
 #include "server/rpc/step/stream_transport.h"
@@ -20,12 +20,12 @@ class StepPoolReactor final : public ByteStream, public StreamTransport {
  public:
   // Begins to serve a stream; it ends itself. `direct_lines`: null: no pipes are offered. What is
   // pointed to must outlive it.
-  static StepPoolReactor* Start(PoolSupervisor* supervisor, const Callers* callers,
+  static StepPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                 DirectLines* direct_lines, grpc::CallbackServerContext* context,
                                 Caller caller);
 
  private:
-  StepPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
+  StepPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
                   grpc::CallbackServerContext* context);
 
   void OnReadDone(bool ok) override;
@@ -39,7 +39,7 @@ class StepPoolReactor final : public ByteStream, public StreamTransport {
   void End(const absl::Status& status);
 
   PoolSupervisor* const supervisor_;
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
   // Shared, because a callback of the pool may still be on its way out when gRPC has done with the
   // stream.

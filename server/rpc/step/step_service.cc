@@ -9,19 +9,20 @@
 
 namespace procgen {
 
-StepServiceImpl::StepServiceImpl(PoolSupervisor* supervisor, const Callers* callers,
+StepServiceImpl::StepServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                  DirectLines* direct_lines)
-    : supervisor_(supervisor), callers_(callers), direct_lines_(direct_lines) {
+    : supervisor_(supervisor), accounting_(accounting), direct_lines_(direct_lines) {
   AddByteMethod<v1::StepPoolRequest>([this](auto* context) { return StepPool(context); });
 }
 
 ByteStream* StepServiceImpl::StepPool(grpc::CallbackServerContext* context) {
-  absl::StatusOr<Caller> caller = callers_->Admit(*context);
+  absl::StatusOr<Caller> caller = accounting_->Admit(*context);
   if (!caller.ok()) {
     return new RefusedStream(
-        callers_->Dismiss(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
+        accounting_->EndCall(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
-  return StepPoolReactor::Start(supervisor_, callers_, direct_lines_, context, *std::move(caller));
+  return StepPoolReactor::Start(supervisor_, accounting_, direct_lines_, context,
+                                *std::move(caller));
 }
 
 }  // namespace procgen

@@ -12,7 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/alarm.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/step/attach.h"
 #include "server/rpc/step/pipe_transport.h"
 #include "server/rpc/step/request_window.h"
@@ -55,7 +55,7 @@ class StepStream final : public ResponseSink,
  public:
   struct Context {
     PoolSupervisor* supervisor = nullptr;
-    const Callers* callers = nullptr;
+    const CallAccounting* accounting = nullptr;
     DirectLines* direct_lines = nullptr;   // null: no pipes are offered
     std::string peer;                      // as gRPC names it
     StreamTransport* transport = nullptr;  // gRPC's stream; not used after `end`

@@ -4,12 +4,12 @@
 
 namespace procgen {
 
-LatestStream::LatestStream(const Callers* callers, absl::string_view method)
-    : callers_(callers), method_(method) {}
+LatestStream::LatestStream(const CallAccounting* accounting, absl::string_view method)
+    : accounting_(accounting), method_(method) {}
 
 void LatestStream::Begin(std::shared_ptr<LatestStream> self) {
   self_ = std::move(self);
-  ReadRequest(callers_->request_timeout());
+  ReadRequest(accounting_->request_timeout());
 }
 
 void LatestStream::Send(Response response) {
@@ -68,7 +68,7 @@ void LatestStream::Continue() {
     response = std::exchange(waiting_, nullptr);
   }
   if (end.has_value()) {
-    Finish(callers_->Dismiss(method_, *end));
+    Finish(accounting_->EndCall(method_, *end));
     return;
   }
   written_ = response();

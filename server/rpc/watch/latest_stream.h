@@ -12,7 +12,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/support/byte_buffer.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/one_request_stream.h"
 
 namespace procgen {
@@ -29,8 +29,8 @@ class LatestStream : public OneRequestStream {
   // Makes a response, when it can be sent.
   using Response = std::function<grpc::ByteBuffer()>;
 
-  // `method`: "SERVICE/METHOD". `callers` must outlive the stream.
-  LatestStream(const Callers* callers, absl::string_view method);
+  // `method`: "SERVICE/METHOD". `accounting` must outlive the stream.
+  LatestStream(const CallAccounting* accounting, absl::string_view method);
   ~LatestStream() override = default;
 
   // Begins: reads the request, and holds the stream until gRPC has done with it. It may live longer
@@ -54,7 +54,7 @@ class LatestStream : public OneRequestStream {
   // lock, since it may call back at once.
   void Continue() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const Callers* const callers_;
+  const CallAccounting* const accounting_;
   const std::string method_;
   std::shared_ptr<LatestStream> self_;
   grpc::ByteBuffer written_;  // by the write under way

@@ -11,17 +11,17 @@
 namespace procgen {
 
 std::shared_ptr<WatchNodesReactor> WatchNodesReactor::Start(Cluster* cluster,
-                                                            const Callers* callers,
+                                                            const CallAccounting* accounting,
                                                             Quotas::Reservation reservation) {
   std::shared_ptr<WatchNodesReactor> reactor(
-      new WatchNodesReactor(cluster, callers, std::move(reservation)));
+      new WatchNodesReactor(cluster, accounting, std::move(reservation)));
   reactor->Begin(reactor);
   return reactor;
 }
 
-WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const Callers* callers,
+WatchNodesReactor::WatchNodesReactor(Cluster* cluster, const CallAccounting* accounting,
                                      Quotas::Reservation reservation)
-    : LatestStream(callers, MethodNameOf<v1::WatchNodesRequest>()),
+    : LatestStream(accounting, MethodNameOf<v1::WatchNodesRequest>()),
       cluster_(cluster),
       reservation_(std::move(reservation)) {}
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "server/cluster/cluster.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/watch/latest_stream.h"
 #include "server/session/quota/quotas.h"
 
@@ -16,13 +16,15 @@ class WatchNodesReactor final : public LatestStream {
  public:
   // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it.
   // `reservation`: of the owner's calls; the stream is one of them while it lasts. `cluster` and
-  // `callers` must outlive it.
-  static std::shared_ptr<WatchNodesReactor> Start(Cluster* cluster, const Callers* callers,
+  // `accounting` must outlive it.
+  static std::shared_ptr<WatchNodesReactor> Start(Cluster* cluster,
+                                                  const CallAccounting* accounting,
                                                   Quotas::Reservation reservation);
   ~WatchNodesReactor() override = default;
 
  private:
-  WatchNodesReactor(Cluster* cluster, const Callers* callers, Quotas::Reservation reservation);
+  WatchNodesReactor(Cluster* cluster, const CallAccounting* accounting,
+                    Quotas::Reservation reservation);
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   void LetGo() override;

@@ -10,18 +10,18 @@
 
 namespace procgen {
 
-WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor, const Callers* callers,
-                                          Caller caller) {
+WatchPoolReactor* WatchPoolReactor::Start(PoolSupervisor* supervisor,
+                                          const CallAccounting* accounting, Caller caller) {
   std::shared_ptr<WatchPoolReactor> reactor(
-      new WatchPoolReactor(supervisor, callers, std::move(caller)));
+      new WatchPoolReactor(supervisor, accounting, std::move(caller)));
   reactor->weak_self_ = reactor;
   reactor->Begin(reactor);
   return reactor.get();
 }
 
-WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, const Callers* callers,
+WatchPoolReactor::WatchPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                    Caller caller)
-    : LatestStream(callers, MethodNameOf<v1::WatchPoolRequest>()),
+    : LatestStream(accounting, MethodNameOf<v1::WatchPoolRequest>()),
       supervisor_(supervisor),
       caller_(std::move(caller)) {}
 

@@ -6,7 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/cord.h"
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/watch/latest_stream.h"
 #include "server/session/pool_supervisor.h"
 #include "server/session/quota/quotas.h"
@@ -21,7 +21,8 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   // Begins a stream, which lives until gRPC has done with it, and longer if somebody holds it. What
   // is pointed to must outlive it. `caller` counts until the request has arrived: a drain does not
   // wait for those who watch.
-  static WatchPoolReactor* Start(PoolSupervisor* supervisor, const Callers* callers, Caller caller);
+  static WatchPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
+                                 Caller caller);
   ~WatchPoolReactor() override = default;
 
   bool IsReady() override { return IsIdle(); }
@@ -30,7 +31,7 @@ class WatchPoolReactor final : public LatestStream, public FrameSubscriber {
   void End(const absl::Status& reason) override;
 
  private:
-  WatchPoolReactor(PoolSupervisor* supervisor, const Callers* callers, Caller caller);
+  WatchPoolReactor(PoolSupervisor* supervisor, const CallAccounting* accounting, Caller caller);
 
   void OnRequest(absl::StatusOr<grpc::ByteBuffer> request) override;
   absl::Status Watch(const Caller& caller, const grpc::ByteBuffer& request);

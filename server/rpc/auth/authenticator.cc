@@ -1,4 +1,4 @@
-#include "server/rpc/auth/caller.h"
+#include "server/rpc/auth/authenticator.h"
 
 #include <algorithm>
 #include <optional>
@@ -11,8 +11,6 @@
 #include "absl/strings/strip.h"
 #include "grpc/grpc_security_constants.h"
 #include "grpcpp/security/auth_context.h"
-#include "server/logging/event_log.h"
-#include "server/rpc/grpc/grpc_status.h"
 
 namespace procgen {
 namespace {
@@ -56,56 +54,10 @@ absl::StatusOr<std::string> OwnerByCertificate(const grpc::AuthContext& peer) {
 
 }  // namespace
 
-Callers::Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell,
-                 absl::Duration request_timeout, Connections* connections, Quotas* quotas,
-                 Metrics* metrics)
-    : tokens_(std::move(tokens)),
-      certificates_tell_(certificates_tell),
-      request_timeout_(request_timeout),
-      connections_(connections),
-      quotas_(quotas),
-      metrics_(metrics) {}
+Authenticator::Authenticator(std::shared_ptr<TokenFile> tokens, bool certificates_tell)
+    : tokens_(std::move(tokens)), certificates_tell_(certificates_tell) {}
 
-absl::StatusOr<Caller> Callers::Admit(const grpc::ServerContextBase& context) const {
-  absl::StatusOr<std::string> owner = OwnerOf(context);
-  if (!owner.ok()) {
-    // Not louder, for anybody can make as many of these lines as they like.
-    LogEvent(LogLevel::kDebug, "caller_refused",
-             {{"peer", context.peer()}, {"message", std::string(owner.status().message())}});
-    Refuse(context);
-    return owner.status();
-  }
-  connections_->Identify(context.peer());
-  absl::StatusOr<Quotas::Reservation> reservation = quotas_->Reserve(*owner, {.call_count = 1});
-  if (!reservation.ok()) {
-    return reservation.status();
-  }
-  return Caller{*std::move(owner), *std::move(reservation), counted_};
-}
-
-absl::StatusOr<AnonymousCall> Callers::AdmitAnonymous(
-    const grpc::ServerContextBase& context) const {
-  std::string peer = context.peer();
-  if (!connections_->BeginCall(peer)) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the connection has ", Connections::kOpenCallCountMax,
-                     " calls under way that bear no token, which is the limit"));
-  }
-  return AnonymousCall(connections_, std::move(peer));
-}
-
-void Callers::Refuse(const grpc::ServerContextBase& context) const {
-  connections_->CountRefused(context.peer());
-}
-
-grpc::Status Callers::Dismiss(absl::string_view method, const absl::Status& status) const {
-  if (!status.ok()) {
-    metrics_->AddError(method, status.code());
-  }
-  return ToGrpcStatus(status);
-}
-
-absl::StatusOr<std::string> Callers::OwnerOf(const grpc::ServerContextBase& context) const {
+absl::StatusOr<std::string> Authenticator::OwnerOf(const grpc::ServerContextBase& context) const {
   if (tokens_ != nullptr) {
     return OwnerByToken(context);
   }
@@ -115,7 +67,8 @@ absl::StatusOr<std::string> Callers::OwnerOf(const grpc::ServerContextBase& cont
   return "";
 }
 
-absl::StatusOr<std::string> Callers::OwnerByToken(const grpc::ServerContextBase& context) const {
+absl::StatusOr<std::string> Authenticator::OwnerByToken(
+    const grpc::ServerContextBase& context) const {
   constexpr absl::string_view kExpected =
       "expected: metadata 'authorization: Bearer TOKEN', once, with a token of this server";
   const std::optional<absl::string_view> authorization = AuthorizationOf(context);

@@ -1,5 +1,5 @@
-#ifndef SERVER_RPC_AUTH_CALLER_H_
-#define SERVER_RPC_AUTH_CALLER_H_
+#ifndef SERVER_RPC_AUTH_CALL_ACCOUNTING_H_
+#define SERVER_RPC_AUTH_CALL_ACCOUNTING_H_
 
 #include <cstdint>
 #include <memory>
@@ -14,7 +14,7 @@
 #include "server/metrics/metrics.h"
 #include "server/net/connections.h"
 #include "server/rpc/auth/anonymous_call.h"
-#include "server/rpc/auth/token_file.h"
+#include "server/rpc/auth/authenticator.h"
 #include "server/session/quota/quotas.h"
 
 namespace procgen {
@@ -26,27 +26,22 @@ struct Caller {
   std::shared_ptr<const void> under_way;  // counts it, as long as there is one, in CallCount
 };
 
-// The door: says who calls, lets in who may, and counts who leaves with an error. Every call of
-// every service comes by here before its request is looked at. Health and reflection need no token:
-// they tell what anybody may know (whether the server serves, and the contract), and those who
-// watch servers have none.
-//
-// Who calls is told by its token, where there are tokens; else by its certificate, where clients
-// must show one: the first URI of its alternative names, or if it has none its common name. Else
-// nobody is asked, and all are the owner "".
+// The door: lets in who may, counts the calls under way, and counts who leaves with an error. Every
+// call of every service comes by here before its request is looked at. Health and reflection need
+// no token: they tell what anybody may know (whether the server serves, and the contract), and
+// those who watch servers have none.
 // Threads: any method from any thread.
-class Callers {
+class CallAccounting {
  public:
-  // `tokens`: null, there are none. What is pointed to must outlive this.
-  Callers(std::shared_ptr<TokenFile> tokens, bool certificates_tell, absl::Duration request_timeout,
-          Connections* connections, Quotas* quotas, Metrics* metrics);
+  // What is pointed to must outlive this.
+  CallAccounting(Authenticator authenticator, absl::Duration request_timeout,
+                 Connections* connections, Quotas* quotas, Metrics* metrics);
 
   // How long the first request of a call may take to arrive.
   absl::Duration request_timeout() const { return request_timeout_; }
 
-  // Lets a call in. Errors: UNAUTHENTICATED its token is missing or nobody's, or its certificate
-  // has no name (the message says what is expected and repeats nothing that was given);
-  // RESOURCE_EXHAUSTED the owner has too many calls under way.
+  // Lets a call in. Errors: those of Authenticator::OwnerOf; RESOURCE_EXHAUSTED the owner has too
+  // many calls under way.
   absl::StatusOr<Caller> Admit(const grpc::ServerContextBase& context) const;
 
   // Lets a call in that nobody has to show a token for. Errors: RESOURCE_EXHAUSTED its connection
@@ -64,17 +59,13 @@ class Callers {
 
   // How a call of `method` ("PoolService/CreatePool") is answered that ended with `status`. Every
   // call and stream ends by here, let in or not; errors are counted.
-  grpc::Status Dismiss(absl::string_view method, const absl::Status& status) const;
+  grpc::Status EndCall(absl::string_view method, const absl::Status& status) const;
 
   // Calls and streams that were let in and whose answers are not on their way yet.
   int64_t CallCount() const { return counted_.use_count() - 1; }
 
  private:
-  absl::StatusOr<std::string> OwnerOf(const grpc::ServerContextBase& context) const;
-  absl::StatusOr<std::string> OwnerByToken(const grpc::ServerContextBase& context) const;
-
-  const std::shared_ptr<TokenFile> tokens_;
-  const bool certificates_tell_;
+  const Authenticator authenticator_;
   const absl::Duration request_timeout_;
   Connections* const connections_;
   Quotas* const quotas_;
@@ -84,4 +75,4 @@ class Callers {
 
 }  // namespace procgen
 
-#endif  // SERVER_RPC_AUTH_CALLER_H_
+#endif  // SERVER_RPC_AUTH_CALL_ACCOUNTING_H_
