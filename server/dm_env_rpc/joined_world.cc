@@ -28,7 +28,7 @@ void Interruption::Settle(End end) {
 void JoinedWorld::Join(std::shared_ptr<PoolSession> pool, JoinedWorlds* worlds, OnDrain on_drain,
                        JoinDone done) {
   PoolSession* const session = pool.get();
-  if (session->shared_ring() != nullptr) {
+  if (session->shared_batch_slots() != nullptr) {
     done(
         absl::FailedPreconditionError(absl::StrCat("pool ", session->name(),
                                                    " shares memory with its learners, allowed: one "

@@ -284,7 +284,7 @@ v1::Pool PoolMessageOf(const PoolSession& session) {
   message.set_name(session.name());
   *message.mutable_spec() = PoolSpecMessageOf(session.options());
   message.mutable_spec()->set_transport(
-      session.shared_ring() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
+      session.shared_batch_slots() == nullptr ? v1::TRANSPORT_STREAM : v1::TRANSPORT_SHARED_MEMORY);
   message.mutable_spec()->set_encoding(EncodingMessageOf(session.coding().encoding()));
   const std::vector<int32_t> shape = session.options().observation_format.Shape();
   message.mutable_observation_shape()->Assign(shape.begin(), shape.end());

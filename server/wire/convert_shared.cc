@@ -26,13 +26,13 @@ v1::ElementType ElementTypeOf(SharedArray::Element element) {
 }  // namespace
 
 void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message) {
-  const SharedRing& ring = *pool.shared_ring();
-  message->set_path(ring.path());
-  message->set_size_bytes(ring.size_bytes());
-  message->set_batch_count(ring.batch_count());
-  message->set_batch_bytes(ring.layout().batch_bytes());
+  const SharedBatchSlots& slots = *pool.shared_batch_slots();
+  message->set_path(slots.path());
+  message->set_size_bytes(slots.size_bytes());
+  message->set_batch_count(slots.batch_count());
+  message->set_batch_bytes(slots.layout().batch_bytes());
   const std::vector<int32_t> observation_shape = pool.options().observation_format.Shape();
-  for (const SharedArray& facts : ring.layout().arrays()) {
+  for (const SharedArray& facts : slots.layout().arrays()) {
     v1::SharedArray* array = message->add_arrays();
     array->set_field(std::string(facts.field));
     array->set_offset_bytes(facts.offset_bytes);
@@ -52,7 +52,7 @@ void FillDirectLine(const DirectLines& lines, const std::string& key,
   line->set_key(key);
 }
 
-Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
+Batch PrepareSharedResponse(const Request& request, const SharedBatchSlots& slots,
                             v1::StepPoolResponse* response) {
   response->set_sequence_number(request.sequence_number);
   v1::Batch* message = response->mutable_batch();
@@ -62,7 +62,7 @@ Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
   message->set_shared_batch(request.shared_batch);
   message->set_shared_observations(request.with_observations);
   message->set_shared_final_observations(request.with_final_observations);
-  Batch batch = ring.Rows(request.shared_batch, request.first, request.count);
+  Batch batch = slots.Rows(request.shared_batch, request.first, request.count);
   if (!request.with_observations) {
     batch.observations = {};
   }

@@ -6,7 +6,7 @@
 #include "procgen/v1/step.pb.h"
 #include "server/session/pool/pool_session.h"
 #include "server/shared_memory/direct_lines.h"
-#include "server/shared_memory/shared_ring.h"
+#include "server/shared_memory/shared_batch_slots.h"
 
 namespace procgen {
 
@@ -19,7 +19,7 @@ void FillDirectLine(const DirectLines& lines, const std::string& key,
 
 // Makes `response` the whole answer to `request`, and returns where its values are to be written:
 // in the batch of shared memory that it was given.
-Batch PrepareSharedResponse(const Request& request, const SharedRing& ring,
+Batch PrepareSharedResponse(const Request& request, const SharedBatchSlots& slots,
                             v1::StepPoolResponse* response);
 
 }  // namespace procgen

@@ -31,7 +31,7 @@ absl::StatusOr<int32_t> RequestsInFlightMax(int32_t asked, const Limits& limits)
 using AttachDone = absl::AnyInvocable<void(absl::StatusOr<Attachment>)>;
 
 absl::Status CheckCanShare(const PoolSession& pool, const std::string& peer) {
-  if (pool.shared_ring() == nullptr || IsOnThisMachine(peer)) {
+  if (pool.shared_batch_slots() == nullptr || IsOnThisMachine(peer)) {
     return absl::OkStatus();
   }
   return absl::FailedPreconditionError(absl::StrCat(
@@ -145,7 +145,7 @@ void FillAttached(const PoolSession& pool, const StreamOptions& stream_options,
   attached->set_oldest_kept_sequence_number(pool.oldest_kept_sequence_number());
   attached->set_response_bytes_max(stream_options.response_bytes_max);
   attached->set_requests_in_flight_max(stream_options.attach.requests_in_flight_max);
-  if (pool.shared_ring() != nullptr) {
+  if (pool.shared_batch_slots() != nullptr) {
     FillSharedMemory(pool, attached->mutable_shared_memory());
   }
 }

@@ -9,7 +9,7 @@ namespace procgen {
 Batch ResponseBuilder::Prepare(const PoolSession& pool, const Request& request, Part part,
                                Response* response) {
   batch_ = request.shared_batch >= 0
-               ? PrepareSharedResponse(request, *pool.shared_ring(), &response->message)
+               ? PrepareSharedResponse(request, *pool.shared_batch_slots(), &response->message)
                : PrepareResponse(request, part, pool.observation_bytes(), &frames_, response);
   return batch_;
 }

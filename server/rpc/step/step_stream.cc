@@ -216,7 +216,7 @@ absl::Status StepStream::Understand(StreamRequest* request) const {
     }
     sampler = *std::move(held);
   }
-  if (pool_->shared_ring() != nullptr) {
+  if (pool_->shared_batch_slots() != nullptr) {
     request->request.chunk_count = 1;  // its response has no observations to be split
     return absl::OkStatus();
   }
@@ -264,7 +264,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
     pool_name_ = pool_->name();
     stream_options_ = attachment->stream_options;
     caller_.reservation = Quotas::Reservation();
-    if (context_.direct_lines != nullptr && pool_->shared_ring() != nullptr) {
+    if (context_.direct_lines != nullptr && pool_->shared_batch_slots() != nullptr) {
       pipe_key_ = context_.direct_lines->Expect(weak_from_this());
     }
   }

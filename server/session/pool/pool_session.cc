@@ -27,12 +27,13 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
       coding_(backend_->options().observation_format, encoding),
       context_(context),
       create_time_(context.lease_timer->Now()),
-      shared_ring_(shared_folder == nullptr
-                       ? nullptr
-                       : std::make_unique<SharedRing>(shared_folder, backend_->env_count(),
-                                                      observation_bytes())),
+      shared_batch_slots_(shared_folder == nullptr
+                              ? nullptr
+                              : std::make_unique<SharedBatchSlots>(
+                                    shared_folder, backend_->env_count(), observation_bytes())),
       turns_(name_),
-      resume_buffer_(name_, AnswerBytesMax(), context.resume_buffer_bytes, shared_ring_ != nullptr),
+      resume_buffer_(name_, AnswerBytesMax(), context.resume_buffer_bytes,
+                     shared_batch_slots_ != nullptr),
       observers_(backend_->options(), context),
       executor_({.pool_name = name_,
                  .backend = backend_.get(),
@@ -49,8 +50,8 @@ PoolSession::PoolSession(std::string owner, std::string name, std::unique_ptr<Po
               lease_duration) {}
 
 PoolSession::~PoolSession() {
-  if (shared_ring_ != nullptr) {
-    context_.shared_memory_bytes->Change(shared_ring_->size_bytes(), 0);
+  if (shared_batch_slots_ != nullptr) {
+    context_.shared_memory_bytes->Change(shared_batch_slots_->size_bytes(), 0);
   }
 }
 
@@ -58,7 +59,7 @@ int64_t PoolSession::AnswerBytesMax() const {
   // An observation and a final one, which is not encoded, and what else a response of a single
   // environment has.
   constexpr int64_t kRowBytesMax = 512;
-  if (shared_ring_ != nullptr) {
+  if (shared_batch_slots_ != nullptr) {
     return kRowBytesMax;  // the number of a batch
   }
   return env_count() * (coding_.sent_bytes_max() + coding_.drawn_bytes() + kRowBytesMax);
@@ -72,7 +73,7 @@ void PoolSession::ResumeAt(int64_t next_sequence_number) {
 }
 
 void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
-  if (shared_ring_ == nullptr) {
+  if (shared_batch_slots_ == nullptr) {
     done(absl::OkStatus());
     return;
   }
@@ -80,23 +81,23 @@ void PoolSession::ShareMemory(const AttachOptions& options, Done done) {
       options.held_batches_max == 0 ? kHeldBatchesDefault : options.held_batches_max;
   context_.executor->Run(owner_, [this, batch_count = options.requests_in_flight_max + held_max,
                                   done = std::move(done)]() mutable {
-    absl::Status status = GrowSharedRing(batch_count);
+    absl::Status status = GrowSharedBatchSlots(batch_count);
     done(std::move(status));
   });
 }
 
-absl::Status PoolSession::GrowSharedRing(int32_t batch_count) {
-  const int64_t before = shared_ring_->size_bytes();
-  const int64_t after = std::max(before, batch_count * shared_ring_->layout().batch_bytes());
+absl::Status PoolSession::GrowSharedBatchSlots(int32_t batch_count) {
+  const int64_t before = shared_batch_slots_->size_bytes();
+  const int64_t after = std::max(before, batch_count * shared_batch_slots_->layout().batch_bytes());
   ByteBudget* budget = context_.shared_memory_bytes;
   if (!budget->Change(before, after)) {
     return absl::ResourceExhaustedError(
         absl::StrCat("pool ", name_, " shares ", batch_count, " batches of ",
-                     shared_ring_->layout().batch_bytes(), " bytes, and other pools ",
+                     shared_batch_slots_->layout().batch_bytes(), " bytes, and other pools ",
                      budget->reserved_bytes() - before, " bytes, limit shared_memory_bytes_max is ",
                      budget->bytes_max()));
   }
-  if (absl::Status status = shared_ring_->Grow(batch_count); !status.ok()) {
+  if (absl::Status status = shared_batch_slots_->Grow(batch_count); !status.ok()) {
     budget->Change(after, before);
     return status;
   }

@@ -31,8 +31,8 @@
 #include "server/session/pool/resume_buffer.h"
 #include "server/session/pool/stream_slot.h"
 #include "server/session/pool/turn_queue.h"
+#include "server/shared_memory/shared_batch_slots.h"
 #include "server/shared_memory/shared_folder.h"
-#include "server/shared_memory/shared_ring.h"
 
 namespace procgen {
 
@@ -107,7 +107,7 @@ class PoolSession {
   // RESOURCE_EXHAUSTED.
   void ShareMemory(const AttachOptions& options, Done done);
   // What it shares with learners; null: nothing. Until ShareMemory has succeeded it has no batch.
-  const SharedRing* shared_ring() const { return shared_ring_.get(); }
+  const SharedBatchSlots* shared_batch_slots() const { return shared_batch_slots_.get(); }
   // Gives it back: to the stream that takes over, or its lease begins. A turn must have ended.
   void Detach() { stream_.Detach(); }
   // Ends the stream, if one is attached, with `reason`; it detaches when its turn has ended.
@@ -185,7 +185,7 @@ class PoolSession {
   absl::Time next_capture_time() const { return absl::FromUnixNanos(next_capture_ns_); }
 
  private:
-  absl::Status GrowSharedRing(int32_t batch_count);
+  absl::Status GrowSharedBatchSlots(int32_t batch_count);
   // Reports the close to all that it concerns. `stream_` must be closed.
   void TellClosed(const absl::Status& reason);
   // An answer of the pool, kept, has no more bytes.
@@ -198,7 +198,7 @@ class PoolSession {
   const PoolContext context_;
   const absl::Time create_time_;
   // Grown while a stream attaches, written in a turn of a stream. Null: it shares no memory.
-  const std::unique_ptr<SharedRing> shared_ring_;
+  const std::unique_ptr<SharedBatchSlots> shared_batch_slots_;
   std::atomic<int64_t> next_capture_ns_ = 0;  // of next_capture_time()
 
   // Each may use those before it.

@@ -27,7 +27,7 @@ absl::Status ResumeBuffer::Reserve(const AttachOptions& options) {
                      " entries, allowed: none, as pool ", pool_name_, " shares no memory"));
   }
   absl::MutexLock lock(&mutex_);
-  if (absl::Status status = batches_.CheckHeld(options.held_batches); !status.ok()) {
+  if (absl::Status status = slots_.CheckHeld(options.held_batches); !status.ok()) {
     return status;
   }
   const int64_t bytes = options.kept_answer_count() * answer_bytes_max_;
@@ -46,10 +46,10 @@ void ResumeBuffer::BeginStream(const AttachOptions& options, int64_t next_sequen
   absl::MutexLock lock(&mutex_);
   stream_ = options;
   successor_answer_count_ = 0;
-  batches_.BeginStream(options.held_batches);
+  slots_.BeginStream(options.held_batches);
   if (!options.resumable) {
     kept_ = {};
-    batches_.ForgetUpTo(next_sequence_number);
+    slots_.ForgetUpTo(next_sequence_number);
   }
   TrimReservation();
 }
@@ -61,7 +61,7 @@ void ResumeBuffer::SetSuccessor(const AttachOptions& options) {
 
 void ResumeBuffer::GrowBatches(int32_t batch_count) {
   absl::MutexLock lock(&mutex_);
-  batches_.Grow(batch_count);
+  slots_.Grow(batch_count);
 }
 
 void ResumeBuffer::TrimReservation() {
@@ -83,13 +83,13 @@ absl::StatusOr<bool> ResumeBuffer::Take(Request* request) {
   absl::MutexLock lock(&mutex_);
   const int64_t forgotten =
       std::max(request->acknowledged, number - stream_.requests_in_flight_max);
-  const BatchLedger::Change change = {request->released, forgotten};
+  const SlotTable::Change change = {request->released, forgotten};
   if (shares_memory_ && request->kind == Request::Kind::kSample) {
-    if (absl::Status status = batches_.Apply(change); !status.ok()) {
+    if (absl::Status status = slots_.Apply(change); !status.ok()) {
       return status;
     }
   } else if (shares_memory_) {
-    const absl::StatusOr<int32_t> batch = batches_.Take(change, number, stream_.resumable);
+    const absl::StatusOr<int32_t> batch = slots_.Take(change, number, stream_.resumable);
     if (!batch.ok()) {
       return batch.status();
     }
@@ -110,8 +110,8 @@ absl::StatusOr<Answer> ResumeBuffer::Recall(const Request& request, int64_t next
                      ", the next: ", next_sequence_number));
   }
   Answer recalled = *answer;
-  batches_.HoldAgain(request.sequence_number);
-  batches_.ForgetUpTo(request.acknowledged);
+  slots_.HoldAgain(request.sequence_number);
+  slots_.ForgetUpTo(request.acknowledged);
   kept_.ForgetUpTo(request.acknowledged);
   TrimReservation();
   return recalled;

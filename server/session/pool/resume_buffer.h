@@ -13,7 +13,7 @@
 #include "server/session/pool/attach_options.h"
 #include "server/session/pool/kept_answers.h"
 #include "server/session/quota/byte_budget.h"
-#include "server/shared_memory/batch_ledger.h"
+#include "server/shared_memory/slot_table.h"
 
 namespace procgen {
 
@@ -67,7 +67,7 @@ class ResumeBuffer {
   int32_t successor_answer_count_ ABSL_GUARDED_BY(mutex_) = 0;  // that the one that waits may have
   KeptAnswers kept_ ABSL_GUARDED_BY(mutex_);
   int64_t reserved_bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // of the budget, for kept_
-  BatchLedger batches_ ABSL_GUARDED_BY(mutex_);
+  SlotTable slots_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace procgen

@@ -75,7 +75,7 @@ class SharedSessionTest : public testing::Test {
 
 TEST_F(SharedSessionTest, RequestsAreGivenBatchesThatNobodyNeeds) {
   ASSERT_THAT(Attach(kResumable), IsOk());
-  EXPECT_EQ(session_->shared_ring()->batch_count(), 3);
+  EXPECT_EQ(session_->shared_batch_slots()->batch_count(), 3);
   EXPECT_THAT(Ask(1), IsOkAndHolds(0));
   EXPECT_THAT(Ask(2), IsOkAndHolds(1));
   EXPECT_THAT(Ask(3, {0}), IsOkAndHolds(0)) << "request 1 cannot be asked for again";
@@ -119,7 +119,8 @@ TEST_F(SharedSessionTest, WhatDoesNotFitTheLimitIsRefusedAndTakesNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
   context_.shared_memory_bytes.Change(others, 0);
   EXPECT_THAT(Attach(kResumable), IsOk());
-  EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(), session_->shared_ring()->size_bytes());
+  EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(),
+            session_->shared_batch_slots()->size_bytes());
   session_->Detach();
   session_ = nullptr;
   EXPECT_EQ(context_.shared_memory_bytes.reserved_bytes(), 0);

@@ -1,5 +1,5 @@
-#ifndef SERVER_SHARED_MEMORY_BATCH_LEDGER_H_
-#define SERVER_SHARED_MEMORY_BATCH_LEDGER_H_
+#ifndef SERVER_SHARED_MEMORY_SLOT_TABLE_H_
+#define SERVER_SHARED_MEMORY_SLOT_TABLE_H_
 
 #include <cstdint>
 #include <vector>
@@ -15,7 +15,7 @@ namespace procgen {
 // it is released; or it is kept, because the request that it answers may be asked again. Others
 // may be written.
 // Threads: compatible.
-class BatchLedger {
+class SlotTable {
  public:
   int32_t batch_count() const { return static_cast<int32_t>(entries_.size()); }
   // How many the learner holds.
@@ -58,4 +58,4 @@ class BatchLedger {
 
 }  // namespace procgen
 
-#endif  // SERVER_SHARED_MEMORY_BATCH_LEDGER_H_
+#endif  // SERVER_SHARED_MEMORY_SLOT_TABLE_H_

@@ -1,4 +1,4 @@
-#include "server/shared_memory/shared_ring.h"
+#include "server/shared_memory/shared_batch_slots.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -27,14 +27,14 @@ int Extend(int descriptor, int64_t from_bytes, int64_t to_bytes) {
 
 }  // namespace
 
-SharedRing::~SharedRing() {
+SharedBatchSlots::~SharedBatchSlots() {
   guard_ = nullptr;
   if (memory_ != nullptr) {
     munmap(memory_, static_cast<size_t>(size_bytes()));
   }
 }
 
-absl::Status SharedRing::Grow(int32_t batch_count) {
+absl::Status SharedBatchSlots::Grow(int32_t batch_count) {
   if (guard_ != nullptr && guard_->was_replaced()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "somebody has truncated ", file_->path(), ", the pool's shared memory; delete the pool"));

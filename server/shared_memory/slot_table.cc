@@ -1,4 +1,4 @@
-#include "server/shared_memory/batch_ledger.h"
+#include "server/shared_memory/slot_table.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -8,12 +8,12 @@
 
 namespace procgen {
 
-int32_t BatchLedger::HeldCount() const {
+int32_t SlotTable::HeldCount() const {
   return static_cast<int32_t>(std::count_if(entries_.begin(), entries_.end(),
                                             [](const Entry& entry) { return entry.held; }));
 }
 
-absl::Status BatchLedger::CheckHeld(absl::Span<const int32_t> held) const {
+absl::Status SlotTable::CheckHeld(absl::Span<const int32_t> held) const {
   std::vector<bool> seen(entries_.size(), false);
   for (size_t i = 0; i < held.size(); ++i) {
     const int32_t batch = held[i];
@@ -27,7 +27,7 @@ absl::Status BatchLedger::CheckHeld(absl::Span<const int32_t> held) const {
   return absl::OkStatus();
 }
 
-void BatchLedger::BeginStream(absl::Span<const int32_t> held) {
+void SlotTable::BeginStream(absl::Span<const int32_t> held) {
   for (Entry& entry : entries_) {
     entry.held = false;
   }
@@ -36,11 +36,11 @@ void BatchLedger::BeginStream(absl::Span<const int32_t> held) {
   }
 }
 
-void BatchLedger::Grow(int32_t batch_count) {
+void SlotTable::Grow(int32_t batch_count) {
   entries_.resize(std::max(entries_.size(), static_cast<size_t>(batch_count)));
 }
 
-absl::StatusOr<BatchLedger::Entries> BatchLedger::After(const Change& change) const {
+absl::StatusOr<SlotTable::Entries> SlotTable::After(const Change& change) const {
   Entries after = entries_;
   for (size_t i = 0; i < change.released.size(); ++i) {
     const int32_t batch = change.released[i];
@@ -57,7 +57,7 @@ absl::StatusOr<BatchLedger::Entries> BatchLedger::After(const Change& change) co
   return after;
 }
 
-absl::Status BatchLedger::Apply(const Change& change) {
+absl::Status SlotTable::Apply(const Change& change) {
   absl::StatusOr<Entries> after = After(change);
   if (!after.ok()) {
     return after.status();
@@ -66,7 +66,7 @@ absl::Status BatchLedger::Apply(const Change& change) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<int32_t> BatchLedger::Take(const Change& change, int64_t number, bool keeps) {
+absl::StatusOr<int32_t> SlotTable::Take(const Change& change, int64_t number, bool keeps) {
   absl::StatusOr<Entries> after = After(change);
   if (!after.ok()) {
     return after.status();
@@ -90,13 +90,13 @@ absl::StatusOr<int32_t> BatchLedger::Take(const Change& change, int64_t number, 
   return batch;
 }
 
-void BatchLedger::HoldAgain(int64_t number) {
+void SlotTable::HoldAgain(int64_t number) {
   for (Entry& entry : entries_) {
     entry.held = entry.held || entry.kept_for == number;
   }
 }
 
-void BatchLedger::ForgetUpTo(int64_t number) {
+void SlotTable::ForgetUpTo(int64_t number) {
   for (Entry& entry : entries_) {
     entry.kept_for = entry.kept_for <= number ? 0 : entry.kept_for;
   }

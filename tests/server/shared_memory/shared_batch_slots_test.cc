@@ -1,4 +1,4 @@
-#include "server/shared_memory/shared_ring.h"
+#include "server/shared_memory/shared_batch_slots.h"
 
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -21,36 +21,36 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-class SharedRingTest : public testing::Test {
+class SharedBatchSlotsTest : public testing::Test {
  protected:
   const TemporaryFolder temporary_;
   const std::string path_ = temporary_.path();
   const std::unique_ptr<SharedFolder> folder_ = *SharedFolder::Open(path_);
 };
 
-TEST_F(SharedRingTest, WhatIsWrittenIsInTheFileAndStaysWhereItIsWhenTheRingGrows) {
-  SharedRing ring(folder_.get(), 3, 48);
+TEST_F(SharedBatchSlotsTest, WhatIsWrittenIsInTheFileAndStaysWhereItIsWhenTheSlotsGrow) {
+  SharedBatchSlots slots(folder_.get(), 3, 48);
   EXPECT_TRUE(std::filesystem::is_empty(path_));
-  ASSERT_THAT(ring.Grow(2), IsOk());
-  ring.Rows(1, 2, 1).observations[0] = 77;
-  const std::string path = ring.path();
-  ASSERT_THAT(ring.Grow(5), IsOk());
-  ASSERT_THAT(ring.Grow(4), IsOk());
-  EXPECT_EQ(ring.batch_count(), 5);
-  EXPECT_EQ(ring.path(), path);
-  EXPECT_EQ(std::filesystem::file_size(path), static_cast<uintmax_t>(ring.size_bytes()));
-  EXPECT_EQ(ring.Rows(1, 2, 1).observations[0], 77);
+  ASSERT_THAT(slots.Grow(2), IsOk());
+  slots.Rows(1, 2, 1).observations[0] = 77;
+  const std::string path = slots.path();
+  ASSERT_THAT(slots.Grow(5), IsOk());
+  ASSERT_THAT(slots.Grow(4), IsOk());
+  EXPECT_EQ(slots.batch_count(), 5);
+  EXPECT_EQ(slots.path(), path);
+  EXPECT_EQ(std::filesystem::file_size(path), static_cast<uintmax_t>(slots.size_bytes()));
+  EXPECT_EQ(slots.Rows(1, 2, 1).observations[0], 77);
   std::ifstream file(path, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(file)), {});
-  const auto& arrays = ring.layout().arrays();
+  const auto& arrays = slots.layout().arrays();
   ASSERT_EQ(arrays.front().field, "observations");
-  const int64_t offset = ring.layout().batch_bytes() + arrays.front().offset_bytes + 2 * 48;
+  const int64_t offset = slots.layout().batch_bytes() + arrays.front().offset_bytes + 2 * 48;
   EXPECT_EQ(bytes[static_cast<size_t>(offset)], 77);
 }
 
-TEST_F(SharedRingTest, ATruncatedFileIsToldAndEndsNothing) {
-  SharedRing cut(folder_.get(), 3, 4096);
-  SharedRing other(folder_.get(), 3, 4096);
+TEST_F(SharedBatchSlotsTest, ATruncatedFileIsToldAndEndsNothing) {
+  SharedBatchSlots cut(folder_.get(), 3, 4096);
+  SharedBatchSlots other(folder_.get(), 3, 4096);
   ASSERT_THAT(cut.Grow(2), IsOk());
   ASSERT_THAT(other.Grow(2), IsOk());
   other.Rows(1, 2, 1).observations[0] = 77;
@@ -65,9 +65,9 @@ TEST_F(SharedRingTest, ATruncatedFileIsToldAndEndsNothing) {
                                     AllOf(HasSubstr("has truncated"), HasSubstr(cut.path()))));
 }
 
-TEST_F(SharedRingTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
-  SharedRing ring(folder_.get(), 1, 4096);
-  ASSERT_THAT(ring.Grow(1), IsOk());
+TEST_F(SharedBatchSlotsTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
+  SharedBatchSlots slots(folder_.get(), 1, 4096);
+  ASSERT_THAT(slots.Grow(1), IsOk());
   const auto file = folder_->MakeFile();
   ASSERT_THAT(file, IsOk());
   auto* const page = static_cast<volatile uint8_t*>(
@@ -75,41 +75,41 @@ TEST_F(SharedRingTest, ABusErrorElsewhereEndsTheProcessAsBefore) {
   EXPECT_DEATH(static_cast<void>(*page), "");
 }
 
-TEST_F(SharedRingTest, RingsLeaveNothing) {
-  { SharedRing never_used(folder_.get(), 3, 48); }
+TEST_F(SharedBatchSlotsTest, SlotsLeaveNothing) {
+  { SharedBatchSlots never_used(folder_.get(), 3, 48); }
   {
-    SharedRing ring(folder_.get(), 3, 48);
-    ASSERT_THAT(ring.Grow(1), IsOk());
+    SharedBatchSlots slots(folder_.get(), 3, 48);
+    ASSERT_THAT(slots.Grow(1), IsOk());
     EXPECT_FALSE(std::filesystem::is_empty(path_));
   }
   EXPECT_TRUE(std::filesystem::is_empty(path_));
 }
 
-TEST_F(SharedRingTest, WithoutRoomItSaysWhereAndHowMuchAndStaysAsItIs) {
-  SharedRing ring(folder_.get(), 3, 48);
-  ASSERT_THAT(ring.Grow(1), IsOk());
-  ring.Rows(0, 0, 1).observations[0] = 9;
+TEST_F(SharedBatchSlotsTest, WithoutRoomItSaysWhereAndHowMuchAndStaysAsItIs) {
+  SharedBatchSlots slots(folder_.get(), 3, 48);
+  ASSERT_THAT(slots.Grow(1), IsOk());
+  slots.Rows(0, 0, 1).observations[0] = 9;
   rlimit before = {};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto signal_before = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit small = {static_cast<rlim_t>(3 * ring.layout().batch_bytes()), before.rlim_max};
+  const rlimit small = {static_cast<rlim_t>(3 * slots.layout().batch_bytes()), before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const absl::Status status = ring.Grow(4);
-  SharedRing other(folder_.get(), 3, 48);
+  const absl::Status status = slots.Grow(4);
+  SharedBatchSlots other(folder_.get(), 3, 48);
   const absl::Status other_status = other.Grow(4);
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, signal_before);
-  const std::string bytes = std::to_string(4 * ring.layout().batch_bytes()) + " bytes";
+  const std::string bytes = std::to_string(4 * slots.layout().batch_bytes()) + " bytes";
   EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted,
-                               AllOf(HasSubstr(ring.path()), HasSubstr(bytes))));
+                               AllOf(HasSubstr(slots.path()), HasSubstr(bytes))));
   EXPECT_THAT(other_status, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr(bytes)));
   EXPECT_EQ(other.batch_count(), 0);
-  EXPECT_EQ(ring.batch_count(), 1);
-  EXPECT_EQ(ring.Rows(0, 0, 1).observations[0], 9);
+  EXPECT_EQ(slots.batch_count(), 1);
+  EXPECT_EQ(slots.Rows(0, 0, 1).observations[0], 9);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path_),
                           std::filesystem::directory_iterator()),
             1);
-  EXPECT_THAT(ring.Grow(4), IsOk());
+  EXPECT_THAT(slots.Grow(4), IsOk());
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-#ifndef SERVER_SHARED_MEMORY_SHARED_RING_H_
-#define SERVER_SHARED_MEMORY_SHARED_RING_H_
+#ifndef SERVER_SHARED_MEMORY_SHARED_BATCH_SLOTS_H_
+#define SERVER_SHARED_MEMORY_SHARED_BATCH_SLOTS_H_
 
 #include <cstdint>
 #include <memory>
@@ -15,16 +15,16 @@ namespace procgen {
 
 // The batches of a pool in memory that learners on the same machine map: a file, in which batch k
 // begins at k * layout().batch_bytes(). Who reads what, and when it may be written again, is
-// BatchLedger's affair.
+// SlotTable's affair.
 // Threads: Grow while nobody does anything else; Rows from any thread.
-class SharedRing {
+class SharedBatchSlots {
  public:
   // Without a batch. `folder` must outlive it.
-  SharedRing(const SharedFolder* folder, int32_t env_count, int64_t observation_bytes)
+  SharedBatchSlots(const SharedFolder* folder, int32_t env_count, int64_t observation_bytes)
       : folder_(folder), layout_(env_count, observation_bytes) {}
-  ~SharedRing();
-  SharedRing(const SharedRing&) = delete;
-  SharedRing& operator=(const SharedRing&) = delete;
+  ~SharedBatchSlots();
+  SharedBatchSlots(const SharedBatchSlots&) = delete;
+  SharedBatchSlots& operator=(const SharedBatchSlots&) = delete;
 
   // Has at least `batch_count` batches from now on. What others have mapped, and what is in it,
   // stays. The memory is taken here and now, so that writing to it cannot fail. May take long.
@@ -54,4 +54,4 @@ class SharedRing {
 
 }  // namespace procgen
 
-#endif  // SERVER_SHARED_MEMORY_SHARED_RING_H_
+#endif  // SERVER_SHARED_MEMORY_SHARED_BATCH_SLOTS_H_
