@@ -142,8 +142,8 @@ void EpisodeLog::SetLevel(int32_t environment, int32_t level_seed) {
   Of(environment).current.summary.level_seed = level_seed;
 }
 
-void EpisodeLog::Add(absl::Span<const PutIn> states) {
-  for (const PutIn& state : states) {
+void EpisodeLog::Add(absl::Span<const RestoredState> states) {
+  for (const RestoredState& state : states) {
     BeginEpisode(state.environment, state.level_seed);
     Environment& environment = Of(state.environment);
     EpisodeSummary& summary = environment.current.summary;

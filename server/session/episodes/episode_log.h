@@ -24,8 +24,8 @@ namespace procgen {
 // Threads: one at a time (it is written and read in turns).
 class EpisodeLog {
  public:
-  // How an environment stands that was put into a state.
-  struct PutIn {
+  // How an environment stands whose state was restored.
+  struct RestoredState {
     int32_t environment = 0;
     std::shared_ptr<const EnvironmentOptions> options;  // null: those of the pool
     int32_t level_seed = 0;
@@ -43,8 +43,8 @@ class EpisodeLog {
   // A part of a request was carried out, that steps (`input.steps`) or only resets. `batch`: as
   // BatchNumbers lends it.
   void Add(const StepInput& input, const Batch& batch);
-  // States were put in.
-  void Add(absl::Span<const PutIn> states);
+  // States were restored.
+  void Add(absl::Span<const RestoredState> states);
   // Environments were put into the states of others, all at once.
   void Add(absl::Span<const StateToClone> pairs);
   // What happened in [part.first, part.first + part.count) is not known.

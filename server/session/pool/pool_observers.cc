@@ -6,21 +6,21 @@ namespace procgen {
 namespace {
 
 // What snapshots say of how environments go on that were put into them.
-std::vector<EpisodeLog::PutIn> PutInOf(const std::vector<StateToRestore>& states) {
-  std::vector<EpisodeLog::PutIn> put_in;
+std::vector<EpisodeLog::RestoredState> RestoredStatesOf(const std::vector<StateToRestore>& states) {
+  std::vector<EpisodeLog::RestoredState> restored;
   for (const StateToRestore& state : states) {
     const absl::StatusOr<SavedMoment> moment = ReadSavedMoment(state.snapshot);
     if (moment.ok()) {
-      put_in.push_back({.environment = state.environment,
-                        .options = std::make_shared<const EnvironmentOptions>(moment->options),
-                        .level_seed = moment->level_seed,
-                        .episode_length = moment->episode_length,
-                        .awaits_episode = moment->awaits_episode,
-                        // That of a new environment has drawn one level.
-                        .prev_level_incomplete = moment->level_draws != 1});
+      restored.push_back({.environment = state.environment,
+                          .options = std::make_shared<const EnvironmentOptions>(moment->options),
+                          .level_seed = moment->level_seed,
+                          .episode_length = moment->episode_length,
+                          .awaits_episode = moment->awaits_episode,
+                          // That of a new environment has drawn one level.
+                          .prev_level_incomplete = moment->level_draws != 1});
     }
   }
-  return put_in;
+  return restored;
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ void PoolObservers::NotifyObservers(const Request& request, Part part, const Bat
 
 void PoolObservers::OnRestore(const std::vector<StateToRestore>& states) {
   if (episodes_ != nullptr) {
-    episodes_->Add(PutInOf(states));
+    episodes_->Add(RestoredStatesOf(states));
   }
 }
 

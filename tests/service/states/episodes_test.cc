@@ -279,7 +279,7 @@ TEST_F(EpisodesTest, WhatIsIgnoredBetweenEpisodesIsInNone) {
   ExpectPlaysTheSame(Current(pool));
 }
 
-TEST_F(EpisodesTest, StatesThatArePutInAreToldAndTheNextEpisodeIsWhole) {
+TEST_F(EpisodesTest, RestoredStatesAreReportedAndTheNextEpisodeIsWhole) {
   const auto stream = CreateAndAttach(MazeSpec(2));
   const std::string pool = stream->pool().name();
   v1::PoolSpec other_spec = MazeSpec(1);
