@@ -11,8 +11,8 @@ constexpr absl::Duration kInterval = absl::Seconds(1);
 
 }  // namespace
 
-NodeReporter::NodeReporter(Cluster* cluster, std::function<Standing()> standing)
-    : cluster_(cluster), standing_(std::move(standing)), measured_at_(SteadyNow()) {
+NodeReporter::NodeReporter(Cluster* cluster, std::function<Snapshot()> take_snapshot)
+    : cluster_(cluster), take_snapshot_(std::move(take_snapshot)), measured_at_(SteadyNow()) {
   ReportNow();
   thread_ = std::thread([this] { ReportUntilStopped(); });
 }
@@ -32,17 +32,17 @@ void NodeReporter::ReportUntilStopped() {
 
 void NodeReporter::Report(bool measures) {
   absl::MutexLock lock(&mutex_);
-  Standing standing = standing_();
+  Snapshot snapshot = take_snapshot_();
   if (measures) {
     const absl::Time now = SteadyNow();
     const double seconds = absl::ToDoubleSeconds(now - measured_at_);
-    const auto steps = static_cast<double>(standing.step_count - measured_steps_);
+    const auto steps = static_cast<double>(snapshot.step_count - measured_steps_);
     steps_per_second_ = seconds > 0 ? std::max(0.0, steps) / seconds : 0;
     measured_at_ = now;
-    measured_steps_ = standing.step_count;
+    measured_steps_ = snapshot.step_count;
   }
-  standing.status.steps_per_second = steps_per_second_;
-  cluster_->Publish(std::move(standing.status));
+  snapshot.status.steps_per_second = steps_per_second_;
+  cluster_->Publish(std::move(snapshot.status));
 }
 
 }  // namespace procgen

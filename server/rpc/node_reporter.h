@@ -19,13 +19,13 @@ namespace procgen {
 class NodeReporter {
  public:
   // How a server stands; steps_per_second is not filled.
-  struct Standing {
+  struct Snapshot {
     NodeStatus status;
     int64_t step_count = 0;  // environment steps since the start
   };
 
-  // Asks `standing` until this ends; it must not block for long. `cluster` must outlive this.
-  NodeReporter(Cluster* cluster, std::function<Standing()> standing);
+  // Asks `take_snapshot` until this ends; it must not block for long. `cluster` must outlive this.
+  NodeReporter(Cluster* cluster, std::function<Snapshot()> take_snapshot);
   // No more is told then.
   ~NodeReporter();
   NodeReporter(const NodeReporter&) = delete;
@@ -39,7 +39,7 @@ class NodeReporter {
   void Report(bool measures) ABSL_LOCKS_EXCLUDED(mutex_);
 
   Cluster* const cluster_;
-  const std::function<Standing()> standing_;
+  const std::function<Snapshot()> take_snapshot_;
   SteadyNotification stopped_;
   absl::Mutex mutex_;  // held while it is told, so that the last word is the latest
   int64_t measured_steps_ ABSL_GUARDED_BY(mutex_) = 0;

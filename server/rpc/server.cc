@@ -162,7 +162,7 @@ class GrpcServer final : public Server {
     listener_within_ = *std::move(listener_within);
     HandOver(std::move(acceptor), listener_.get());
     HandOver(std::move(acceptor_within), listener_within_.get());
-    reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return Standing(); });
+    reporter_ = std::make_unique<NodeReporter>(cluster_.get(), [this] { return TakeSnapshot(); });
     return absl::OkStatus();
   }
 
@@ -217,7 +217,7 @@ class GrpcServer final : public Server {
 
  private:
   // As the cluster is told.
-  NodeReporter::Standing Standing() const {
+  NodeReporter::Snapshot TakeSnapshot() const {
     const Load load = supervisor_.load();
     NodeStatus status;
     status.address = advertised_address_;

@@ -14,9 +14,9 @@ TEST(NodeReporterTest, TellsAtOnceAndWhenAsked) {
   const std::unique_ptr<Cluster> cluster = Cluster::Alone("a");
   std::atomic<bool> draining = false;
   NodeReporter reporter(cluster.get(), [&] {
-    NodeReporter::Standing standing;
-    standing.status.draining = draining;
-    return standing;
+    NodeReporter::Snapshot snapshot;
+    snapshot.status.draining = draining;
+    return snapshot;
   });
   ASSERT_EQ(cluster->Nodes().size(), 1U);
   EXPECT_EQ(cluster->Nodes()[0].node_id, "a");
@@ -36,9 +36,9 @@ TEST(NodeReporterTest, MeasuresTheRateOfSteps) {
   });
   std::atomic<int64_t> step_count = 0;
   const NodeReporter reporter(cluster.get(), [&] {
-    NodeReporter::Standing standing;
-    standing.step_count = step_count;
-    return standing;
+    NodeReporter::Snapshot snapshot;
+    snapshot.step_count = step_count;
+    return snapshot;
   });
   step_count = 1000;
   measured.WaitForNotification();
