@@ -19,7 +19,7 @@
 #include "server/rpc/grpc/grpc_deadline.h"
 #include "server/rpc/node_reporter.h"
 #include "server/rpc/services/services.h"
-#include "server/rpc/step/answer_replay.h"
+#include "server/rpc/step/resume_replay.h"
 #include "server/session/pool_supervisor.h"
 #include "server/shared_memory/direct_lines.h"
 #include "server/wire/convert_pool.h"
@@ -151,8 +151,8 @@ class GrpcServer final : public Server {
       return absl::UnavailableError("gRPC does not start a server");
     }
     for (PoolSupervisor::Resumed& resumed : supervisor_.Resume()) {
-      ReplayAnswers(std::move(resumed.pool), std::move(resumed.requests),
-                    options.limits.response_bytes_max);
+      StartResumeReplay(std::move(resumed.pool), std::move(resumed.requests),
+                        options.limits.response_bytes_max);
     }
     listener_ = *std::move(listener);
     address_ = WithPort(options.address, listener_->port());

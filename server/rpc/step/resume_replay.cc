@@ -1,4 +1,4 @@
-#include "server/rpc/step/answer_replay.h"
+#include "server/rpc/step/resume_replay.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -50,20 +50,20 @@ gpr_timespec After(absl::Duration duration) {
 
 // Shared, because it lasts until its last callback. As an observer it learns that the pool is
 // closed or that the server drains.
-class AnswerReplay final : public PoolObserver,
+class ResumeReplay final : public PoolObserver,
                            public ResponseSink,
-                           public std::enable_shared_from_this<AnswerReplay> {
+                           public std::enable_shared_from_this<ResumeReplay> {
  public:
-  AnswerReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
+  ResumeReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
                int64_t response_bytes_max)
       : pool_(std::move(pool)),
         requests_(std::move(requests)),
         response_bytes_max_(response_bytes_max) {
     // The last one tells how all environments stand, and that they are where they were.
-    v1::StepPoolRequest look;
-    look.mutable_observe()->set_observation(v1::OBSERVATION_NONE);
-    look.mutable_observe()->mutable_slice()->set_env_count(pool_->env_count());
-    requests_.push_back(look.SerializeAsString());
+    v1::StepPoolRequest observe;
+    observe.mutable_observe()->set_observation(v1::OBSERVATION_NONE);
+    observe.mutable_observe()->mutable_slice()->set_env_count(pool_->env_count());
+    requests_.push_back(observe.SerializeAsString());
   }
 
   void Start() {
@@ -129,14 +129,14 @@ class AnswerReplay final : public PoolObserver,
   }
 
   absl::Status Read() {
-    const bool is_look = next_ + 1 == requests_.size();
+    const bool is_observe = next_ + 1 == requests_.size();
     absl::Status status = request_.message.ParseFromString(requests_[next_])
                               ? ReadStreamRequest(&request_)
                               : absl::InternalError("it is no request");
     if (status.ok()) {
       status = SetRowsMax();
     }
-    request_.request.again = !is_look;
+    request_.request.again = !is_observe;
     return status;
   }
 
@@ -216,9 +216,9 @@ class AnswerReplay final : public PoolObserver,
 
 }  // namespace
 
-void ReplayAnswers(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
-                   int64_t response_bytes_max) {
-  std::make_shared<AnswerReplay>(std::move(pool), std::move(requests), response_bytes_max)->Start();
+void StartResumeReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
+                       int64_t response_bytes_max) {
+  std::make_shared<ResumeReplay>(std::move(pool), std::move(requests), response_bytes_max)->Start();
 }
 
 }  // namespace procgen

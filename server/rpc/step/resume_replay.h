@@ -1,5 +1,5 @@
-#ifndef SERVER_RPC_STEP_ANSWER_REPLAY_H_
-#define SERVER_RPC_STEP_ANSWER_REPLAY_H_
+#ifndef SERVER_RPC_STEP_RESUME_REPLAY_H_
+#define SERVER_RPC_STEP_RESUME_REPLAY_H_
 
 #include <memory>
 #include <string>
@@ -19,9 +19,9 @@ namespace procgen {
 //
 // Answers are told in small parts, and encoded observations each without their past, so that they
 // suit whoever attaches.
-void ReplayAnswers(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
-                   int64_t response_bytes_max);
+void StartResumeReplay(std::shared_ptr<PoolSession> pool, std::vector<std::string> requests,
+                       int64_t response_bytes_max);
 
 }  // namespace procgen
 
-#endif  // SERVER_RPC_STEP_ANSWER_REPLAY_H_
+#endif  // SERVER_RPC_STEP_RESUME_REPLAY_H_

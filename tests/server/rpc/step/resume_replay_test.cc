@@ -1,7 +1,7 @@
 // Requests that an earlier process had accepted, on a real pool whose calls fail, or are done
 // before they return, as those of a fleet do.
 
-#include "server/rpc/step/answer_replay.h"
+#include "server/rpc/step/resume_replay.h"
 
 #include <algorithm>
 #include <atomic>
@@ -97,7 +97,7 @@ class PromptPool final : public PoolBackend {
   std::atomic<intptr_t> highest_ = 0;
 };
 
-class AnswerReplayTest : public testing::Test {
+class ResumeReplayTest : public testing::Test {
  protected:
   // gRPC, whose timers are used, lives longer than any replay, as in a server.
   static void SetUpTestSuite() { grpc_init(); }
@@ -158,22 +158,22 @@ class AnswerReplayTest : public testing::Test {
   PromptPool* pool_ = nullptr;
 };
 
-TEST_F(AnswerReplayTest, ManyPartsTakeNoMoreStackThanOne) {
+TEST_F(ResumeReplayTest, ManyPartsTakeNoMoreStackThanOne) {
   constexpr int32_t kEnvCount = 1000;  // of 12 KiB each, in parts of 64 KiB
   const auto session = Make(kEnvCount, [] { return absl::OkStatus(); });
-  ReplayAnswers(session, OneStep(kEnvCount), int64_t{64} << 20);
+  StartResumeReplay(session, OneStep(kEnvCount), int64_t{64} << 20);
   EXPECT_THAT(Turn(session.get()), IsOk());
   EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
   EXPECT_GE(pool_->part_count(), 200);
   EXPECT_LE(pool_->stack_bytes(), 4096);
 }
 
-class PermanentErrorTest : public AnswerReplayTest,
+class PermanentErrorTest : public ResumeReplayTest,
                            public testing::WithParamInterface<absl::StatusCode> {};
 
 TEST_P(PermanentErrorTest, EndsTheReplayAndAnswersAttach) {
   const auto session = Make(2, [] { return absl::Status(GetParam(), "the node is of 1970"); });
-  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   const auto is_told =
       StatusIs(GetParam(), "pool pools/7 could not be resumed: the node is of 1970");
   EXPECT_THAT(Turn(session.get()), is_told);
@@ -187,20 +187,20 @@ INSTANTIATE_TEST_SUITE_P(
                     absl::StatusCode::kFailedPrecondition, absl::StatusCode::kUnimplemented,
                     absl::StatusCode::kInternal, absl::StatusCode::kOutOfRange));
 
-TEST_F(AnswerReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
+TEST_F(ResumeReplayTest, OtherErrorsAreTriedAgainLaterAndLater) {
   std::atomic<int> failures_left = 3;
   const auto session = Make(2, [&]() -> absl::Status {
     return failures_left-- > 0 ? absl::UnavailableError("there is no node") : absl::OkStatus();
   });
   const absl::Time begin = SteadyNow();
-  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   EXPECT_THAT(Turn(session.get()), IsOk());
   EXPECT_GE(SteadyNow() - begin, absl::Milliseconds(100 + 200 + 400));
   EXPECT_EQ(pool_->part_count(), 3 + 2) << "then the request, and how all environments stand";
   EXPECT_EQ(session->oldest_kept_sequence_number(), 1);
 }
 
-TEST_F(AnswerReplayTest, AClosedPoolIsLetGoOfAtOnce) {
+TEST_F(ResumeReplayTest, AClosedPoolIsLetGoOfAtOnce) {
   absl::Notification failed;
   std::atomic<int> failure_count = 0;
   auto session = Make(2, [&]() -> absl::Status {
@@ -209,7 +209,7 @@ TEST_F(AnswerReplayTest, AClosedPoolIsLetGoOfAtOnce) {
     }
     return absl::UnavailableError("there is no node");
   });
-  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   failed.WaitForNotification();  // the next attempt is 1.6 s away
   const int count = failure_count;
   session->Close(absl::AbortedError("it was deleted"));
@@ -218,7 +218,7 @@ TEST_F(AnswerReplayTest, AClosedPoolIsLetGoOfAtOnce) {
   EXPECT_EQ(failure_count, count);
 }
 
-TEST_F(AnswerReplayTest, AServerThatDrainsDoesNotWaitForIt) {
+TEST_F(ResumeReplayTest, AServerThatDrainsDoesNotWaitForIt) {
   absl::Notification failed;
   std::atomic<int> failure_count = 0;
   const auto session = Make(2, [&]() -> absl::Status {
@@ -227,7 +227,7 @@ TEST_F(AnswerReplayTest, AServerThatDrainsDoesNotWaitForIt) {
     }
     return absl::UnavailableError("there is no node");
   });
-  ReplayAnswers(session, OneStep(2), int64_t{64} << 20);
+  StartResumeReplay(session, OneStep(2), int64_t{64} << 20);
   failed.WaitForNotification();
   const int count = failure_count;
   session->EndObservers(absl::UnavailableError("the server drains"));
