@@ -20,8 +20,8 @@
 #include "server/web/http/site.h"
 #include "server/web/http/socket.h"
 #include "server/web/http/tls_contexts.h"
-#include "server/web/session/pool_news.h"
-#include "server/web/session/viewer.h"
+#include "server/web/session/page_session.h"
+#include "server/web/session/pool_feed.h"
 
 namespace procgen::web {
 namespace {
@@ -42,17 +42,18 @@ std::string UrlOf(const Address& address, uint16_t port, bool is_secure) {
                       is_ipv6 ? "]" : "", ":", port, "/");
 }
 
-ViewerTerms TermsOf(const WebOptions& options, PoolNews* news, ThreadGroup* watch_threads) {
-  ViewerTerms terms;
-  terms.version = options.version;
-  terms.asks_token = options.asks_token;
-  terms.viewers_max = options.viewers_max;
-  terms.connect = [channel = options.channel](const std::string& token) {
+PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* feed,
+                                        ThreadGroup* watch_threads) {
+  PageSessionContext context;
+  context.version = options.version;
+  context.asks_token = options.asks_token;
+  context.viewers_max = options.viewers_max;
+  context.connect = [channel = options.channel](const std::string& token) {
     return procgen_client::Client::OfChannel(channel, token, kCallTimeout);
   };
-  terms.news = news;
-  terms.watch_threads = watch_threads;
-  return terms;
+  context.feed = feed;
+  context.watch_threads = watch_threads;
+  return context;
 }
 
 std::vector<std::string> HostsOf(const WebOptions& options, const Address& address) {
@@ -67,13 +68,14 @@ class BeastServer final : public WebServer {
       : url_(UrlOf(address, listener->port(), options.tls != nullptr)),
         site_(HostsOf(options, address), EmbeddedPages()),
         tls_(options.tls),
-        news_(std::make_unique<PoolNews>(options.list_pools)),
+        feed_(std::make_unique<PoolFeed>(options.list_pools)),
         watch_threads_(
             std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max) * kWatchesMax)),
-        viewer_terms_(TermsOf(options, news_.get(), watch_threads_.get())),
-        viewer_threads_(std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max))),
-        sockets_(viewer_terms_, viewer_threads_.get()),
-        connection_terms_{&site_, &sockets_, viewer_threads_.get()},
+        page_session_context_(PageSessionContextOf(options, feed_.get(), watch_threads_.get())),
+        page_session_threads_(
+            std::make_unique<ThreadGroup>(static_cast<size_t>(options.viewers_max))),
+        sockets_(page_session_context_, page_session_threads_.get()),
+        connection_context_{&site_, &sockets_, page_session_threads_.get()},
         work_(asio::make_work_guard(io_)),
         listener_(std::move(listener)) {
     for (int i = 0; i < kIoThreadCount; ++i) {
@@ -90,9 +92,9 @@ class BeastServer final : public WebServer {
     for (std::thread& thread : io_threads_) {
       thread.join();
     }
-    viewer_threads_.reset();  // all were told to stop; what they still send goes nowhere
+    page_session_threads_.reset();  // all were told to stop; what they still send goes nowhere
     watch_threads_.reset();
-    news_.reset();
+    feed_.reset();
   }
 
   const std::string& url() const override { return url_; }
@@ -113,18 +115,18 @@ class BeastServer final : public WebServer {
       return;
     }
     socket.set_option(asio::ip::tcp::no_delay(true), error);
-    StartConnection(std::move(socket), tls_.Current(), connection_terms_);
+    StartConnection(std::move(socket), tls_.Current(), connection_context_);
   }
 
   const std::string url_;
   const Site site_;
   TlsContexts tls_;  // of the listener's thread
-  std::unique_ptr<PoolNews> news_;
+  std::unique_ptr<PoolFeed> feed_;
   std::unique_ptr<ThreadGroup> watch_threads_;
-  const ViewerTerms viewer_terms_;
-  std::unique_ptr<ThreadGroup> viewer_threads_;
+  const PageSessionContext page_session_context_;
+  std::unique_ptr<ThreadGroup> page_session_threads_;
   OpenSockets sockets_;
-  const ConnectionTerms connection_terms_;
+  const ConnectionContext connection_context_;
   asio::io_context io_;  // what it still holds at the end ends before the others
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   std::vector<std::thread> io_threads_;

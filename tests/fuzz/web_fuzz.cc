@@ -1,5 +1,6 @@
 // Fuzz target: what a page sends. An input is pieces (fuzzed_server.h): each is a message, of text
-// or, after a mark, binary. A viewer carries them out, against the real services. Aborts where
+// or, after a mark, binary. A page session carries them out, against the real services. Aborts
+// where
 //   a message is not answered, neither by an answer nor by the end of the socket;
 //   an answer is no JSON, has no id, or has an error that is not promised;
 //   pools of the page are left when it has gone.
@@ -16,21 +17,21 @@
 #include "absl/synchronization/mutex.h"
 #include "procgen_client/client.h"
 #include "server/concurrency/thread_group.h"
-#include "server/web/session/pool_news.h"
-#include "server/web/session/viewer.h"
+#include "server/web/session/page_session.h"
+#include "server/web/session/pool_feed.h"
 #include "tests/fuzz/fuzzed_server.h"
 
 namespace procgen {
 namespace {
 
-// Fewer than a viewer may send without waiting.
+// Fewer than a page may send without waiting.
 constexpr size_t kPiecesMax = 24;
 constexpr size_t kThreadsMax = 64;
 
 // The header of a message.
-web::Json HeaderOf(const web::Wire& wire) {
-  absl::string_view text = wire.bytes;
-  if (wire.is_binary) {
+web::Json HeaderOf(const web::WireMessage& message) {
+  absl::string_view text = message.bytes;
+  if (message.is_binary) {
     uint32_t length = 0;
     Require(text.size() >= sizeof(length), "a binary message has a length");
     std::memcpy(&length, text.data(), sizeof(length));
@@ -43,8 +44,8 @@ web::Json HeaderOf(const web::Wire& wire) {
 // A socket that checks what goes out, and waits for answers.
 class CheckedOutbox final : public web::Outbox {
  public:
-  void Answer(web::Wire wire) override {
-    const web::Json header = HeaderOf(wire);
+  void Answer(web::WireMessage message) override {
+    const web::Json header = HeaderOf(message);
     Require(header.is_object() && header.contains("id"), "an answer has an id");
     Require(header.contains("result") != header.contains("error"), "an answer answers");
     if (header.contains("error")) {
@@ -56,10 +57,12 @@ class CheckedOutbox final : public web::Outbox {
     absl::MutexLock lock(&mutex_);
     ++answer_count_;
   }
-  void Tell(web::Wire wire) override {
-    Require(HeaderOf(wire).contains("event"), "an event has a name");
+  void Tell(web::WireMessage message) override {
+    Require(HeaderOf(message).contains("event"), "an event has a name");
   }
-  void TellLatest(const std::string& /*key*/, web::Wire wire) override { Tell(std::move(wire)); }
+  void TellLatest(const std::string& /*key*/, web::WireMessage message) override {
+    Tell(std::move(message));
+  }
   void Forget(const std::string& /*key*/) override {}
   void Welcome() override {}
   void Close(int /*code*/, std::string reason) override {
@@ -83,40 +86,40 @@ class CheckedOutbox final : public web::Outbox {
   bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-// What a viewer needs of its server. Ends after it.
-struct Surroundings {
-  web::PoolNews news{[] { return std::vector<v1::Pool>(); }};
+// What a page session needs of its server. Ends after it.
+struct Dependencies {
+  web::PoolFeed feed{[] { return std::vector<v1::Pool>(); }};
   ThreadGroup watch_threads{kThreadsMax};
-  web::ViewerTerms terms{.version = "fuzzed",
-                         .asks_token = false,
-                         .viewers_max = 1,
-                         .connect =
-                             [](const std::string& token) {
-                               return procgen_client::Client::OfChannel(TheFuzzedServer().channel(),
-                                                                        token);
-                             },
-                         .news = &news,
-                         .watch_threads = &watch_threads};
+  web::PageSessionContext context{.version = "fuzzed",
+                                  .asks_token = false,
+                                  .viewers_max = 1,
+                                  .connect =
+                                      [](const std::string& token) {
+                                        return procgen_client::Client::OfChannel(
+                                            TheFuzzedServer().channel(), token);
+                                      },
+                                  .feed = &feed,
+                                  .watch_threads = &watch_threads};
 };
 
 void Play(const std::vector<Piece>& pieces) {
   TheFuzzedServer().ResetPools();
-  Surroundings surroundings;
+  Dependencies dependencies;
   const auto outbox = std::make_shared<CheckedOutbox>();
-  const auto viewer = std::make_shared<web::Viewer>(surroundings.terms, outbox);
-  std::thread thread([viewer] { viewer->Run(); });
-  viewer->Take({R"({"id":0,"method":"hello"})", false});
+  const auto page_session = std::make_shared<web::PageSession>(dependencies.context, outbox);
+  std::thread thread([page_session] { page_session->Run(); });
+  page_session->Take({R"({"id":0,"method":"hello"})", false});
   size_t count = 1;
   bool is_binary = false;
   for (size_t i = 0; i < pieces.size() && i < kPiecesMax; ++i) {
     if (!pieces[i].is_mark) {
-      viewer->Take({pieces[i].bytes, is_binary});
+      page_session->Take({pieces[i].bytes, is_binary});
       ++count;
     }
     is_binary = pieces[i].is_mark;
   }
   outbox->Await(count);
-  viewer->Stop();
+  page_session->Stop();
   thread.join();
   const auto client = procgen_client::Client::OfChannel(TheFuzzedServer().channel(), "");
   const auto pools = client->ListPools();

@@ -49,8 +49,8 @@ constexpr bool kIsSecure = std::is_same_v<Stream, SecureStream>;
 template <typename Stream>
 class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
  public:
-  Connection(Stream stream, const ConnectionTerms& terms)
-      : stream_(std::move(stream)), terms_(terms) {
+  Connection(Stream stream, const ConnectionContext& context)
+      : stream_(std::move(stream)), context_(context) {
     error_code error;
     local_host_ = TextOf(Lowest().socket().local_endpoint(error).address());
   }
@@ -93,48 +93,47 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
         error.category() != http::make_error_code(http::error::bad_method).category()) {
       return;
     }
-    Visit visit;
-    Write(visit,
-          {400, "text/plain; charset=utf-8", "", "This is no request that pages make.\n", ""},
+    HttpRequestInfo info;
+    Write(info, {400, "text/plain; charset=utf-8", "", "This is no request that pages make.\n", ""},
           /*keep_alive=*/false);
   }
 
-  Visit VisitOf(const UpgradeRequest& request) const {
-    Visit visit;
-    visit.method = std::string(request.method_string());
-    visit.target = std::string(request.target());
-    visit.host = HeaderOf(request, http::field::host);
-    visit.origin = HeaderOf(request, http::field::origin);
-    visit.if_none_match = HeaderOf(request, http::field::if_none_match);
-    visit.wants_socket = beast::websocket::is_upgrade(request);
-    visit.local_host = local_host_;
-    visit.is_secure = kIsSecure<Stream>;
-    return visit;
+  HttpRequestInfo InfoOf(const UpgradeRequest& request) const {
+    HttpRequestInfo info;
+    info.method = std::string(request.method_string());
+    info.target = std::string(request.target());
+    info.host = HeaderOf(request, http::field::host);
+    info.origin = HeaderOf(request, http::field::origin);
+    info.if_none_match = HeaderOf(request, http::field::if_none_match);
+    info.wants_socket = beast::websocket::is_upgrade(request);
+    info.local_host = local_host_;
+    info.is_secure = kIsSecure<Stream>;
+    return info;
   }
 
   void Reply() {
     const UpgradeRequest request = parser_->release();
-    const Visit visit = VisitOf(request);
-    if (!visit.wants_socket) {
-      Write(visit, terms_.site->ReplyToPage(visit), request.keep_alive());
+    const HttpRequestInfo info = InfoOf(request);
+    if (!info.wants_socket) {
+      Write(info, context_.site->ReplyToPage(info), request.keep_alive());
       return;
     }
-    web::Reply reply = terms_.site->ReplyToSocket(visit);
-    if (reply.status == kSwitchingProtocols && !terms_.viewer_threads->HasRoom()) {
+    web::Reply reply = context_.site->ReplyToSocket(info);
+    if (reply.status == kSwitchingProtocols && !context_.page_session_threads->HasRoom()) {
       reply = {503, "text/plain; charset=utf-8", "",
                "The server has as many viewers as it takes (--web_viewers_max).\n", ""};
     }
     if (reply.status == kSwitchingProtocols) {
-      terms_.sockets->Open(std::move(stream_), request);
+      context_.sockets->Open(std::move(stream_), request);
       return;
     }
-    Write(visit, reply, /*keep_alive=*/false);
+    Write(info, reply, /*keep_alive=*/false);
   }
 
-  void Write(const Visit& visit, const web::Reply& reply, bool keep_alive) {
+  void Write(const HttpRequestInfo& info, const web::Reply& reply, bool keep_alive) {
     response_ = {};
     response_.result(static_cast<unsigned>(reply.status));
-    for (const auto& [name, value] : Site::SafetyHeaders(visit)) {
+    for (const auto& [name, value] : Site::SafetyHeaders(info)) {
       response_.set(name, value);
     }
     response_.set(http::field::content_type, reply.content_type);
@@ -148,7 +147,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (reply.status != 304) {
       response_.content_length(body.size());
     }
-    if (visit.method != "HEAD") {
+    if (info.method != "HEAD") {
       response_.body() = std::move(body);
     }
     response_.keep_alive(keep_alive);
@@ -177,7 +176,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   Stream stream_;
-  const ConnectionTerms& terms_;
+  const ConnectionContext& context_;
   std::string local_host_;
   beast::flat_buffer buffer_{kHeaderBytesMax * 2};
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -187,16 +186,16 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
 }  // namespace
 
 void StartConnection(asio::ip::tcp::socket socket, const std::shared_ptr<asio::ssl::context>& tls,
-                     const ConnectionTerms& terms) {
+                     const ConnectionContext& context) {
   beast::tcp_stream stream(std::move(socket));
   // On the strand: the handlers of a connection do not run at the same time.
   const auto executor = stream.get_executor();
   if (tls == nullptr) {
-    auto connection = std::make_shared<Connection<PlainStream>>(std::move(stream), terms);
+    auto connection = std::make_shared<Connection<PlainStream>>(std::move(stream), context);
     asio::dispatch(executor, [connection] { connection->Start(); });
   } else {
     auto connection =
-        std::make_shared<Connection<SecureStream>>(SecureStream(std::move(stream), *tls), terms);
+        std::make_shared<Connection<SecureStream>>(SecureStream(std::move(stream), *tls), context);
     asio::dispatch(executor, [connection] { connection->Start(); });
   }
 }

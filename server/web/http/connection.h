@@ -12,17 +12,17 @@
 namespace procgen::web {
 
 // What all connections know.
-struct ConnectionTerms {
+struct ConnectionContext {
   const Site* site = nullptr;
   OpenSockets* sockets = nullptr;
-  const ThreadGroup* viewer_threads = nullptr;
+  const ThreadGroup* page_session_threads = nullptr;
 };
 
 // Speaks HTTP on a connection, on its strand, until it ends or becomes a WebSocket. `tls`: null,
-// plain text. `terms` must outlive the I/O context.
+// plain text. `context` must outlive the I/O context.
 void StartConnection(boost::asio::ip::tcp::socket socket,
                      const std::shared_ptr<boost::asio::ssl::context>& tls,
-                     const ConnectionTerms& terms);
+                     const ConnectionContext& context);
 
 }  // namespace procgen::web
 

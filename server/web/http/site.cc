@@ -106,34 +106,34 @@ Site::Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& page
   }
 }
 
-bool Site::IsOurHost(const Visit& visit) const {
-  const std::string name = NameOf(visit.host);
+bool Site::IsOurHost(const HttpRequestInfo& request) const {
+  const std::string name = NameOf(request.host);
   return !name.empty() &&
-         (name == "localhost" || name == visit.local_host ||
+         (name == "localhost" || name == request.local_host ||
           std::any_of(hosts_.begin(), hosts_.end(), [&name](const std::string& host) {
             return name == absl::AsciiStrToLower(host);
           }));
 }
 
-Reply Site::WrongHost(const Visit& visit) {
-  const bool is_short = visit.host.size() <= 253 && !visit.host.empty();
+Reply Site::WrongHost(const HttpRequestInfo& request) {
+  const bool is_short = request.host.size() <= 253 && !request.host.empty();
   return TextReply(
       kMisdirected,
       absl::StrCat("This server does not answer to the name ",
-                   is_short ? absl::CEscape(visit.host) : "that was asked for",
+                   is_short ? absl::CEscape(request.host) : "that was asked for",
                    ". Ask for it by its address, or start it with --web_hosts=NAME.\n"));
 }
 
-Reply Site::ReplyToSocket(const Visit& visit) const {
-  if (!IsOurHost(visit)) {
-    return WrongHost(visit);
+Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {
+  if (!IsOurHost(request)) {
+    return WrongHost(request);
   }
-  if (PathIn(visit.target) != kSocketPath) {
+  if (PathIn(request.target) != kSocketPath) {
     return TextReply(kNotFound, "There is no WebSocket here; it is /socket.\n");
   }
   const std::string ours =
-      absl::StrCat(visit.is_secure ? "https://" : "http://", absl::AsciiStrToLower(visit.host));
-  if (absl::AsciiStrToLower(visit.origin) != ours) {
+      absl::StrCat(request.is_secure ? "https://" : "http://", absl::AsciiStrToLower(request.host));
+  if (absl::AsciiStrToLower(request.origin) != ours) {
     return TextReply(kForbidden,
                      "Only pages of this server may open its WebSocket: the header Origin must be "
                      "that of the address.\n");
@@ -143,14 +143,14 @@ Reply Site::ReplyToSocket(const Visit& visit) const {
   return reply;
 }
 
-Reply Site::ReplyToPage(const Visit& visit) const {
-  if (!IsOurHost(visit)) {
-    return WrongHost(visit);
+Reply Site::ReplyToPage(const HttpRequestInfo& request) const {
+  if (!IsOurHost(request)) {
+    return WrongHost(request);
   }
-  if (visit.method != "GET" && visit.method != "HEAD") {
+  if (request.method != "GET" && request.method != "HEAD") {
     return TextReply(kMethodNotAllowed, "Pages are there to be read: GET or HEAD.\n");
   }
-  const absl::string_view path = PathIn(visit.target);
+  const absl::string_view path = PathIn(request.target);
   if (path == kSocketPath) {
     return TextReply(kUpgradeRequired, "This is a WebSocket.\n");
   }
@@ -159,21 +159,22 @@ Reply Site::ReplyToPage(const Visit& visit) const {
     return TextReply(kNotFound, "There is no such page.\n");
   }
   Reply reply;
-  reply.status = visit.if_none_match == found->second.etag ? kNotModified : kOk;
+  reply.status = request.if_none_match == found->second.etag ? kNotModified : kOk;
   reply.content_type = found->second.content_type;
   reply.contents = reply.status == kOk ? found->second.contents : "";
   reply.etag = found->second.etag;
   return reply;
 }
 
-std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(const Visit& visit) {
-  const bool is_host = std::all_of(visit.host.begin(), visit.host.end(), [](char letter) {
+std::vector<std::pair<std::string, std::string>> Site::SafetyHeaders(
+    const HttpRequestInfo& request) {
+  const bool is_host = std::all_of(request.host.begin(), request.host.end(), [](char letter) {
     return absl::ascii_isalnum(static_cast<unsigned char>(letter)) ||
            absl::StrContains("-._:[]", letter);
   });
   // Not all browsers take 'self' for the socket's scheme, too.
   const std::string socket =
-      is_host ? absl::StrCat(visit.is_secure ? " wss://" : " ws://", visit.host) : "";
+      is_host ? absl::StrCat(request.is_secure ? " wss://" : " ws://", request.host) : "";
   return {{"Content-Security-Policy",
            absl::StrCat("default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
                         "img-src 'self' data: blob:; connect-src 'self'",

@@ -12,7 +12,7 @@
 namespace procgen::web {
 
 // What a browser asks for, as far as it matters.
-struct Visit {
+struct HttpRequestInfo {
   std::string method;
   std::string target;         // path, and what follows it
   std::string host;           // the header; empty: none, or more than one
@@ -39,13 +39,14 @@ class Site {
   // asked for.
   Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& pages);
 
-  // Whether the visit may become a WebSocket: status 101. Otherwise what it is answered.
-  Reply ReplyToSocket(const Visit& visit) const;
-  // What a visit that wants no WebSocket is answered.
-  Reply ReplyToPage(const Visit& visit) const;
+  // Whether the request may become a WebSocket: status 101. Otherwise what it is answered.
+  Reply ReplyToSocket(const HttpRequestInfo& request) const;
+  // What a request that wants no WebSocket is answered.
+  Reply ReplyToPage(const HttpRequestInfo& request) const;
 
   // Headers of every reply: what a page may load, and that nobody may guess, frame or tell.
-  static std::vector<std::pair<std::string, std::string>> SafetyHeaders(const Visit& visit);
+  static std::vector<std::pair<std::string, std::string>> SafetyHeaders(
+      const HttpRequestInfo& request);
 
  private:
   struct File {
@@ -56,8 +57,8 @@ class Site {
 
   // Whether it asks by a name that is this server's. A page of elsewhere whose name was made to
   // lead here is kept out by that.
-  bool IsOurHost(const Visit& visit) const;
-  static Reply WrongHost(const Visit& visit);
+  bool IsOurHost(const HttpRequestInfo& request) const;
+  static Reply WrongHost(const HttpRequestInfo& request);
 
   const std::vector<std::string> hosts_;
   std::map<std::string, File, std::less<>> files_;  // by path

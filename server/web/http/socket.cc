@@ -63,21 +63,21 @@ class Socket final : public Outbox,
         return;
       }
       self->is_open_ = true;
-      self->StartViewer();
+      self->StartPageSession();
     });
   }
 
-  void Answer(Wire wire) override { Enqueue({std::move(wire), "", true}); }
-  void Tell(Wire wire) override { Enqueue({std::move(wire), "", false}); }
+  void Answer(WireMessage message) override { Enqueue({std::move(message), "", true}); }
+  void Tell(WireMessage message) override { Enqueue({std::move(message), "", false}); }
 
-  void TellLatest(const std::string& key, Wire wire) override {
-    OnStrand([key, wire = std::move(wire)](Socket& self) mutable {
+  void TellLatest(const std::string& key, WireMessage message) override {
+    OnStrand([key, message = std::move(message)](Socket& self) mutable {
       const auto waiting = self.Waiting(key);
       if (waiting != self.queue_.end()) {
-        waiting->wire = std::move(wire);
+        waiting->message = std::move(message);
         return;
       }
-      self.queue_.push_back({std::move(wire), key, false});
+      self.queue_.push_back({std::move(message), key, false});
       self.Write();
     });
   }
@@ -103,10 +103,10 @@ class Socket final : public Outbox,
   }
 
   void BeginClose() override {
-    Tell(EventWire({{"event", "draining"}, {"message", "the server stops"}}));
+    Tell(EncodeEvent({{"event", "draining"}, {"message", "the server stops"}}));
     OnStrand([](Socket& self) {
-      if (self.viewer_ != nullptr) {
-        self.viewer_->Stop();
+      if (self.page_session_ != nullptr) {
+        self.page_session_->Stop();
       }
       self.CloseNow(kCloseGoingAway, "the server stops");
     });
@@ -114,7 +114,7 @@ class Socket final : public Outbox,
 
  private:
   struct Outgoing {
-    Wire wire;
+    WireMessage message;
     std::string key;  // empty: none
     bool is_answer = false;
   };
@@ -142,16 +142,16 @@ class Socket final : public Outbox,
                         [&key](const Outgoing& outgoing) { return outgoing.key == key; });
   }
 
-  void StartViewer() {
+  void StartPageSession() {
     if (is_closing_) {
       Write();
       return;
     }
-    viewer_ = std::make_shared<Viewer>(sockets_->terms_, this->shared_from_this());
+    page_session_ = std::make_shared<PageSession>(sockets_->context_, this->shared_from_this());
     if (const absl::Status status =
-            sockets_->threads_->Start([viewer = viewer_] { viewer->Run(); });
+            sockets_->threads_->Start([page_session = page_session_] { page_session->Run(); });
         !status.ok()) {
-      viewer_.reset();
+      page_session_.reset();
       CloseNow(websocket::close_code::try_again_later, std::string(status.message()));
       return;
     }
@@ -191,11 +191,11 @@ class Socket final : public Outbox,
   }
 
   void TakeMessage() {
-    Wire message{beast::buffers_to_string(buffer_.data()), !socket_.got_text()};
+    WireMessage message{beast::buffers_to_string(buffer_.data()), !socket_.got_text()};
     buffer_.consume(buffer_.size());
     if (!is_closing_) {
       unanswered_.push_back(message.bytes.size());
-      viewer_->Take(std::move(message));
+      page_session_->Take(std::move(message));
     }
   }
 
@@ -210,8 +210,8 @@ class Socket final : public Outbox,
       return;
     }
     is_writing_ = true;
-    socket_.binary(queue_.front().wire.is_binary);
-    socket_.async_write(asio::buffer(queue_.front().wire.bytes),
+    socket_.binary(queue_.front().message.is_binary);
+    socket_.async_write(asio::buffer(queue_.front().message.bytes),
                         [self = this->shared_from_this()](error_code error, size_t) {
                           self->is_writing_ = false;
                           if (error) {
@@ -257,9 +257,9 @@ class Socket final : public Outbox,
       return;
     }
     is_finished_ = true;
-    if (viewer_ != nullptr) {
-      viewer_->Stop();
-      viewer_.reset();  // it holds this
+    if (page_session_ != nullptr) {
+      page_session_->Stop();
+      page_session_.reset();  // it holds this
     }
     timer_.cancel();
     beast::get_lowest_layer(socket_).close();
@@ -269,7 +269,7 @@ class Socket final : public Outbox,
   websocket::stream<Stream> socket_;
   OpenSockets* const sockets_;
   asio::steady_timer timer_;  // of the hello, then of the close
-  std::shared_ptr<Viewer> viewer_;
+  std::shared_ptr<PageSession> page_session_;
   beast::flat_buffer buffer_;
   std::deque<size_t> unanswered_;  // sizes of the messages
   std::deque<Outgoing> queue_;     // the first is being written

@@ -16,7 +16,7 @@
 #include "server/concurrency/steady_time.h"
 #include "server/concurrency/thread_group.h"
 #include "server/web/session/outbox.h"
-#include "server/web/session/viewer.h"
+#include "server/web/session/page_session.h"
 
 namespace procgen::web {
 
@@ -27,14 +27,15 @@ using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_bod
 // All WebSockets that are open. Threads: any method from any thread.
 class OpenSockets {
  public:
-  OpenSockets(const ViewerTerms& terms, ThreadGroup* threads) : terms_(terms), threads_(threads) {}
+  OpenSockets(const PageSessionContext& context, ThreadGroup* threads)
+      : context_(context), threads_(threads) {}
 
-  // Each goes on with a connection as a WebSocket, with a viewer on a thread of its own.
+  // Each goes on with a connection as a WebSocket, with a page session on a thread of its own.
   void Open(PlainStream stream, const UpgradeRequest& request);
   void Open(SecureStream stream, const UpgradeRequest& request);
 
-  // Tells all pages that the server stops, has their viewers stop, and closes the sockets; those of
-  // pages that do not answer are broken after a while.
+  // Tells all pages that the server stops, has their sessions stop, and closes the sockets; those
+  // of pages that do not answer are broken after a while.
   void BeginClose();
   // Waits until all have gone, `timeout` at most.
   void AwaitClosed(absl::Duration timeout);
@@ -54,7 +55,7 @@ class OpenSockets {
   void OpenOn(Stream stream, const UpgradeRequest& request);
   void Remove(const Closable* socket);
 
-  const ViewerTerms& terms_;
+  const PageSessionContext& context_;
   ThreadGroup* const threads_;
   absl::Mutex mutex_;
   SteadyCondVar removed_;

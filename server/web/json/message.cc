@@ -90,7 +90,7 @@ absl::StatusOr<std::vector<Part>> TakeParts(const Json& list, absl::string_view 
   return parts;
 }
 
-Wire WireOf(Json header, const std::vector<Part>& parts) {
+WireMessage Encode(Json header, const std::vector<Part>& parts) {
   if (parts.empty()) {
     return {TextOf(header), false};
   }
@@ -104,16 +104,16 @@ Wire WireOf(Json header, const std::vector<Part>& parts) {
     size += part.bytes.size();
   }
   const std::string text = TextOf(header);
-  Wire wire{"", true};
-  wire.bytes.reserve(kLengthBytes + text.size() + size);
+  WireMessage message{"", true};
+  message.bytes.reserve(kLengthBytes + text.size() + size);
   for (size_t i = 0; i < kLengthBytes; ++i) {
-    wire.bytes.push_back(static_cast<char>(text.size() >> (8 * i)));
+    message.bytes.push_back(static_cast<char>(text.size() >> (8 * i)));
   }
-  wire.bytes += text;
+  message.bytes += text;
   for (const Part& part : parts) {
-    wire.bytes += part.bytes;
+    message.bytes += part.bytes;
   }
-  return wire;
+  return message;
 }
 
 }  // namespace
@@ -159,19 +159,19 @@ absl::StatusOr<Request> ParseRequest(absl::string_view bytes, bool is_binary) {
   return request;
 }
 
-Wire AnswerWire(int64_t id, const absl::StatusOr<Answer>& answer) {
+WireMessage EncodeAnswer(int64_t id, const absl::StatusOr<Answer>& answer) {
   if (!answer.ok()) {
-    return WireOf({{"id", id},
+    return Encode({{"id", id},
                    {"error",
                     {{"code", absl::StatusCodeToString(answer.status().code())},
                      {"message", std::string(answer.status().message())}}}},
                   {});
   }
-  return WireOf({{"id", id}, {"result", answer->result}}, answer->parts);
+  return Encode({{"id", id}, {"result", answer->result}}, answer->parts);
 }
 
-Wire EventWire(Json header, const std::vector<Part>& parts) {
-  return WireOf(std::move(header), parts);
+WireMessage EncodeEvent(Json header, const std::vector<Part>& parts) {
+  return Encode(std::move(header), parts);
 }
 
 Json EndedEvent(const char* event, const absl::Status& status) {
@@ -180,12 +180,12 @@ Json EndedEvent(const char* event, const absl::Status& status) {
           {"message", std::string(status.message())}};
 }
 
-bool Fields::Has(const std::string& name) {
+bool RequestParams::Has(const std::string& name) {
   known_.push_back(name);
   return members_.contains(name);
 }
 
-const Json* Fields::Find(const std::string& name) {
+const Json* RequestParams::Find(const std::string& name) {
   known_.push_back(name);
   const auto found = members_.find(name);
   if (found == members_.end()) {
@@ -195,7 +195,7 @@ const Json* Fields::Find(const std::string& name) {
   return &*found;
 }
 
-int64_t Fields::Integer(const std::string& name, int64_t min, int64_t max) {
+int64_t RequestParams::Integer(const std::string& name, int64_t min, int64_t max) {
   const Json* const value = Find(name);
   if (value == nullptr) {
     return min;
@@ -212,7 +212,7 @@ int64_t Fields::Integer(const std::string& name, int64_t min, int64_t max) {
   return value->get<int64_t>();
 }
 
-double Fields::NumberOr(const std::string& name, double otherwise, double min, double max) {
+double RequestParams::NumberOr(const std::string& name, double otherwise, double min, double max) {
   if (!Has(name)) {
     return otherwise;
   }
@@ -224,7 +224,7 @@ double Fields::NumberOr(const std::string& name, double otherwise, double min, d
   return value.get<double>();
 }
 
-std::string Fields::Text(const std::string& name) {
+std::string RequestParams::Text(const std::string& name) {
   const Json* const value = Find(name);
   if (value == nullptr) {
     return "";
@@ -237,7 +237,8 @@ std::string Fields::Text(const std::string& name) {
   return value->get<std::string>();
 }
 
-std::string Fields::Choice(const std::string& name, const std::vector<std::string>& allowed) {
+std::string RequestParams::Choice(const std::string& name,
+                                  const std::vector<std::string>& allowed) {
   const Json* const value = Find(name);
   if (value == nullptr) {
     return allowed.front();
@@ -251,7 +252,8 @@ std::string Fields::Choice(const std::string& name, const std::vector<std::strin
   return value->get<std::string>();
 }
 
-std::vector<int32_t> Fields::Integers(const std::string& name, size_t count_max, int32_t max) {
+std::vector<int32_t> RequestParams::Integers(const std::string& name, size_t count_max,
+                                             int32_t max) {
   const Json* const value = Find(name);
   if (value == nullptr) {
     return {};
@@ -271,7 +273,7 @@ std::vector<int32_t> Fields::Integers(const std::string& name, size_t count_max,
   return integers;
 }
 
-const Json& Fields::ObjectOr(const std::string& name) {
+const Json& RequestParams::ObjectOr(const std::string& name) {
   static const Json& none = *new Json(Json::object());
   if (!Has(name)) {
     return none;
@@ -284,11 +286,11 @@ const Json& Fields::ObjectOr(const std::string& name) {
   return value;
 }
 
-void Fields::Refuse(absl::string_view message) {
+void RequestParams::Refuse(absl::string_view message) {
   status_.Update(absl::InvalidArgumentError(message));
 }
 
-absl::Status Fields::CheckAll() {
+absl::Status RequestParams::CheckAll() {
   for (auto member = members_.begin(); status_.ok() && member != members_.end(); ++member) {
     if (std::find(known_.begin(), known_.end(), member.key()) == known_.end()) {
       Refuse(absl::StrCat(Shown(member.key()), " is no member of this request; its members: ",

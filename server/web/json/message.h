@@ -45,7 +45,7 @@ struct Answer {
 };
 
 // A message as it travels.
-struct Wire {
+struct WireMessage {
   std::string bytes;
   bool is_binary = false;
 };
@@ -53,18 +53,18 @@ struct Wire {
 // Errors: INVALID_ARGUMENT it is none, so that there is no id to answer to.
 absl::StatusOr<Request> ParseRequest(absl::string_view bytes, bool is_binary);
 
-Wire AnswerWire(int64_t id, const absl::StatusOr<Answer>& answer);
+WireMessage EncodeAnswer(int64_t id, const absl::StatusOr<Answer>& answer);
 // An event: `header` has the member "event".
-Wire EventWire(Json header, const std::vector<Part>& parts = {});
+WireMessage EncodeEvent(Json header, const std::vector<Part>& parts = {});
 // The event that something ended by itself, and why.
 Json EndedEvent(const char* event, const absl::Status& status);
 
 // The members of a request, checked one by one; the first that is wrong decides what CheckAll says.
 // After a wrong one, a value that would be right is returned.
-class Fields {
+class RequestParams {
  public:
   // `members` must outlive this.
-  explicit Fields(const Json& members) : members_(members) {}
+  explicit RequestParams(const Json& members) : members_(members) {}
 
   bool Has(const std::string& name);
   // In [min, max].

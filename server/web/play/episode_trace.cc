@@ -8,7 +8,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "envcore/pool/pool.h"
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen::web {
@@ -71,7 +71,7 @@ bool IsTheSame(const v1::Episode& episode, const Trace& trace) {
                      static_cast<size_t>(episode.rewards_size()) * sizeof(float)) == 0;
 }
 
-absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SoloPool* pool,
+absl::StatusOr<Recording> PlayAgain(const v1::Episode& episode, SingleEnvPool* pool,
                                     const std::atomic<bool>& is_stopping) {
   const absl::StatusOr<PoolOptions> options = PoolOptionsOf(pool->spec());
   if (!options.ok()) {
@@ -109,11 +109,11 @@ Json FactsOf(const EpisodeChoice& choice, const v1::Episode& episode, const Reco
 
 }  // namespace
 
-EpisodeChoice ReadEpisodeChoice(Fields* fields) {
+EpisodeChoice ReadEpisodeChoice(RequestParams* params) {
   EpisodeChoice choice;
-  choice.pool = fields->Text("pool");
-  choice.environment = fields->Integer32("environment", 0, INT32_MAX);
-  choice.is_current = fields->Choice("selector", {"last", "current"}) == "current";
+  choice.pool = params->Text("pool");
+  choice.environment = params->Integer32("environment", 0, INT32_MAX);
+  choice.is_current = params->Choice("selector", {"last", "current"}) == "current";
   return choice;
 }
 
@@ -133,8 +133,8 @@ absl::StatusOr<EpisodeTrace> TraceOfEpisode(std::shared_ptr<procgen_client::Clie
   spec.add_games(episode->game());
   spec.set_env_count(1);
   *spec.mutable_options() = episode->options();
-  const absl::StatusOr<std::unique_ptr<SoloPool>> pool =
-      SoloPool::Make(std::move(client), "replay", spec);
+  const absl::StatusOr<std::unique_ptr<SingleEnvPool>> pool =
+      SingleEnvPool::Make(std::move(client), "replay", spec);
   if (!pool.ok()) {
     return pool.status();
   }

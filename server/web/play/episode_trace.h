@@ -21,7 +21,7 @@ struct EpisodeChoice {
 };
 
 // Takes the members pool, environment and selector of a request.
-EpisodeChoice ReadEpisodeChoice(Fields* fields);
+EpisodeChoice ReadEpisodeChoice(RequestParams* params);
 
 // An episode of a pool, played again so that there are all rows of it.
 struct EpisodeTrace {

@@ -5,7 +5,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 namespace {

@@ -13,7 +13,7 @@ namespace {
 namespace v1 = procgen::v1;
 
 // The mode of a game that has a name; null: it has none of that name, which is told.
-const v1::GameMode* FindMode(const v1::Game& game, const std::string& name, Fields* fields) {
+const v1::GameMode* FindMode(const v1::Game& game, const std::string& name, RequestParams* params) {
   std::vector<std::string> names;
   for (const v1::GameMode& mode : game.modes()) {
     if (ModeName(mode.distribution_mode()) == name) {
@@ -21,45 +21,45 @@ const v1::GameMode* FindMode(const v1::Game& game, const std::string& name, Fiel
     }
     names.push_back(ModeName(mode.distribution_mode()));
   }
-  fields->Choice("mode", names);
+  params->Choice("mode", names);
   return nullptr;
 }
 
 // Sets one option by its name, as the catalog describes it.
 void SetOption(const v1::Option& option, const Json& value, v1::EnvironmentOptions* options,
-               Fields* fields) {
+               RequestParams* params) {
   const google::protobuf::FieldDescriptor* const field =
       v1::EnvironmentOptions::descriptor()->FindFieldByName(option.name());
   if (option.type() == v1::OPTION_TYPE_BOOLEAN) {
     if (!value.is_boolean()) {
-      fields->Refuse(absl::StrCat("options.", option.name(), " is no boolean"));
+      params->Refuse(absl::StrCat("options.", option.name(), " is no boolean"));
       return;
     }
     v1::EnvironmentOptions::GetReflection()->SetBool(options, field, value.get<bool>());
     return;
   }
   const Json member = {{option.name(), value}};
-  Fields integer(member);
+  RequestParams integer(member);
   const int64_t number = integer.Integer(option.name(), option.min(), option.max());
   if (absl::Status status = integer.CheckAll(); !status.ok()) {
-    fields->Refuse(absl::StrCat("options.", status.message()));
+    params->Refuse(absl::StrCat("options.", status.message()));
     return;
   }
   v1::EnvironmentOptions::GetReflection()->SetInt32(options, field, static_cast<int32_t>(number));
 }
 
 void SetOptions(const v1::Catalog& catalog, const Json& given, v1::EnvironmentOptions* options,
-                Fields* fields) {
+                RequestParams* params) {
   for (const auto& [name, value] : given.items()) {
     const auto option =
         std::find_if(catalog.options().begin(), catalog.options().end(),
                      [&name = name](const v1::Option& known) { return known.name() == name; });
     if (option == catalog.options().end() || IsChosenOtherwise(name)) {
-      fields->Refuse(absl::StrCat("options has a member that is none of the catalog's options",
+      params->Refuse(absl::StrCat("options has a member that is none of the catalog's options",
                                   ", or that is said otherwise"));
       return;
     }
-    SetOption(*option, value, options, fields);
+    SetOption(*option, value, options, params);
   }
 }
 
@@ -76,18 +76,18 @@ bool IsChosenOtherwise(const std::string& option) {
 }
 
 LevelChoice ReadLevelChoice(const v1::Catalog& catalog, const std::string& seed_member,
-                            Fields* fields) {
+                            RequestParams* params) {
   LevelChoice choice;
   std::vector<std::string> games;
   for (const v1::Game& game : catalog.games()) {
     games.push_back(game.name());
   }
-  choice.game = fields->Choice("game", games);
+  choice.game = params->Choice("game", games);
   const auto game =
       std::find_if(catalog.games().begin(), catalog.games().end(),
                    [&choice](const v1::Game& known) { return known.name() == choice.game; });
-  const v1::GameMode* const mode = FindMode(*game, fields->Text("mode"), fields);
-  SetOptions(catalog, fields->ObjectOr("options"), &choice.options, fields);
+  const v1::GameMode* const mode = FindMode(*game, params->Text("mode"), params);
+  SetOptions(catalog, params->ObjectOr("options"), &choice.options, params);
   if (mode == nullptr) {
     return choice;
   }
@@ -95,9 +95,9 @@ LevelChoice ReadLevelChoice(const v1::Catalog& catalog, const std::string& seed_
   if (mode->has_level_seed()) {
     choice.has_one_level = true;
     choice.level_seed = mode->level_seed();
-    fields->Integer32Or(seed_member, choice.level_seed, choice.level_seed, choice.level_seed);
+    params->Integer32Or(seed_member, choice.level_seed, choice.level_seed, choice.level_seed);
   } else {
-    choice.level_seed = fields->Integer32(seed_member, 0, kLevelSeedMax);
+    choice.level_seed = params->Integer32(seed_member, 0, kLevelSeedMax);
   }
   return choice;
 }

@@ -22,9 +22,9 @@ struct LevelChoice {
 };
 
 // Reads the members game, mode, options and `seed_member` of a request; what is wrong is told to
-// `fields`.
+// `params`.
 LevelChoice ReadLevelChoice(const procgen::v1::Catalog& catalog, const std::string& seed_member,
-                            Fields* fields);
+                            RequestParams* params);
 
 // A pool of one environment that plays that level, again and again.
 procgen::v1::PoolSpec SpecOf(const LevelChoice& choice);

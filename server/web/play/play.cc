@@ -14,7 +14,7 @@ namespace {
 namespace v1 = procgen::v1;
 
 // An empty recording of what a pool plays.
-absl::StatusOr<Recording> RecordingOf(const SoloPool& pool) {
+absl::StatusOr<Recording> RecordingOf(const SingleEnvPool& pool) {
   const absl::StatusOr<PoolOptions> options = PoolOptionsOf(pool.spec());
   if (!options.ok()) {
     return options.status();
@@ -24,17 +24,17 @@ absl::StatusOr<Recording> RecordingOf(const SoloPool& pool) {
 
 }  // namespace
 
-int32_t ReadHumanSize(Fields* fields) {
+int32_t ReadHumanSize(RequestParams* params) {
   const int32_t size_px =
-      fields->Integer32Or("human_size_px", kHumanSizePxDefault, 0, kHumanSizePxMax);
+      params->Integer32Or("human_size_px", kHumanSizePxDefault, 0, kHumanSizePxMax);
   if (size_px != 0 && size_px < kHumanSizePxMin) {
-    fields->Refuse(absl::StrCat("human_size_px is ", size_px, ", allowed: 0, or integers from ",
+    params->Refuse(absl::StrCat("human_size_px is ", size_px, ", allowed: 0, or integers from ",
                                 kHumanSizePxMin, " to ", kHumanSizePxMax));
   }
   return size_px;
 }
 
-absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_size_px) {
+absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SingleEnvPool* pool, int32_t human_size_px) {
   Answer answer{std::move(view), {}};
   const auto size = [](int32_t size_px) { return Json{{"width", size_px}, {"height", size_px}}; };
   answer.parts.push_back({"agent", "rgb", std::move(row.picture), size(kObservationSizePx)});
@@ -51,7 +51,8 @@ absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t hu
 absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client::Client> client,
                                                   const LevelChoice& choice,
                                                   int32_t human_size_px) {
-  absl::StatusOr<std::unique_ptr<SoloPool>> pool = SoloPool::Make(client, "play", SpecOf(choice));
+  absl::StatusOr<std::unique_ptr<SingleEnvPool>> pool =
+      SingleEnvPool::Make(client, "play", SpecOf(choice));
   if (!pool.ok()) {
     return pool.status();
   }
@@ -68,7 +69,7 @@ absl::StatusOr<std::unique_ptr<Play>> Play::Start(std::shared_ptr<procgen_client
 }
 
 Play::Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice,
-           int32_t human_size_px, std::unique_ptr<SoloPool> pool, Recording recording)
+           int32_t human_size_px, std::unique_ptr<SingleEnvPool> pool, Recording recording)
     : client_(std::move(client)),
       choice_(std::move(choice)),
       human_size_px_(human_size_px),
@@ -127,7 +128,8 @@ absl::StatusOr<Answer> Play::NextLevel() {
   }
   LevelChoice next = choice_;
   ++next.level_seed;
-  absl::StatusOr<std::unique_ptr<SoloPool>> pool = SoloPool::Make(client_, "play", SpecOf(next));
+  absl::StatusOr<std::unique_ptr<SingleEnvPool>> pool =
+      SingleEnvPool::Make(client_, "play", SpecOf(next));
   if (!pool.ok()) {
     return pool.status();
   }

@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "server/web/play/level_choice.h"
 #include "server/web/play/recording.h"
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 
@@ -18,10 +18,10 @@ inline constexpr int32_t kHumanSizePxMax = 1024;
 inline constexpr int32_t kHumanSizePxDefault = 512;
 
 // The pictures of a view: the agent's, and the human one of that size.
-absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SoloPool* pool, int32_t human_size_px);
+absl::StatusOr<Answer> ViewAnswer(Json view, Row row, SingleEnvPool* pool, int32_t human_size_px);
 
 // Takes human_size_px of a request.
-int32_t ReadHumanSize(Fields* fields);
+int32_t ReadHumanSize(RequestParams* params);
 
 // A level that somebody plays, and what they did in it. All methods block. Threads: one at a time.
 class Play {
@@ -45,14 +45,14 @@ class Play {
 
  private:
   Play(std::shared_ptr<procgen_client::Client> client, LevelChoice choice, int32_t human_size_px,
-       std::unique_ptr<SoloPool> pool, Recording recording);
+       std::unique_ptr<SingleEnvPool> pool, Recording recording);
   // Begins the recording where the pool stands.
   absl::Status Begin();
 
   const std::shared_ptr<procgen_client::Client> client_;
   LevelChoice choice_;
   const int32_t human_size_px_;
-  std::unique_ptr<SoloPool> pool_;
+  std::unique_ptr<SingleEnvPool> pool_;
   Recording recording_;
   procgen::v1::State start_;
   Row row_;  // the last

@@ -167,8 +167,8 @@ absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_cli
   if (absl::Status status = CheckSource(source); !status.ok()) {
     return status;
   }
-  absl::StatusOr<std::unique_ptr<SoloPool>> pool =
-      SoloPool::Make(std::move(client), "replay", SpecOf(source));
+  absl::StatusOr<std::unique_ptr<SingleEnvPool>> pool =
+      SingleEnvPool::Make(std::move(client), "replay", SpecOf(source));
   if (!pool.ok()) {
     return pool.status();
   }
@@ -187,7 +187,7 @@ absl::StatusOr<std::unique_ptr<Replay>> Replay::Open(std::shared_ptr<procgen_cli
   return replay;
 }
 
-Replay::Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_size_px,
+Replay::Replay(std::unique_ptr<SingleEnvPool> pool, Recording recording, int32_t human_size_px,
                int32_t snapshot_rows)
     : pool_(std::move(pool)),
       human_size_px_(human_size_px),

@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "envcore/trace/trace.h"
 #include "server/web/play/recording.h"
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 
@@ -41,14 +41,14 @@ class Replay {
   absl::StatusOr<Answer> Seek(int32_t row);
 
  private:
-  Replay(std::unique_ptr<SoloPool> pool, Recording recording, int32_t human_size_px,
+  Replay(std::unique_ptr<SingleEnvPool> pool, Recording recording, int32_t human_size_px,
          int32_t snapshot_rows);
   absl::Status PlayAll(const Trace& trace, const std::atomic<bool>& is_stopping);
   absl::Status TakeSnapshot(int32_t row);
   // Goes to a row, and shows it.
   absl::StatusOr<Row> GoTo(int32_t row);
 
-  const std::unique_ptr<SoloPool> pool_;
+  const std::unique_ptr<SingleEnvPool> pool_;
   const int32_t human_size_px_;
   const int32_t snapshot_rows_;  // from one to the next
   Recording recording_;

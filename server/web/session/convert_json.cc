@@ -6,7 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "google/protobuf/duration.pb.h"
 #include "server/web/play/level_choice.h"
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 
 namespace procgen::web {
 namespace {

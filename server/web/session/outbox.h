@@ -20,12 +20,12 @@ class Outbox {
 
   // Answers the oldest message of the page that is not answered yet. While too many are not, or
   // answers wait to be read, no further message is read from the page.
-  virtual void Answer(Wire wire) = 0;
+  virtual void Answer(WireMessage message) = 0;
   // Tells something that must arrive, but for `Forget`, in order with the others.
-  virtual void Tell(Wire wire) = 0;
+  virtual void Tell(WireMessage message) = 0;
   // Tells something that the next of the same key makes needless: it takes the place of one that
   // still waits, so that what waits for a slow page does not grow.
-  virtual void TellLatest(const std::string& key, Wire wire) = 0;
+  virtual void TellLatest(const std::string& key, WireMessage message) = 0;
   // Drops what waits of a key.
   virtual void Forget(const std::string& key) = 0;
   // The page has said who it is: larger messages are read from it, and it has all the time it

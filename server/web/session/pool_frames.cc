@@ -21,7 +21,7 @@ constexpr int64_t kResponseBytesMax = 16 << 20;
 constexpr int64_t kRawBytesMax = 4 << 20;
 constexpr int64_t kFrameOverheadBytes = 64;
 
-Wire FramesWire(int64_t number, v1::WatchPoolResponse response, bool is_png) {
+WireMessage EncodeFrames(int64_t number, v1::WatchPoolResponse response, bool is_png) {
   std::vector<Part> parts;
   for (v1::Frame& frame : *response.mutable_frames()) {
     parts.push_back({absl::StrCat("environment-", frame.environment()),
@@ -31,7 +31,7 @@ Wire FramesWire(int64_t number, v1::WatchPoolResponse response, bool is_png) {
                       {"width", frame.size_px()},
                       {"height", frame.size_px()}}});
   }
-  return EventWire(
+  return EncodeEvent(
       {{"event", "frames"}, {"watch", number}, {"sequence_number", response.sequence_number()}},
       parts);
 }
@@ -49,18 +49,18 @@ absl::Status CheckEnvironments(const v1::WatchPoolRequest& request, const v1::Po
 
 }  // namespace
 
-v1::WatchPoolRequest ReadWatch(Fields* fields) {
+v1::WatchPoolRequest ReadWatch(RequestParams* params) {
   v1::WatchPoolRequest request;
-  request.set_pool(fields->Text("pool"));
+  request.set_pool(params->Text("pool"));
   for (const int32_t environment :
-       fields->Integers("environments", kWatchEnvironmentsMax, INT32_MAX)) {
+       params->Integers("environments", kWatchEnvironmentsMax, INT32_MAX)) {
     request.add_environments(environment);
   }
-  const int32_t size_px = fields->Integer32("size_px", kWatchSizePxMin, kWatchSizePxMax);
+  const int32_t size_px = params->Integer32("size_px", kWatchSizePxMin, kWatchSizePxMax);
   request.set_size_px(size_px);
-  request.set_frames_per_second_max(static_cast<float>(fields->NumberOr(
+  request.set_frames_per_second_max(static_cast<float>(params->NumberOr(
       "frames_per_second_max", kFramesPerSecondDefault, kFramesPerSecondMin, kFramesPerSecondMax)));
-  const std::string format = fields->Has("format")      ? fields->Choice("format", {"rgb", "png"})
+  const std::string format = params->Has("format")      ? params->Choice("format", {"rgb", "png"})
                              : size_px <= kRawSizePxMax ? "rgb"
                                                         : "png";
   request.set_format(format == "rgb" ? v1::FRAME_FORMAT_RGB : v1::FRAME_FORMAT_PNG);
@@ -69,7 +69,7 @@ v1::WatchPoolRequest ReadWatch(Fields* fields) {
   const int64_t bytes_max = format == "rgb" ? kRawBytesMax : kResponseBytesMax;
   const int64_t frame_bytes = int64_t{size_px} * size_px * 3 + kFrameOverheadBytes;
   if (request.environments_size() * frame_bytes + kFrameOverheadBytes > bytes_max) {
-    fields->Refuse(absl::StrCat("environments has ", request.environments_size(),
+    params->Refuse(absl::StrCat("environments has ", request.environments_size(),
                                 " entries, allowed: at most ",
                                 (bytes_max - kFrameOverheadBytes) / frame_bytes, " with size_px ",
                                 size_px, " as ", format));
@@ -112,12 +112,12 @@ void PoolFrames::Shared::Run() {
   may_begin.WaitForNotification();
   absl::StatusOr<v1::WatchPoolResponse> response = watch->Next();
   for (; response.ok(); response = watch->Next()) {
-    outbox->TellLatest(Key(), FramesWire(number, *std::move(response), is_png));
+    outbox->TellLatest(Key(), EncodeFrames(number, *std::move(response), is_png));
   }
   if (!is_stopping.HasBeenNotified()) {
     Json event = EndedEvent("watch_ended", response.status());
     event["watch"] = number;
-    outbox->Tell(EventWire(std::move(event)));
+    outbox->Tell(EncodeEvent(std::move(event)));
   }
   has_ended.Notify();
 }

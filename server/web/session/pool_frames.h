@@ -20,8 +20,8 @@ inline constexpr int32_t kWatchSizePxMin = 16;
 inline constexpr int32_t kWatchSizePxMax = 512;
 inline constexpr double kFramesPerSecondMax = 60;
 
-// Takes the members of watch.start. What is wrong is told to `fields`.
-procgen::v1::WatchPoolRequest ReadWatch(Fields* fields);
+// Takes the members of watch.start. What is wrong is told to `params`.
+procgen::v1::WatchPoolRequest ReadWatch(RequestParams* params);
 
 // Shows a page what a pool's environments look like, as fast as it reads, by a thread of its own.
 // Threads: one at a time.

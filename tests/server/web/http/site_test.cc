@@ -10,19 +10,20 @@ namespace {
 
 class SiteTest : public testing::Test {
  protected:
-  static Visit VisitTo(const std::string& target, const std::string& host = "127.0.0.1:8080") {
-    Visit visit;
-    visit.method = "GET";
-    visit.target = target;
-    visit.host = host;
-    visit.local_host = "127.0.0.1";
-    return visit;
+  static HttpRequestInfo RequestTo(const std::string& target,
+                                   const std::string& host = "127.0.0.1:8080") {
+    HttpRequestInfo request;
+    request.method = "GET";
+    request.target = target;
+    request.host = host;
+    request.local_host = "127.0.0.1";
+    return request;
   }
   Reply Socket(const std::string& host, const std::string& origin, bool is_secure = false) const {
-    Visit visit = VisitTo("/socket", host);
-    visit.origin = origin;
-    visit.is_secure = is_secure;
-    return site_.ReplyToSocket(visit);
+    HttpRequestInfo request = RequestTo("/socket", host);
+    request.origin = origin;
+    request.is_secure = is_secure;
+    return site_.ReplyToSocket(request);
   }
 
   const Site site_{{"lab.example"},
@@ -34,43 +35,43 @@ class SiteTest : public testing::Test {
 };
 
 TEST_F(SiteTest, PagesStandAtTheirNamesAndAllElseUnderAssets) {
-  EXPECT_EQ(site_.ReplyToPage(VisitTo("/")).contents, "<live>");
-  EXPECT_EQ(site_.ReplyToPage(VisitTo("/play?game=maze&level_seed=1")).contents, "<play>");
-  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.js")).contents, "script");
-  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.js")).content_type,
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/")).contents, "<live>");
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/play?game=maze&level_seed=1")).contents, "<play>");
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/assets/a/b.js")).contents, "script");
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/assets/a/b.js")).content_type,
             "text/javascript; charset=utf-8");
-  EXPECT_EQ(site_.ReplyToPage(VisitTo("/assets/a/b.html")).contents, "<inner>");
+  EXPECT_EQ(site_.ReplyToPage(RequestTo("/assets/a/b.html")).contents, "<inner>");
   for (const char* missing : {"/index.html", "/play.html", "/a/b.js", "/assets/play.html", "",
                               "play", "/play/", "/assets/../play"}) {
-    EXPECT_EQ(site_.ReplyToPage(VisitTo(missing)).status, 404) << missing;
+    EXPECT_EQ(site_.ReplyToPage(RequestTo(missing)).status, 404) << missing;
   }
 }
 
 TEST_F(SiteTest, AnEtagIsThatOfTheContents) {
-  Visit visit = VisitTo("/");
-  const std::string etag = site_.ReplyToPage(visit).etag;
-  EXPECT_NE(etag, site_.ReplyToPage(VisitTo("/play")).etag);
-  visit.if_none_match = etag;
-  EXPECT_EQ(site_.ReplyToPage(visit).status, 304);
-  EXPECT_EQ(site_.ReplyToPage(visit).contents, "");
+  HttpRequestInfo request = RequestTo("/");
+  const std::string etag = site_.ReplyToPage(request).etag;
+  EXPECT_NE(etag, site_.ReplyToPage(RequestTo("/play")).etag);
+  request.if_none_match = etag;
+  EXPECT_EQ(site_.ReplyToPage(request).status, 304);
+  EXPECT_EQ(site_.ReplyToPage(request).contents, "");
 }
 
 TEST_F(SiteTest, OurNamesAreOursWhateverThePort) {
   for (const char* host :
        {"localhost", "LocalHost:1", "127.0.0.1", "lab.example", "LAB.example:443"}) {
-    EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 200) << host;
+    EXPECT_EQ(site_.ReplyToPage(RequestTo("/", host)).status, 200) << host;
   }
   for (const char* host :
        {"", "evil.example", "lab.example.evil", "127.0.0.2", "[::1]", "[", "localhost.evil:80",
         ":80", "127.0.0.1evil", "127.0.0.1:evil.example", "localhost:80:80", "localhost:65536",
         "localhost:-1", "localhost: 80", "[127.0.0.1]evil", "[localhost]80"}) {
-    EXPECT_EQ(site_.ReplyToPage(VisitTo("/", host)).status, 421) << host;
+    EXPECT_EQ(site_.ReplyToPage(RequestTo("/", host)).status, 421) << host;
   }
-  Visit visit = VisitTo("/", "[::1]:80");
-  visit.local_host = "::1";
-  EXPECT_EQ(site_.ReplyToPage(visit).status, 200);
-  visit.host = "[::1]evil:80";
-  EXPECT_EQ(site_.ReplyToPage(visit).status, 421);
+  HttpRequestInfo request = RequestTo("/", "[::1]:80");
+  request.local_host = "::1";
+  EXPECT_EQ(site_.ReplyToPage(request).status, 200);
+  request.host = "[::1]evil:80";
+  EXPECT_EQ(site_.ReplyToPage(request).status, 421);
 }
 
 TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {
@@ -86,11 +87,11 @@ TEST_F(SiteTest, OnlyPagesOfTheSameAddressGetASocket) {
 }
 
 TEST_F(SiteTest, ANameThatIsNoneIsNotRepeatedInAHeader) {
-  Visit visit = VisitTo("/", "a;script-src evil.example");
-  for (const auto& [name, value] : Site::SafetyHeaders(visit)) {
+  HttpRequestInfo request = RequestTo("/", "a;script-src evil.example");
+  for (const auto& [name, value] : Site::SafetyHeaders(request)) {
     EXPECT_EQ(value.find("evil"), std::string::npos) << name;
   }
-  const std::string text = site_.ReplyToPage(VisitTo("/", "<b>\x01")).text;
+  const std::string text = site_.ReplyToPage(RequestTo("/", "<b>\x01")).text;
   EXPECT_THAT(text, testing::HasSubstr("\\001"));
 }
 

@@ -66,17 +66,18 @@ TEST(ParseRequestTest, DeepNestingIsAsHarmlessAsAnyOther) {
       absl::StrCat(R"({"id":1,"method":"m","x":)", depth, std::string(30000, ']'), "}");
   const auto request = ParseRequest(object, false);
   ASSERT_TRUE(request.ok());
-  Fields fields(request->members);
-  EXPECT_EQ(fields.Integer("x", 3, 5), 3);
-  EXPECT_EQ(fields.CheckAll().message(), "x is array, allowed: integers from 3 to 5");
+  RequestParams params(request->members);
+  EXPECT_EQ(params.Integer("x", 3, 5), 3);
+  EXPECT_EQ(params.CheckAll().message(), "x is array, allowed: integers from 3 to 5");
 }
 
-TEST(WireTest, AnswersAreTextUnlessTheyHaveParts) {
-  const Wire text = AnswerWire(7, Answer{{{"a", 1}}, {}});
+TEST(WireMessageTest, AnswersAreTextUnlessTheyHaveParts) {
+  const WireMessage text = EncodeAnswer(7, Answer{{{"a", 1}}, {}});
   EXPECT_FALSE(text.is_binary);
   EXPECT_EQ(Json::parse(text.bytes), Json({{"id", 7}, {"result", {{"a", 1}}}}));
 
-  const Wire binary = AnswerWire(7, Answer{{{"a", 1}}, {{"p", "rgb", "xyz", {{"width", 1}}}}});
+  const WireMessage binary =
+      EncodeAnswer(7, Answer{{{"a", 1}}, {{"p", "rgb", "xyz", {{"width", 1}}}}});
   EXPECT_TRUE(binary.is_binary);
   const size_t length = static_cast<uint8_t>(binary.bytes[0]);
   const Json header = Json::parse(binary.bytes.substr(4, length));
@@ -84,38 +85,38 @@ TEST(WireTest, AnswersAreTextUnlessTheyHaveParts) {
   EXPECT_EQ(binary.bytes.substr(4 + length), "xyz");
 }
 
-TEST(WireTest, ErrorsHaveTheirCodeAndTextThatIsCutWithinACharacterIsMended) {
-  const Wire wire = AnswerWire(7, absl::NotFoundError("no pool \xc3"));
-  EXPECT_EQ(Json::parse(wire.bytes)["error"]["code"], "NOT_FOUND");
-  EXPECT_EQ(Json::parse(wire.bytes)["error"]["message"], "no pool \xef\xbf\xbd");
+TEST(WireMessageTest, ErrorsHaveTheirCodeAndTextThatIsCutWithinACharacterIsMended) {
+  const WireMessage message = EncodeAnswer(7, absl::NotFoundError("no pool \xc3"));
+  EXPECT_EQ(Json::parse(message.bytes)["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(Json::parse(message.bytes)["error"]["message"], "no pool \xef\xbf\xbd");
 }
 
-TEST(FieldsTest, TheFirstThatIsWrongIsTold) {
+TEST(RequestParamsTest, TheFirstThatIsWrongIsTold) {
   const Json members = {{"a", 1}, {"b", "x"}, {"c", 3}};
-  Fields fields(members);
-  EXPECT_EQ(fields.Integer("a", 0, 9), 1);
-  EXPECT_EQ(fields.Integer("b", 0, 9), 0);
-  EXPECT_EQ(fields.Text("c"), "");
-  EXPECT_EQ(fields.CheckAll().message(), "b is 'x', allowed: integers from 0 to 9");
+  RequestParams params(members);
+  EXPECT_EQ(params.Integer("a", 0, 9), 1);
+  EXPECT_EQ(params.Integer("b", 0, 9), 0);
+  EXPECT_EQ(params.Text("c"), "");
+  EXPECT_EQ(params.CheckAll().message(), "b is 'x', allowed: integers from 0 to 9");
 }
 
-TEST(FieldsTest, WhatNobodyAskedForIsRefused) {
+TEST(RequestParamsTest, WhatNobodyAskedForIsRefused) {
   const Json members = {{"a", 1}, {"b", 2}};
-  Fields fields(members);
-  fields.Integer("a", 0, 9);
-  EXPECT_EQ(fields.CheckAll().message(), "'b' is no member of this request; its members: a");
+  RequestParams params(members);
+  params.Integer("a", 0, 9);
+  EXPECT_EQ(params.CheckAll().message(), "'b' is no member of this request; its members: a");
 }
 
-TEST(FieldsTest, NumbersOfAnySizeAreLookedAtBeforeTheyAreTaken) {
+TEST(RequestParamsTest, NumbersOfAnySizeAreLookedAtBeforeTheyAreTaken) {
   const Json members = {{"a", UINT64_MAX}, {"b", INT64_MIN}, {"c", 1e300}, {"d", {1, UINT64_MAX}}};
   for (const char* name : {"a", "b", "c"}) {
-    Fields fields(members);
-    EXPECT_EQ(fields.Integer(name, -5, 5), -5);
-    EXPECT_THAT(std::string(fields.CheckAll().message()), HasSubstr(" is "));
+    RequestParams params(members);
+    EXPECT_EQ(params.Integer(name, -5, 5), -5);
+    EXPECT_THAT(std::string(params.CheckAll().message()), HasSubstr(" is "));
   }
-  Fields fields(members);
-  fields.Integers("d", 4, 100);
-  EXPECT_EQ(fields.CheckAll().message(), "d is no list of 1 to 4 integers from 0 to 100");
+  RequestParams params(members);
+  params.Integers("d", 4, 100);
+  EXPECT_EQ(params.CheckAll().message(), "d is no list of 1 to 4 integers from 0 to 100");
 }
 
 }  // namespace

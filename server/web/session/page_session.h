@@ -1,5 +1,5 @@
-#ifndef SERVER_WEB_SESSION_VIEWER_H_
-#define SERVER_WEB_SESSION_VIEWER_H_
+#ifndef SERVER_WEB_SESSION_PAGE_SESSION_H_
+#define SERVER_WEB_SESSION_PAGE_SESSION_H_
 
 #include <atomic>
 #include <cstdint>
@@ -22,61 +22,61 @@
 #include "server/web/play/play.h"
 #include "server/web/play/replay.h"
 #include "server/web/session/outbox.h"
+#include "server/web/session/pool_feed.h"
 #include "server/web/session/pool_frames.h"
-#include "server/web/session/pool_news.h"
 
 namespace procgen::web {
 
-// What each viewer may have of these at a time.
+// What each page may have of these at a time.
 inline constexpr size_t kPlaysMax = 4;
 inline constexpr size_t kReplaysMax = 4;
 inline constexpr size_t kWatchesMax = 4;
-// Requests of a viewer that are carried out in a second; those beyond wait.
+// Requests of a page that are carried out in a second; those beyond wait.
 inline constexpr int32_t kRequestsPerSecondMax = 100;
 // Tokens that may be tried on one socket.
 inline constexpr int32_t kHelloAttemptsMax = 5;
 
-// What is the same for all viewers.
-struct ViewerTerms {
+// What is the same for all page sessions.
+struct PageSessionContext {
   std::string version;
   bool asks_token = false;
   int32_t viewers_max = 0;
   // A client of this server that shows `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;
-  PoolNews* news = nullptr;
-  ThreadGroup* watch_threads = nullptr;  // those of what viewers watch
+  PoolFeed* feed = nullptr;
+  ThreadGroup* watch_threads = nullptr;  // those of what pages watch
 };
 
 // The conversation with one page: its requests are carried out one after the other, on a thread of
-// the viewer's own, for they block. Its plays, replays and watches end with it.
+// the session's own, for they block. Its plays, replays and watches end with it.
 // Threads: Take and Stop from any thread, and none of them blocks; Run on one, once.
-class Viewer {
+class PageSession {
  public:
-  // `terms` must outlive this.
-  Viewer(const ViewerTerms& terms, std::shared_ptr<Outbox> outbox);
-  ~Viewer();
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
+  // `context` must outlive this.
+  PageSession(const PageSessionContext& context, std::shared_ptr<Outbox> outbox);
+  ~PageSession();
+  PageSession(const PageSession&) = delete;
+  PageSession& operator=(const PageSession&) = delete;
 
   // A message of the page. Each is answered by one Outbox::Answer, until there is a Stop.
-  void Take(Wire message);
+  void Take(WireMessage message);
   // The page has gone, or must.
   void Stop();
   // Carries out what is taken until there is a Stop.
   void Run();
 
  private:
-  using Method = absl::StatusOr<Answer> (Viewer::*)(const Request&);
+  using Method = absl::StatusOr<Answer> (PageSession::*)(const Request&);
   struct OpenReplay {
     std::unique_ptr<Replay> replay;
     std::string file;  // the contents of the trace
   };
 
   static const std::map<std::string, Method>& Methods();
-  std::optional<Wire> Next();
-  // Waits for the viewer's turn by kRequestsPerSecondMax.
+  std::optional<WireMessage> Next();
+  // Waits for the session's turn by kRequestsPerSecondMax.
   void AwaitRate();
-  void Handle(const Wire& message);
+  void Handle(const WireMessage& message);
   absl::StatusOr<Answer> Do(const Request& request);
 
   absl::StatusOr<Answer> Hello(const Request& request);
@@ -98,19 +98,19 @@ class Viewer {
   absl::StatusOr<Answer> CloseReplay(const Request& request);
   absl::StatusOr<Answer> ShowGallery(const Request& request);
 
-  // Takes the number of a play of this viewer. Errors: INVALID_ARGUMENT, NOT_FOUND.
-  absl::StatusOr<Play*> FindPlay(Fields* fields);
-  absl::StatusOr<OpenReplay*> FindReplay(Fields* fields);
+  // Takes the number of a play of this session. Errors: INVALID_ARGUMENT, NOT_FOUND.
+  absl::StatusOr<Play*> FindPlay(RequestParams* params);
+  absl::StatusOr<OpenReplay*> FindReplay(RequestParams* params);
   // What replay.open is to replay, by its members and parts.
-  absl::StatusOr<ReplaySource> SourceOf(const Request& request, Fields* fields);
+  absl::StatusOr<ReplaySource> SourceOf(const Request& request, RequestParams* params);
 
-  const ViewerTerms& terms_;
+  const PageSessionContext& context_;
   const std::shared_ptr<Outbox> outbox_;
   std::atomic<bool> is_stopping_ = false;
 
   absl::Mutex mutex_;
   SteadyCondVar stopped_;
-  std::deque<Wire> messages_ ABSL_GUARDED_BY(mutex_);
+  std::deque<WireMessage> messages_ ABSL_GUARDED_BY(mutex_);
 
   // Of the thread.
   std::shared_ptr<procgen_client::Client> client_;  // null: the page has not said who it is
@@ -127,4 +127,4 @@ class Viewer {
 
 }  // namespace procgen::web
 
-#endif  // SERVER_WEB_SESSION_VIEWER_H_
+#endif  // SERVER_WEB_SESSION_PAGE_SESSION_H_

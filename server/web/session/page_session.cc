@@ -1,4 +1,4 @@
-#include "server/web/session/viewer.h"
+#include "server/web/session/page_session.h"
 
 #include <algorithm>
 #include <utility>
@@ -12,7 +12,7 @@
 namespace procgen::web {
 namespace {
 
-// What a viewer may save up of kRequestsPerSecondMax.
+// What a page may save up of kRequestsPerSecondMax.
 constexpr absl::Duration kRateSaved = absl::Seconds(2);
 
 // As gRPC takes the value of a header. It would end the process over another.
@@ -23,23 +23,23 @@ bool IsPrintable(const std::string& text) {
 
 }  // namespace
 
-Viewer::Viewer(const ViewerTerms& terms, std::shared_ptr<Outbox> outbox)
-    : terms_(terms), outbox_(std::move(outbox)) {}
+PageSession::PageSession(const PageSessionContext& context, std::shared_ptr<Outbox> outbox)
+    : context_(context), outbox_(std::move(outbox)) {}
 
-Viewer::~Viewer() = default;
+PageSession::~PageSession() = default;
 
-void Viewer::Take(Wire message) {
+void PageSession::Take(WireMessage message) {
   absl::MutexLock lock(&mutex_);
   messages_.push_back(std::move(message));
 }
 
-void Viewer::Stop() {
+void PageSession::Stop() {
   absl::MutexLock lock(&mutex_);  // who waits for messages looks again
   is_stopping_ = true;
   stopped_.NotifyAll();
 }
 
-std::optional<Wire> Viewer::Next() {
+std::optional<WireMessage> PageSession::Next() {
   absl::MutexLock lock(&mutex_);
   const auto is_due = [this]() ABSL_SHARED_LOCKS_REQUIRED(mutex_) {
     return is_stopping_ || !messages_.empty();
@@ -48,12 +48,12 @@ std::optional<Wire> Viewer::Next() {
   if (is_stopping_) {
     return std::nullopt;
   }
-  Wire message = std::move(messages_.front());
+  WireMessage message = std::move(messages_.front());
   messages_.pop_front();
   return message;
 }
 
-void Viewer::AwaitRate() {
+void PageSession::AwaitRate() {
   const absl::Time now = SteadyNow();
   rate_time_ = std::max(rate_time_, now - kRateSaved) + absl::Seconds(1) / kRequestsPerSecondMax;
   if (rate_time_ > now) {
@@ -62,38 +62,38 @@ void Viewer::AwaitRate() {
   }
 }
 
-void Viewer::Run() {
-  while (const std::optional<Wire> message = Next()) {
+void PageSession::Run() {
+  while (const std::optional<WireMessage> message = Next()) {
     AwaitRate();
     Handle(*message);
   }
-  terms_.news->Unfollow(this);
+  context_.feed->Unfollow(this);
   watches_.clear();
   plays_.clear();
   replays_.clear();
 }
 
-void Viewer::Handle(const Wire& message) {
+void PageSession::Handle(const WireMessage& message) {
   const absl::StatusOr<Request> request = ParseRequest(message.bytes, message.is_binary);
   if (!request.ok()) {
     outbox_->Close(kCloseBadMessage, std::string(request.status().message()));
     return;
   }
   try {
-    outbox_->Answer(AnswerWire(request->id, Do(*request)));
+    outbox_->Answer(EncodeAnswer(request->id, Do(*request)));
   } catch (const std::exception& error) {
     // The library of JSON tells by exceptions what it was wrongly asked for. All that pages send is
     // checked before; one that finds a gap shall not end the server.
     LogEvent(LogLevel::kError, "web_request_failed",
              {{"method", request->method}, {"message", error.what()}});
-    outbox_->Answer(AnswerWire(request->id, absl::InternalError("the server made a mistake")));
+    outbox_->Answer(EncodeAnswer(request->id, absl::InternalError("the server made a mistake")));
   }
   if (after_answer_ != nullptr) {
     std::exchange(after_answer_, nullptr)();
   }
 }
 
-absl::StatusOr<Answer> Viewer::Do(const Request& request) {
+absl::StatusOr<Answer> PageSession::Do(const Request& request) {
   const auto method = Methods().find(request.method);
   if (method == Methods().end()) {
     return absl::UnimplementedError(absl::StrCat("there is no method '", request.method, "'"));
@@ -108,43 +108,43 @@ absl::StatusOr<Answer> Viewer::Do(const Request& request) {
   return (this->*method->second)(request);
 }
 
-const std::map<std::string, Viewer::Method>& Viewer::Methods() {
+const std::map<std::string, PageSession::Method>& PageSession::Methods() {
   static const auto& methods = *new std::map<std::string, Method>({
-      {"hello", &Viewer::Hello},
-      {"pools.follow", &Viewer::FollowPools},
-      {"pools.unfollow", &Viewer::UnfollowPools},
-      {"pool.history", &Viewer::ReadHistory},
-      {"pool.episode", &Viewer::GetEpisode},
-      {"watch.start", &Viewer::StartWatch},
-      {"watch.stop", &Viewer::StopWatch},
-      {"play.start", &Viewer::StartPlay},
-      {"play.step", &Viewer::StepPlay},
-      {"play.restart", &Viewer::RestartPlay},
-      {"play.next_level", &Viewer::NextLevel},
-      {"play.trace", &Viewer::PlayTrace},
-      {"play.close", &Viewer::ClosePlay},
-      {"replay.open", &Viewer::OpenTrace},
-      {"replay.seek", &Viewer::SeekReplay},
-      {"replay.trace", &Viewer::ReplayTrace},
-      {"replay.close", &Viewer::CloseReplay},
-      {"gallery.page", &Viewer::ShowGallery},
+      {"hello", &PageSession::Hello},
+      {"pools.follow", &PageSession::FollowPools},
+      {"pools.unfollow", &PageSession::UnfollowPools},
+      {"pool.history", &PageSession::ReadHistory},
+      {"pool.episode", &PageSession::GetEpisode},
+      {"watch.start", &PageSession::StartWatch},
+      {"watch.stop", &PageSession::StopWatch},
+      {"play.start", &PageSession::StartPlay},
+      {"play.step", &PageSession::StepPlay},
+      {"play.restart", &PageSession::RestartPlay},
+      {"play.next_level", &PageSession::NextLevel},
+      {"play.trace", &PageSession::PlayTrace},
+      {"play.close", &PageSession::ClosePlay},
+      {"replay.open", &PageSession::OpenTrace},
+      {"replay.seek", &PageSession::SeekReplay},
+      {"replay.trace", &PageSession::ReplayTrace},
+      {"replay.close", &PageSession::CloseReplay},
+      {"gallery.page", &PageSession::ShowGallery},
   });
   return methods;
 }
 
-absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
-  Fields fields(request.members);
-  const std::string token = fields.Has("token") ? fields.Text("token") : "";
+absl::StatusOr<Answer> PageSession::Hello(const Request& request) {
+  RequestParams params(request.members);
+  const std::string token = params.Has("token") ? params.Text("token") : "";
   if (!IsPrintable(token)) {
-    fields.Refuse("token has characters that no token has");
+    params.Refuse("token has characters that no token has");
   }
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   if (client_ != nullptr) {
     return absl::FailedPreconditionError("this socket has said hello; open another");
   }
-  std::shared_ptr<procgen_client::Client> client = terms_.connect(token);
+  std::shared_ptr<procgen_client::Client> client = context_.connect(token);
   absl::StatusOr<procgen::v1::Catalog> catalog = client->GetCatalog();
   const absl::StatusOr<procgen::v1::ListNodesResponse> nodes =
       catalog.ok() ? client->ListNodes() : catalog.status();
@@ -162,15 +162,15 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
   const bool is_fleet = std::any_of(node_list.begin(), node_list.end(), [&nodes](const Json& node) {
     return node["name"] == nodes->local_node() && node["role"] == "fleet";
   });
-  return Answer{{{"version", terms_.version},
-                 {"asks_token", terms_.asks_token},
+  return Answer{{{"version", context_.version},
+                 {"asks_token", context_.asks_token},
                  {"is_fleet", is_fleet},
                  {"cluster", nodes->cluster()},
                  {"node", nodes->local_node()},
                  {"art", catalog_.art()},
                  {"catalog", CatalogJson(catalog_)},
                  {"limits",
-                  {{"viewers", terms_.viewers_max},
+                  {{"viewers", context_.viewers_max},
                    {"plays", kPlaysMax},
                    {"replays", kReplaysMax},
                    {"watches", kWatchesMax},
@@ -184,47 +184,47 @@ absl::StatusOr<Answer> Viewer::Hello(const Request& request) {
                 {}};
 }
 
-absl::StatusOr<Answer> Viewer::FollowPools(const Request& request) {
-  if (absl::Status status = Fields(request.members).CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::FollowPools(const Request& request) {
+  if (absl::Status status = RequestParams(request.members).CheckAll(); !status.ok()) {
     return status;
   }
   const auto tell = [outbox = outbox_](const absl::StatusOr<Json>& event) {
     if (event.ok()) {
-      outbox->TellLatest("pools", EventWire(*event));
+      outbox->TellLatest("pools", EncodeEvent(*event));
     } else {
-      outbox->Tell(EventWire(EndedEvent("pools_ended", event.status())));
+      outbox->Tell(EncodeEvent(EndedEvent("pools_ended", event.status())));
     }
   };
-  after_answer_ = [this, tell] { terms_.news->Follow(this, token_, client_, tell); };
+  after_answer_ = [this, tell] { context_.feed->Follow(this, token_, client_, tell); };
   return Answer();
 }
 
-absl::StatusOr<Answer> Viewer::UnfollowPools(const Request& request) {
-  if (absl::Status status = Fields(request.members).CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::UnfollowPools(const Request& request) {
+  if (absl::Status status = RequestParams(request.members).CheckAll(); !status.ok()) {
     return status;
   }
-  terms_.news->Unfollow(this);
+  context_.feed->Unfollow(this);
   outbox_->Forget("pools");
   return Answer();
 }
 
-absl::StatusOr<Answer> Viewer::ReadHistory(const Request& request) {
-  Fields fields(request.members);
-  const std::string name = fields.Text("pool");
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::ReadHistory(const Request& request) {
+  RequestParams params(request.members);
+  const std::string name = params.Text("pool");
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   const absl::StatusOr<procgen::v1::Pool> pool = client_->GetPool(name);
   if (!pool.ok()) {
     return pool.status();
   }
-  return Answer{terms_.news->HistoryOf(*pool), {}};
+  return Answer{context_.feed->HistoryOf(*pool), {}};
 }
 
-absl::StatusOr<Answer> Viewer::StartWatch(const Request& request) {
-  Fields fields(request.members);
-  const procgen::v1::WatchPoolRequest watch = ReadWatch(&fields);
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::StartWatch(const Request& request) {
+  RequestParams params(request.members);
+  const procgen::v1::WatchPoolRequest watch = ReadWatch(&params);
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   std::erase_if(watches_, [](const auto& entry) { return entry.second->has_ended(); });
@@ -234,7 +234,7 @@ absl::StatusOr<Answer> Viewer::StartWatch(const Request& request) {
   }
   const int64_t number = next_number_++;
   absl::StatusOr<std::unique_ptr<PoolFrames>> frames =
-      PoolFrames::Start(client_, watch, number, outbox_, terms_.watch_threads);
+      PoolFrames::Start(client_, watch, number, outbox_, context_.watch_threads);
   if (!frames.ok()) {
     return frames.status();
   }
@@ -243,10 +243,10 @@ absl::StatusOr<Answer> Viewer::StartWatch(const Request& request) {
   return Answer{{{"watch", number}}, {}};
 }
 
-absl::StatusOr<Answer> Viewer::StopWatch(const Request& request) {
-  Fields fields(request.members);
-  const int64_t number = fields.Integer("watch", 1, kIdMax);
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::StopWatch(const Request& request) {
+  RequestParams params(request.members);
+  const int64_t number = params.Integer("watch", 1, kIdMax);
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   if (watches_.erase(number) == 0 && number >= next_number_) {
@@ -255,14 +255,14 @@ absl::StatusOr<Answer> Viewer::StopWatch(const Request& request) {
   return Answer();  // one that has ended by itself is stopped, too
 }
 
-absl::StatusOr<Answer> Viewer::ShowGallery(const Request& request) {
-  Fields fields(request.members);
-  const LevelChoice choice = ReadLevelChoice(catalog_, "first_level_seed", &fields);
+absl::StatusOr<Answer> PageSession::ShowGallery(const Request& request) {
+  RequestParams params(request.members);
+  const LevelChoice choice = ReadLevelChoice(catalog_, "first_level_seed", &params);
   const int32_t count_max =
       choice.has_one_level ? 1 : std::min(kGalleryCountMax, kLevelSeedMax - choice.level_seed + 1);
-  const int32_t count = fields.Integer32("count", 1, count_max);
-  const int32_t size_px = fields.Integer32("size_px", kGallerySizePxMin, kGallerySizePxMax);
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+  const int32_t count = params.Integer32("count", 1, count_max);
+  const int32_t size_px = params.Integer32("size_px", kGallerySizePxMin, kGallerySizePxMax);
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   return GalleryPage(client_.get(), choice, count, size_px);

@@ -1,11 +1,11 @@
-// What a viewer plays and replays.
+// What a page plays and replays.
 
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "envcore/trace/trace.h"
 #include "server/web/play/episode_trace.h"
-#include "server/web/session/viewer.h"
+#include "server/web/session/page_session.h"
 
 namespace procgen::web {
 namespace {
@@ -35,9 +35,9 @@ int64_t NumberIn(const Request& request, const char* kind) {
 
 }  // namespace
 
-absl::StatusOr<Play*> Viewer::FindPlay(Fields* fields) {
-  const int64_t number = fields->Integer("play", 1, kIdMax);
-  if (absl::Status status = fields->CheckAll(); !status.ok()) {
+absl::StatusOr<Play*> PageSession::FindPlay(RequestParams* params) {
+  const int64_t number = params->Integer("play", 1, kIdMax);
+  if (absl::Status status = params->CheckAll(); !status.ok()) {
     return status;
   }
   const auto found = plays_.find(number);
@@ -47,9 +47,9 @@ absl::StatusOr<Play*> Viewer::FindPlay(Fields* fields) {
   return found->second.get();
 }
 
-absl::StatusOr<Viewer::OpenReplay*> Viewer::FindReplay(Fields* fields) {
-  const int64_t number = fields->Integer("replay", 1, kIdMax);
-  if (absl::Status status = fields->CheckAll(); !status.ok()) {
+absl::StatusOr<PageSession::OpenReplay*> PageSession::FindReplay(RequestParams* params) {
+  const int64_t number = params->Integer("replay", 1, kIdMax);
+  if (absl::Status status = params->CheckAll(); !status.ok()) {
     return status;
   }
   const auto found = replays_.find(number);
@@ -59,11 +59,11 @@ absl::StatusOr<Viewer::OpenReplay*> Viewer::FindReplay(Fields* fields) {
   return &found->second;
 }
 
-absl::StatusOr<Answer> Viewer::StartPlay(const Request& request) {
-  Fields fields(request.members);
-  const LevelChoice choice = ReadLevelChoice(catalog_, "level_seed", &fields);
-  const int32_t human_size_px = ReadHumanSize(&fields);
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::StartPlay(const Request& request) {
+  RequestParams params(request.members);
+  const LevelChoice choice = ReadLevelChoice(catalog_, "level_seed", &params);
+  const int32_t human_size_px = ReadHumanSize(&params);
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   if (plays_.size() >= kPlaysMax) {
@@ -82,38 +82,38 @@ absl::StatusOr<Answer> Viewer::StartPlay(const Request& request) {
   return Of("play", number, std::move(view));
 }
 
-absl::StatusOr<Answer> Viewer::StepPlay(const Request& request) {
-  Fields fields(request.members);
+absl::StatusOr<Answer> PageSession::StepPlay(const Request& request) {
+  RequestParams params(request.members);
   const int32_t action =
-      fields.Integer32("action", 0, static_cast<int32_t>(catalog_.actions_size()) - 1);
-  const absl::StatusOr<Play*> play = FindPlay(&fields);
+      params.Integer32("action", 0, static_cast<int32_t>(catalog_.actions_size()) - 1);
+  const absl::StatusOr<Play*> play = FindPlay(&params);
   if (!play.ok()) {
     return play.status();
   }
   return Of("play", NumberIn(request, "play"), (*play)->Step(action));
 }
 
-absl::StatusOr<Answer> Viewer::RestartPlay(const Request& request) {
-  Fields fields(request.members);
-  const absl::StatusOr<Play*> play = FindPlay(&fields);
+absl::StatusOr<Answer> PageSession::RestartPlay(const Request& request) {
+  RequestParams params(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&params);
   if (!play.ok()) {
     return play.status();
   }
   return Of("play", NumberIn(request, "play"), (*play)->Restart());
 }
 
-absl::StatusOr<Answer> Viewer::NextLevel(const Request& request) {
-  Fields fields(request.members);
-  const absl::StatusOr<Play*> play = FindPlay(&fields);
+absl::StatusOr<Answer> PageSession::NextLevel(const Request& request) {
+  RequestParams params(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&params);
   if (!play.ok()) {
     return play.status();
   }
   return Of("play", NumberIn(request, "play"), (*play)->NextLevel());
 }
 
-absl::StatusOr<Answer> Viewer::PlayTrace(const Request& request) {
-  Fields fields(request.members);
-  const absl::StatusOr<Play*> play = FindPlay(&fields);
+absl::StatusOr<Answer> PageSession::PlayTrace(const Request& request) {
+  RequestParams params(request.members);
+  const absl::StatusOr<Play*> play = FindPlay(&params);
   if (!play.ok()) {
     return play.status();
   }
@@ -121,19 +121,19 @@ absl::StatusOr<Answer> Viewer::PlayTrace(const Request& request) {
   return TraceAnswer(recording.FileFacts(), TraceFileOf(recording.trace()));
 }
 
-absl::StatusOr<Answer> Viewer::ClosePlay(const Request& request) {
-  Fields fields(request.members);
-  if (const absl::StatusOr<Play*> play = FindPlay(&fields); !play.ok()) {
+absl::StatusOr<Answer> PageSession::ClosePlay(const Request& request) {
+  RequestParams params(request.members);
+  if (const absl::StatusOr<Play*> play = FindPlay(&params); !play.ok()) {
     return play.status();
   }
   plays_.erase(NumberIn(request, "play"));
   return Answer();
 }
 
-absl::StatusOr<Answer> Viewer::GetEpisode(const Request& request) {
-  Fields fields(request.members);
-  const EpisodeChoice choice = ReadEpisodeChoice(&fields);
-  if (absl::Status status = fields.CheckAll(); !status.ok()) {
+absl::StatusOr<Answer> PageSession::GetEpisode(const Request& request) {
+  RequestParams params(request.members);
+  const EpisodeChoice choice = ReadEpisodeChoice(&params);
+  if (absl::Status status = params.CheckAll(); !status.ok()) {
     return status;
   }
   absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
@@ -143,10 +143,10 @@ absl::StatusOr<Answer> Viewer::GetEpisode(const Request& request) {
   return TraceAnswer(std::move(episode->facts), TraceFileOf(episode->recording.trace()));
 }
 
-absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fields) {
+absl::StatusOr<ReplaySource> PageSession::SourceOf(const Request& request, RequestParams* params) {
   if (!request.parts.empty()) {
-    const int32_t environment = fields->Integer32Or("environment", 0, 0, INT32_MAX);
-    if (absl::Status status = fields->CheckAll(); !status.ok()) {
+    const int32_t environment = params->Integer32Or("environment", 0, 0, INT32_MAX);
+    if (absl::Status status = params->CheckAll(); !status.ok()) {
       return status;
     }
     const Part& part = request.parts.front();
@@ -160,9 +160,9 @@ absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fi
     }
     return ReplaySource{*std::move(trace), environment};
   }
-  if (fields->Has("pool")) {
-    const EpisodeChoice choice = ReadEpisodeChoice(fields);
-    if (absl::Status status = fields->CheckAll(); !status.ok()) {
+  if (params->Has("pool")) {
+    const EpisodeChoice choice = ReadEpisodeChoice(params);
+    if (absl::Status status = params->CheckAll(); !status.ok()) {
       return status;
     }
     const absl::StatusOr<EpisodeTrace> episode = TraceOfEpisode(client_, choice, is_stopping_);
@@ -171,17 +171,17 @@ absl::StatusOr<ReplaySource> Viewer::SourceOf(const Request& request, Fields* fi
     }
     return ReplaySource{episode->recording.trace(), 0};
   }
-  const absl::StatusOr<Play*> play = FindPlay(fields);
+  const absl::StatusOr<Play*> play = FindPlay(params);
   if (!play.ok()) {
     return play.status();
   }
   return ReplaySource{(*play)->recording().trace(), 0};
 }
 
-absl::StatusOr<Answer> Viewer::OpenTrace(const Request& request) {
-  Fields fields(request.members);
-  const int32_t human_size_px = ReadHumanSize(&fields);
-  absl::StatusOr<ReplaySource> source = SourceOf(request, &fields);
+absl::StatusOr<Answer> PageSession::OpenTrace(const Request& request) {
+  RequestParams params(request.members);
+  const int32_t human_size_px = ReadHumanSize(&params);
+  absl::StatusOr<ReplaySource> source = SourceOf(request, &params);
   if (!source.ok()) {
     return source.status();
   }
@@ -200,10 +200,10 @@ absl::StatusOr<Answer> Viewer::OpenTrace(const Request& request) {
   return Of("replay", number, std::move(answer));
 }
 
-absl::StatusOr<Answer> Viewer::SeekReplay(const Request& request) {
-  Fields fields(request.members);
-  const int32_t row = fields.Integer32("row", 0, INT32_MAX);
-  const absl::StatusOr<OpenReplay*> found = FindReplay(&fields);
+absl::StatusOr<Answer> PageSession::SeekReplay(const Request& request) {
+  RequestParams params(request.members);
+  const int32_t row = params.Integer32("row", 0, INT32_MAX);
+  const absl::StatusOr<OpenReplay*> found = FindReplay(&params);
   if (!found.ok()) {
     return found.status();
   }
@@ -215,18 +215,18 @@ absl::StatusOr<Answer> Viewer::SeekReplay(const Request& request) {
   return Of("replay", NumberIn(request, "replay"), replay.Seek(row));
 }
 
-absl::StatusOr<Answer> Viewer::ReplayTrace(const Request& request) {
-  Fields fields(request.members);
-  const absl::StatusOr<OpenReplay*> found = FindReplay(&fields);
+absl::StatusOr<Answer> PageSession::ReplayTrace(const Request& request) {
+  RequestParams params(request.members);
+  const absl::StatusOr<OpenReplay*> found = FindReplay(&params);
   if (!found.ok()) {
     return found.status();
   }
   return TraceAnswer((*found)->replay->recording().FileFacts(), (*found)->file);
 }
 
-absl::StatusOr<Answer> Viewer::CloseReplay(const Request& request) {
-  Fields fields(request.members);
-  if (const absl::StatusOr<OpenReplay*> found = FindReplay(&fields); !found.ok()) {
+absl::StatusOr<Answer> PageSession::CloseReplay(const Request& request) {
+  RequestParams params(request.members);
+  if (const absl::StatusOr<OpenReplay*> found = FindReplay(&params); !found.ok()) {
     return found.status();
   }
   replays_.erase(NumberIn(request, "replay"));

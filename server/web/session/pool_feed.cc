@@ -1,4 +1,4 @@
-#include "server/web/session/pool_news.h"
+#include "server/web/session/pool_feed.h"
 
 #include <utility>
 
@@ -16,10 +16,10 @@ double NowSeconds() { return absl::ToDoubleSeconds(absl::Now() - absl::UnixEpoch
 
 }  // namespace
 
-PoolNews::PoolNews(std::function<std::vector<v1::Pool>()> list_pools)
+PoolFeed::PoolFeed(std::function<std::vector<v1::Pool>()> list_pools)
     : list_pools_(std::move(list_pools)), thread_([this] { Run(); }) {}
 
-PoolNews::~PoolNews() {
+PoolFeed::~PoolFeed() {
   {
     absl::MutexLock lock(&mutex_);
     is_stopping_ = true;
@@ -28,7 +28,7 @@ PoolNews::~PoolNews() {
   thread_.join();
 }
 
-void PoolNews::Follow(const void* follower, const std::string& token,
+void PoolFeed::Follow(const void* follower, const std::string& token,
                       std::shared_ptr<procgen_client::Client> client, Tell tell) {
   absl::MutexLock lock(&mutex_);
   followers_[follower] = {token, std::move(client), std::move(tell)};
@@ -36,18 +36,18 @@ void PoolNews::Follow(const void* follower, const std::string& token,
   changed_.NotifyAll();
 }
 
-void PoolNews::Unfollow(const void* follower) {
+void PoolFeed::Unfollow(const void* follower) {
   absl::MutexLock telling(&telling_);
   absl::MutexLock lock(&mutex_);
   followers_.erase(follower);
 }
 
-Json PoolNews::HistoryOf(const v1::Pool& pool) {
+Json PoolFeed::HistoryOf(const v1::Pool& pool) {
   absl::MutexLock lock(&mutex_);
   return history_.RowsOf(pool);
 }
 
-void PoolNews::Run() {
+void PoolFeed::Run() {
   absl::Time next = SteadyNow();
   while (true) {
     bool only_new = false;
@@ -72,7 +72,7 @@ void PoolNews::Run() {
   }
 }
 
-void PoolNews::TellFollowers(bool only_new) {
+void PoolFeed::TellFollowers(bool only_new) {
   std::map<std::string, std::shared_ptr<procgen_client::Client>> clients;
   {
     absl::MutexLock lock(&mutex_);
@@ -106,7 +106,7 @@ void PoolNews::TellFollowers(bool only_new) {
   }
 }
 
-absl::StatusOr<Json> PoolNews::EventFor(procgen_client::Client* client) {
+absl::StatusOr<Json> PoolFeed::EventFor(procgen_client::Client* client) {
   const absl::StatusOr<std::vector<v1::Pool>> pools = client->ListPools();
   const absl::StatusOr<v1::Load> load = client->GetLoad();
   const absl::StatusOr<v1::ListNodesResponse> nodes = client->ListNodes();

@@ -1,4 +1,4 @@
-#include "server/web/play/solo_pool.h"
+#include "server/web/play/single_env_pool.h"
 
 #include <algorithm>
 #include <utility>
@@ -48,7 +48,7 @@ std::string KindOfPool(absl::string_view name) {
   return "pool";
 }
 
-absl::StatusOr<std::unique_ptr<SoloPool>> SoloPool::Make(
+absl::StatusOr<std::unique_ptr<SingleEnvPool>> SingleEnvPool::Make(
     std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
     const v1::PoolSpec& spec) {
   const absl::StatusOr<v1::Catalog> catalog = client->GetCatalog();
@@ -59,7 +59,7 @@ absl::StatusOr<std::unique_ptr<SoloPool>> SoloPool::Make(
   if (!made.ok()) {
     return made.status();
   }
-  std::unique_ptr<SoloPool> pool(new SoloPool(std::move(client), *std::move(made)));
+  std::unique_ptr<SingleEnvPool> pool(new SingleEnvPool(std::move(client), *std::move(made)));
   procgen_client::StreamOptions options;
   options.requests_in_flight_max =
       std::min(kRequestsInFlight, catalog->limits().requests_in_flight_max());
@@ -73,15 +73,15 @@ absl::StatusOr<std::unique_ptr<SoloPool>> SoloPool::Make(
   return pool;
 }
 
-SoloPool::SoloPool(std::shared_ptr<procgen_client::Client> client, v1::Pool pool)
+SingleEnvPool::SingleEnvPool(std::shared_ptr<procgen_client::Client> client, v1::Pool pool)
     : client_(std::move(client)), name_(pool.name()), spec_(std::move(*pool.mutable_spec())) {}
 
-SoloPool::~SoloPool() {
+SingleEnvPool::~SingleEnvPool() {
   stream_.reset();
   client_->DeletePool(name_).IgnoreError();  // where it fails, the lease ends it
 }
 
-Row SoloPool::RowOf() const {
+Row SingleEnvPool::RowOf() const {
   Row row;
   row.reward = batch_.rewards()[0];
   row.first = batch_.first()[0];
@@ -98,25 +98,25 @@ Row SoloPool::RowOf() const {
   return row;
 }
 
-absl::StatusOr<Row> SoloPool::Call(v1::StepPoolRequest request) {
+absl::StatusOr<Row> SingleEnvPool::Call(v1::StepPoolRequest request) {
   if (absl::Status status = stream_->Call(std::move(request), &batch_); !status.ok()) {
     return status;
   }
   return RowOf();
 }
 
-absl::StatusOr<Row> SoloPool::Observe() {
+absl::StatusOr<Row> SingleEnvPool::Observe() {
   v1::StepPoolRequest request;
   request.mutable_observe();
   return Call(std::move(request));
 }
 
-absl::StatusOr<Row> SoloPool::Step(int32_t action) {
+absl::StatusOr<Row> SingleEnvPool::Step(int32_t action) {
   return Call(StepRequestOf(action, v1::OBSERVATION_FRAME));
 }
 
-absl::Status SoloPool::StepAll(absl::Span<const int32_t> actions,
-                               absl::FunctionRef<void(const Row&)> add) {
+absl::Status SingleEnvPool::StepAll(absl::Span<const int32_t> actions,
+                                    absl::FunctionRef<void(const Row&)> add) {
   const auto ahead = static_cast<size_t>(stream_->requests_in_flight_max());
   for (size_t sent = 0, received = 0; received < actions.size(); ++received) {
     for (; sent < actions.size() && sent - received < ahead; ++sent) {
@@ -133,7 +133,7 @@ absl::Status SoloPool::StepAll(absl::Span<const int32_t> actions,
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::State> SoloPool::Save() {
+absl::StatusOr<v1::State> SingleEnvPool::Save() {
   absl::StatusOr<std::vector<v1::State>> states = client_->SaveStates(name_);
   if (!states.ok()) {
     return states.status();
@@ -141,11 +141,11 @@ absl::StatusOr<v1::State> SoloPool::Save() {
   return std::move(states->front());
 }
 
-absl::Status SoloPool::Restore(const v1::State& state) {
+absl::Status SingleEnvPool::Restore(const v1::State& state) {
   return client_->RestoreStates(name_, {state});
 }
 
-absl::StatusOr<std::string> SoloPool::Draw(int32_t size_px) {
+absl::StatusOr<std::string> SingleEnvPool::Draw(int32_t size_px) {
   return DrawPng(client_.get(), name_, 0, size_px);
 }
 

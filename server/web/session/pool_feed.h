@@ -1,5 +1,5 @@
-#ifndef SERVER_WEB_SESSION_POOL_NEWS_H_
-#define SERVER_WEB_SESSION_POOL_NEWS_H_
+#ifndef SERVER_WEB_SESSION_POOL_FEED_H_
+#define SERVER_WEB_SESSION_POOL_FEED_H_
 
 #include <functional>
 #include <map>
@@ -19,18 +19,18 @@
 
 namespace procgen::web {
 
-// Tells viewers once a second how the pools of their owners stand, and keeps how all went, also
+// Tells pages once a second how the pools of their owners stand, and keeps how all went, also
 // while nobody looks. One thread of its own. Threads: any method from any thread.
-class PoolNews {
+class PoolFeed {
  public:
   // What a follower gets: the event, or why there will be no more. Must not block.
   using Tell = std::function<void(const absl::StatusOr<Json>& event)>;
 
   // `list_pools` tells all pools, whoever owns them; nobody is shown those of others.
-  explicit PoolNews(std::function<std::vector<procgen::v1::Pool>()> list_pools);
-  ~PoolNews();
-  PoolNews(const PoolNews&) = delete;
-  PoolNews& operator=(const PoolNews&) = delete;
+  explicit PoolFeed(std::function<std::vector<procgen::v1::Pool>()> list_pools);
+  ~PoolFeed();
+  PoolFeed(const PoolFeed&) = delete;
+  PoolFeed& operator=(const PoolFeed&) = delete;
 
   // Begins at once. Followers with the same token share what is asked of the server; `client` shows
   // that token. A follower that was told of an error is told nothing more.
@@ -69,4 +69,4 @@ class PoolNews {
 
 }  // namespace procgen::web
 
-#endif  // SERVER_WEB_SESSION_POOL_NEWS_H_
+#endif  // SERVER_WEB_SESSION_POOL_FEED_H_

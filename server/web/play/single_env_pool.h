@@ -1,5 +1,5 @@
-#ifndef SERVER_WEB_PLAY_SOLO_POOL_H_
-#define SERVER_WEB_PLAY_SOLO_POOL_H_
+#ifndef SERVER_WEB_PLAY_SINGLE_ENV_POOL_H_
+#define SERVER_WEB_PLAY_SINGLE_ENV_POOL_H_
 
 #include <cstdint>
 #include <memory>
@@ -22,15 +22,15 @@ absl::StatusOr<procgen::v1::Pool> MakePagePool(procgen_client::Client* client,
 std::string KindOfPool(absl::string_view name);
 
 // A pool of one environment that a page steps, and ends with this. Threads: one at a time.
-class SoloPool {
+class SingleEnvPool {
  public:
   // `spec` is of one environment. Errors: those of the server.
-  static absl::StatusOr<std::unique_ptr<SoloPool>> Make(
+  static absl::StatusOr<std::unique_ptr<SingleEnvPool>> Make(
       std::shared_ptr<procgen_client::Client> client, absl::string_view kind,
       const procgen::v1::PoolSpec& spec);
-  ~SoloPool();
-  SoloPool(const SoloPool&) = delete;
-  SoloPool& operator=(const SoloPool&) = delete;
+  ~SingleEnvPool();
+  SingleEnvPool(const SingleEnvPool&) = delete;
+  SingleEnvPool& operator=(const SingleEnvPool&) = delete;
 
   // What it was made with, every default filled in.
   const procgen::v1::PoolSpec& spec() const { return spec_; }
@@ -50,7 +50,7 @@ class SoloPool {
   absl::StatusOr<std::string> Draw(int32_t size_px);
 
  private:
-  SoloPool(std::shared_ptr<procgen_client::Client> client, procgen::v1::Pool pool);
+  SingleEnvPool(std::shared_ptr<procgen_client::Client> client, procgen::v1::Pool pool);
   absl::StatusOr<Row> Call(procgen::v1::StepPoolRequest request);
   Row RowOf() const;
 
@@ -67,4 +67,4 @@ absl::StatusOr<std::string> DrawPng(procgen_client::Client* client, const std::s
 
 }  // namespace procgen::web
 
-#endif  // SERVER_WEB_PLAY_SOLO_POOL_H_
+#endif  // SERVER_WEB_PLAY_SINGLE_ENV_POOL_H_
