@@ -233,7 +233,7 @@ Piece Property(const dm_properties::PropertyRequest& property) {
   return Message(request);
 }
 
-void WriteConversations(const std::filesystem::path& folder, const std::string& snapshot) {
+void WriteDmEnvRpcSessions(const std::filesystem::path& folder, const std::string& snapshot) {
   dm::EnvironmentRequest reset;
   (*reset.mutable_reset()->mutable_settings())["level_seed"].mutable_int64s()->add_array(9);
   dm::EnvironmentRequest reset_world;
@@ -284,6 +284,6 @@ int main(int argument_count, char** arguments) {
   procgen::WritePoolCalls(folder / "request");
   procgen::WriteStateCalls(folder / "request", snapshot);
   procgen::WriteStreams(folder / "stream");
-  procgen::WriteConversations(folder / "dm_env_rpc", snapshot);
+  procgen::WriteDmEnvRpcSessions(folder / "dm_env_rpc", snapshot);
   return 0;
 }

@@ -17,8 +17,8 @@ std::shared_ptr<DmEnvRpcReactor> DmEnvRpcReactor::Start(PoolSupervisor* supervis
   std::shared_ptr<DmEnvRpcReactor> reactor(
       new DmEnvRpcReactor(supervisor, accounting, context, std::move(caller)));
   reactor->self_ = reactor;
-  // Weak, because the stream has the conversation, which keeps what it calls.
-  reactor->conversation_ = std::make_unique<Conversation>(
+  // Weak, because the stream has the session, which keeps what it calls.
+  reactor->session_ = std::make_unique<DmEnvRpcSession>(
       supervisor, worlds, reactor->caller_.owner,
       [weak = reactor->weak_from_this()](const absl::Status& status) {
         if (const std::shared_ptr<DmEnvRpcReactor> stream = weak.lock(); stream != nullptr) {
@@ -113,9 +113,9 @@ void DmEnvRpcReactor::Answer() {
     OnAnswered(parsed);
     return;
   }
-  conversation_->Answer(
-      request_, &response_,
-      [self = shared_from_this()](const absl::Status& status) { self->OnAnswered(status); });
+  session_->Answer(request_, &response_, [self = shared_from_this()](const absl::Status& status) {
+    self->OnAnswered(status);
+  });
 }
 
 void DmEnvRpcReactor::OnAnswered(const absl::Status& status) {
@@ -167,12 +167,12 @@ void DmEnvRpcReactor::EndNow(const absl::Status& status, bool cancelled) {
       status_ = status;
     }
   }
-  conversation_->GiveUp();
+  session_->GiveUp();
   Drive();
 }
 
 void DmEnvRpcReactor::FinishStream() {
-  conversation_->End();
+  session_->End();
   absl::Status status;
   {
     absl::MutexLock lock(&mutex_);

@@ -9,13 +9,13 @@
 #include "absl/synchronization/mutex.h"
 #include "grpcpp/support/byte_buffer.h"
 #include "grpcpp/support/server_callback.h"
-#include "server/dm_env_rpc/conversation.h"
+#include "server/dm_env_rpc/dm_env_rpc_session.h"
 #include "server/rpc/auth/call_accounting.h"
 #include "server/session/pool_supervisor.h"
 
 namespace procgen {
 
-// One stream of dm_env_rpc, between gRPC's reactions and a Conversation.
+// One stream of dm_env_rpc, between gRPC's reactions and a DmEnvRpcSession.
 //
 // One request at a time is answered; meanwhile the next is read, and none further, until the answer
 // is written. The stream ends when its client has half-closed it and all is answered; when it is
@@ -64,7 +64,7 @@ class DmEnvRpcReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, g
   const CallAccounting* const accounting_;
   grpc::CallbackServerContext* const context_;
   const Caller caller_;
-  std::unique_ptr<Conversation> conversation_;
+  std::unique_ptr<DmEnvRpcSession> session_;
   std::shared_ptr<DmEnvRpcReactor> self_;  // until OnDone
 
   grpc::ByteBuffer read_bytes_;       // of a read, until it is answered

@@ -47,7 +47,7 @@ struct PageSessionContext {
   ThreadGroup* watch_threads = nullptr;  // those of what pages watch
 };
 
-// The conversation with one page: its requests are carried out one after the other, on a thread of
+// The session with one page: its requests are carried out one after the other, on a thread of
 // the session's own, for they block. Its plays, replays and watches end with it.
 // Threads: Take and Stop from any thread, and none of them blocks; Run on one, once.
 class PageSession {

@@ -7,7 +7,7 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/notification.h"
-#include "server/dm_env_rpc/conversation.h"
+#include "server/dm_env_rpc/dm_env_rpc_session.h"
 #include "server/dm_env_rpc/properties.h"
 
 namespace procgen {
@@ -32,16 +32,16 @@ inline dm::Tensor ActionTensor(int32_t action) {
 
 using SettingList = std::map<std::string, dm::Tensor>;
 
-// A conversation whose answers are waited for.
+// A session whose answers are waited for.
 class Talk {
  public:
   Talk(PoolSupervisor* supervisor, JoinedWorlds* worlds, const std::string& owner = "")
-      : conversation_(supervisor, worlds, owner, [](const absl::Status& /*reason*/) {}) {}
-  ~Talk() { conversation_.End(); }
+      : session_(supervisor, worlds, owner, [](const absl::Status& /*reason*/) {}) {}
+  ~Talk() { session_.End(); }
   Talk(const Talk&) = delete;
   Talk& operator=(const Talk&) = delete;
 
-  Conversation& conversation() { return conversation_; }
+  DmEnvRpcSession& session() { return session_; }
 
   // An answer that is not waited for yet.
   struct Pending {
@@ -50,8 +50,8 @@ class Talk {
     absl::Notification answered;
   };
   void Send(Pending* pending) {
-    conversation_.Answer(pending->request, &pending->response,
-                         [pending](const absl::Status& /*status*/) { pending->answered.Notify(); });
+    session_.Answer(pending->request, &pending->response,
+                    [pending](const absl::Status& /*status*/) { pending->answered.Notify(); });
   }
 
   dm::EnvironmentResponse Ask(const dm::EnvironmentRequest& request) {
@@ -116,7 +116,7 @@ class Talk {
   }
 
  private:
-  Conversation conversation_;
+  DmEnvRpcSession session_;
 };
 
 }  // namespace procgen

@@ -1,4 +1,4 @@
-// dm_env_rpc over a real server: what the stream adds to the conversation, and that its worlds are
+// dm_env_rpc over a real server: what the stream adds to the session, and that its worlds are
 // pools. The protocol's states are tested in tests/server/dm_env_rpc and tests/clients/dm_env_rpc.
 
 #include <memory>

@@ -1,4 +1,4 @@
-#include "server/dm_env_rpc/conversation.h"
+#include "server/dm_env_rpc/dm_env_rpc_session.h"
 
 #include <utility>
 
@@ -29,22 +29,22 @@ void SetError(const absl::Status& status, dm::EnvironmentResponse* response) {
   response->mutable_error()->set_message(std::string(status.message()));
 }
 
-Conversation::Conversation(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
-                           JoinedWorld::OnDrain on_drain)
+DmEnvRpcSession::DmEnvRpcSession(PoolSupervisor* supervisor, JoinedWorlds* worlds,
+                                 std::string owner, JoinedWorld::OnDrain on_drain)
     : supervisor_(supervisor),
       worlds_(worlds),
       owner_(std::move(owner)),
       on_drain_(std::move(on_drain)) {}
 
-void Conversation::Answer(const dm::EnvironmentRequest& request, dm::EnvironmentResponse* response,
-                          Done done) {
+void DmEnvRpcSession::Answer(const dm::EnvironmentRequest& request,
+                             dm::EnvironmentResponse* response, Done done) {
   response->Clear();
   response_ = response;
   done_ = std::move(done);
   Dispatch(request);
 }
 
-void Conversation::Dispatch(const dm::EnvironmentRequest& request) {
+void DmEnvRpcSession::Dispatch(const dm::EnvironmentRequest& request) {
   const absl::Status lost = DropLostWorld();
   switch (request.payload_case()) {
     case dm::EnvironmentRequest::kCreateWorld:
@@ -82,7 +82,7 @@ void Conversation::Dispatch(const dm::EnvironmentRequest& request) {
       "leave_world, destroy_world, extension"));
 }
 
-void Conversation::Finish(const absl::Status& status) {
+void DmEnvRpcSession::Finish(const absl::Status& status) {
   if (!status.ok()) {
     SetError(status, response_);
   }
@@ -91,7 +91,7 @@ void Conversation::Finish(const absl::Status& status) {
   done(status);
 }
 
-void Conversation::GiveUp() {
+void DmEnvRpcSession::GiveUp() {
   std::shared_ptr<Interruption> interruption;
   {
     absl::MutexLock lock(&mutex_);
@@ -103,14 +103,14 @@ void Conversation::GiveUp() {
   }
 }
 
-void Conversation::End() {
+void DmEnvRpcSession::End() {
   if (play_ != nullptr) {
     play_->world().Leave();
     play_ = nullptr;
   }
 }
 
-absl::Status Conversation::DropLostWorld() {
+absl::Status DmEnvRpcSession::DropLostWorld() {
   if (play_ == nullptr) {
     return absl::OkStatus();
   }
@@ -121,14 +121,14 @@ absl::Status Conversation::DropLostWorld() {
   return status;
 }
 
-absl::Status Conversation::CheckJoined() const {
+absl::Status DmEnvRpcSession::CheckJoined() const {
   if (play_ == nullptr) {
     return absl::FailedPreconditionError("no world is joined; join one first");
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::shared_ptr<PoolSession>> Conversation::FindWorld(
+absl::StatusOr<std::shared_ptr<PoolSession>> DmEnvRpcSession::FindWorld(
     const std::string& name) const {
   if (absl::Status status = CheckWorldName(name); !status.ok()) {
     return status;
@@ -136,7 +136,7 @@ absl::StatusOr<std::shared_ptr<PoolSession>> Conversation::FindWorld(
   return supervisor_->Find(owner_, name);
 }
 
-void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
+void DmEnvRpcSession::CreateWorld(const dm::CreateWorldRequest& request) {
   const absl::StatusOr<WorldPlan> plan =
       ReadWorldSettings(request.settings(), supervisor_->limits());
   if (!plan.ok()) {
@@ -152,7 +152,7 @@ void Conversation::CreateWorld(const dm::CreateWorldRequest& request) {
                       });
 }
 
-void Conversation::JoinWorld(const dm::JoinWorldRequest& request) {
+void DmEnvRpcSession::JoinWorld(const dm::JoinWorldRequest& request) {
   absl::Status status = CheckNoSettings("join_world", request.settings());
   status.Update(CheckWorldName(request.world_name()));
   if (play_ != nullptr) {
@@ -175,8 +175,8 @@ void Conversation::JoinWorld(const dm::JoinWorldRequest& request) {
                     });
 }
 
-void Conversation::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
-                            const WorldForm& form) {
+void DmEnvRpcSession::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
+                               const WorldForm& form) {
   if (!world.ok()) {
     Finish(world.status());
     return;
@@ -193,7 +193,7 @@ void Conversation::OnJoined(absl::StatusOr<std::shared_ptr<JoinedWorld>> world,
   });
 }
 
-void Conversation::Step(const dm::StepRequest& request) {
+void DmEnvRpcSession::Step(const dm::StepRequest& request) {
   if (absl::Status status = CheckJoined(); !status.ok()) {
     Finish(status);
     return;
@@ -202,7 +202,7 @@ void Conversation::Step(const dm::StepRequest& request) {
               [this](const absl::Status& status) { Finish(status); });
 }
 
-void Conversation::Reset(const dm::ResetRequest& request) {
+void DmEnvRpcSession::Reset(const dm::ResetRequest& request) {
   absl::Status status = CheckJoined();
   if (status.ok()) {
     status = play_->Reset(request.settings());
@@ -213,7 +213,7 @@ void Conversation::Reset(const dm::ResetRequest& request) {
   Finish(status);
 }
 
-void Conversation::ResetWorld(const dm::ResetWorldRequest& request) {
+void DmEnvRpcSession::ResetWorld(const dm::ResetWorldRequest& request) {
   absl::StatusOr<std::shared_ptr<PoolSession>> pool = FindWorld(request.world_name());
   if (!pool.ok()) {
     Finish(pool.status());
@@ -237,8 +237,8 @@ void Conversation::ResetWorld(const dm::ResetWorldRequest& request) {
   }
 }
 
-void Conversation::Interrupt(JoinedWorld* other, std::shared_ptr<PoolSession> pool,
-                             const EpisodeSettings& settings) {
+void DmEnvRpcSession::Interrupt(JoinedWorld* other, std::shared_ptr<PoolSession> pool,
+                                const EpisodeSettings& settings) {
   auto interruption = std::make_shared<Interruption>(
       settings, [this, pool = std::move(pool), settings](Interruption::End end) {
         {
@@ -270,8 +270,8 @@ void Conversation::Interrupt(JoinedWorld* other, std::shared_ptr<PoolSession> po
   }
 }
 
-void Conversation::ResetUnjoined(std::shared_ptr<PoolSession> pool,
-                                 const EpisodeSettings& settings) {
+void DmEnvRpcSession::ResetUnjoined(std::shared_ptr<PoolSession> pool,
+                                    const EpisodeSettings& settings) {
   const WorldForm form = WorldForm::Of(*pool);
   JoinedWorld::Join(std::move(pool), worlds_, on_drain_,
                     [this, form, settings](absl::StatusOr<std::shared_ptr<JoinedWorld>> world) {
@@ -287,7 +287,7 @@ void Conversation::ResetUnjoined(std::shared_ptr<PoolSession> pool,
                     });
 }
 
-absl::Status Conversation::DestroyWorld(const dm::DestroyWorldRequest& request) {
+absl::Status DmEnvRpcSession::DestroyWorld(const dm::DestroyWorldRequest& request) {
   const absl::StatusOr<std::shared_ptr<PoolSession>> pool = FindWorld(request.world_name());
   if (!pool.ok()) {
     return pool.status();
@@ -302,7 +302,7 @@ absl::Status Conversation::DestroyWorld(const dm::DestroyWorldRequest& request) 
   return supervisor_->Delete(owner_, request.world_name());
 }
 
-void Conversation::Extend(const google::protobuf::Any& extension) {
+void DmEnvRpcSession::Extend(const google::protobuf::Any& extension) {
   property_request_.Clear();
   property_response_.Clear();
   if (!extension.Is<dm_properties::PropertyRequest>()) {

@@ -1,5 +1,5 @@
-#ifndef SERVER_DM_ENV_RPC_CONVERSATION_H_
-#define SERVER_DM_ENV_RPC_CONVERSATION_H_
+#ifndef SERVER_DM_ENV_RPC_DM_ENV_RPC_SESSION_H_
+#define SERVER_DM_ENV_RPC_DM_ENV_RPC_SESSION_H_
 
 #include <memory>
 #include <string>
@@ -24,18 +24,18 @@ void SetError(const absl::Status& status, dm::EnvironmentResponse* response);
 //
 // Threads: compatible, one call at a time, Answer lasting until its `done`; but GiveUp from any
 // thread at any time.
-class Conversation {
+class DmEnvRpcSession {
  public:
   using Done = absl::AnyInvocable<void(const absl::Status&)>;
 
   // Of `owner`, whose pools its worlds are. `on_drain` is called, on any thread, when the server
   // drains while a world is joined. `supervisor` and `worlds` must outlive this.
-  Conversation(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
-               JoinedWorld::OnDrain on_drain);
+  DmEnvRpcSession(PoolSupervisor* supervisor, JoinedWorlds* worlds, std::string owner,
+                  JoinedWorld::OnDrain on_drain);
   // REQUIRES: End was called, if anything was answered.
-  ~Conversation() = default;
-  Conversation(const Conversation&) = delete;
-  Conversation& operator=(const Conversation&) = delete;
+  ~DmEnvRpcSession() = default;
+  DmEnvRpcSession(const DmEnvRpcSession&) = delete;
+  DmEnvRpcSession& operator=(const DmEnvRpcSession&) = delete;
 
   // Fills `response`, with an error if there is one, and calls `done` once, on any thread, with
   // that error or OK. Both must stay valid until then; nothing here is touched afterwards.
@@ -88,4 +88,4 @@ class Conversation {
 
 }  // namespace procgen
 
-#endif  // SERVER_DM_ENV_RPC_CONVERSATION_H_
+#endif  // SERVER_DM_ENV_RPC_DM_ENV_RPC_SESSION_H_

@@ -1,7 +1,7 @@
 // The protocol's state machine, without a wire. What clients see of it over one is in
 // tests/clients/dm_env_rpc.
 
-#include "server/dm_env_rpc/conversation.h"
+#include "server/dm_env_rpc/dm_env_rpc_session.h"
 
 #include <memory>
 
@@ -23,7 +23,7 @@ MATCHER_P2(IsError, code, message, "is an error") {
          testing::Value(arg.error().message(), message);
 }
 
-class ConversationTest : public testing::Test {
+class DmEnvRpcSessionTest : public testing::Test {
  protected:
   static Limits TestLimits() {
     Limits limits;
@@ -65,7 +65,7 @@ class ConversationTest : public testing::Test {
   JoinedWorlds worlds_;
 };
 
-TEST_F(ConversationTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
+TEST_F(DmEnvRpcSessionTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
@@ -75,7 +75,7 @@ TEST_F(ConversationTest, AWorldIsMadeJoinedSteppedLeftAndDestroyed) {
   EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kNotFound, HasSubstr(world)));
 }
 
-TEST_F(ConversationTest, WorldsAreTheirOwners) {
+TEST_F(DmEnvRpcSessionTest, WorldsAreTheirOwners) {
   const auto alice = MakeTalk("alice");
   const auto bob = MakeTalk("bob");
   const std::string world = CreateWorld(alice.get());
@@ -87,7 +87,7 @@ TEST_F(ConversationTest, WorldsAreTheirOwners) {
 }
 
 // A message with half a character would be no message any more.
-TEST_F(ConversationTest, LongNamesAreRepeatedInPartAndInWholeCharacters) {
+TEST_F(DmEnvRpcSessionTest, LongNamesAreRepeatedInPartAndInWholeCharacters) {
   const auto talk = MakeTalk();
   std::string name = "pools/";
   for (int i = 0; i < 1000; ++i) {
@@ -105,7 +105,7 @@ TEST_F(ConversationTest, LongNamesAreRepeatedInPartAndInWholeCharacters) {
   }
 }
 
-TEST_F(ConversationTest, QuotasAndLimitsHold) {
+TEST_F(DmEnvRpcSessionTest, QuotasAndLimitsHold) {
   const auto talk = MakeTalk();
   for (int i = 0; i < TestLimits().owner_pool_count_max; ++i) {
     CreateWorld(talk.get());
@@ -114,7 +114,7 @@ TEST_F(ConversationTest, QuotasAndLimitsHold) {
                                             HasSubstr("owner_pool_count_max is 4")));
 }
 
-TEST_F(ConversationTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
+TEST_F(DmEnvRpcSessionTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get(), MazeBatch(6));
   EXPECT_THAT(talk->Step(4, {1}), IsError(absl::StatusCode::kResourceExhausted,
@@ -122,7 +122,7 @@ TEST_F(ConversationTest, WhatDoesNotFitAResponseIsRefusedBeforeTheStep) {
   EXPECT_EQ(talk->Step(4, {2}).step().state(), dm::RUNNING);
 }
 
-TEST_F(ConversationTest, AnErrorLeavesNothingOfTheAnswer) {
+TEST_F(DmEnvRpcSessionTest, AnErrorLeavesNothingOfTheAnswer) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get());
   const dm::EnvironmentResponse response = talk->Step(4, {1, 4711});
@@ -130,7 +130,7 @@ TEST_F(ConversationTest, AnErrorLeavesNothingOfTheAnswer) {
   EXPECT_FALSE(response.has_step());
 }
 
-TEST_F(ConversationTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
+TEST_F(DmEnvRpcSessionTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   ASSERT_THAT(supervisor_.Delete("", world), IsOk());
@@ -141,7 +141,7 @@ TEST_F(ConversationTest, ADeletedWorldIsToldOnceAndAnotherCanBeJoined) {
   EXPECT_EQ(talk->Step(4).step().state(), dm::RUNNING);
 }
 
-TEST_F(ConversationTest, AStreamThatTakesOverGetsThePool) {
+TEST_F(DmEnvRpcSessionTest, AStreamThatTakesOverGetsThePool) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   const auto pool = supervisor_.Find("", world);
@@ -163,7 +163,7 @@ TEST_F(ConversationTest, AStreamThatTakesOverGetsThePool) {
   EXPECT_TRUE(talk->Join(world).has_join_world());
 }
 
-TEST_F(ConversationTest, AResetWaitsUntilTheOtherAgentIsTold) {
+TEST_F(DmEnvRpcSessionTest, AResetWaitsUntilTheOtherAgentIsTold) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -184,7 +184,7 @@ TEST_F(ConversationTest, AResetWaitsUntilTheOtherAgentIsTold) {
   EXPECT_EQ(begun.step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(ConversationTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
+TEST_F(DmEnvRpcSessionTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -200,7 +200,7 @@ TEST_F(ConversationTest, AResetOfAWorldThatIsLeftIsCarriedOut) {
   EXPECT_EQ(player->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(ConversationTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
+TEST_F(DmEnvRpcSessionTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
   const auto player = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(player.get());
@@ -208,7 +208,7 @@ TEST_F(ConversationTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
   Talk::Pending reset;
   reset.request = Talk::ResetWorldRequest(world);
   other->Send(&reset);
-  other->conversation().GiveUp();
+  other->session().GiveUp();
   reset.answered.WaitForNotification();
   EXPECT_THAT(reset.response, IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
   EXPECT_EQ(player->Step(4).step().state(), dm::RUNNING);
@@ -217,7 +217,7 @@ TEST_F(ConversationTest, WhoGivesUpWaitsForNobodyAndTheOtherAgentGoesOn) {
               IsError(absl::StatusCode::kCancelled, HasSubstr("stream ended")));
 }
 
-TEST_F(ConversationTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanDo) {
+TEST_F(DmEnvRpcSessionTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanDo) {
   const auto talk = MakeTalk();
   const auto other = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
@@ -229,7 +229,7 @@ TEST_F(ConversationTest, JoiningAWorldThatAnotherStreamHasSaysWhatAnAgentCanDo) 
   EXPECT_TRUE(other->Join(world).has_join_world());
 }
 
-TEST_F(ConversationTest, TheNextLevelIsToldInAnyIntegerType) {
+TEST_F(DmEnvRpcSessionTest, TheNextLevelIsToldInAnyIntegerType) {
   const auto talk = MakeTalk();
   JoinNewWorld(talk.get());
   talk->Step(4);
@@ -241,7 +241,7 @@ TEST_F(ConversationTest, TheNextLevelIsToldInAnyIntegerType) {
   EXPECT_EQ(talk->Step(4, {3}).step().observations().at(3).int32s().array(0), 123);
 }
 
-TEST_F(ConversationTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
+TEST_F(DmEnvRpcSessionTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
   const auto pool = supervisor_.Find("", world);
@@ -255,7 +255,7 @@ TEST_F(ConversationTest, AWorldThatAnotherKindOfStreamHasIsNotReset) {
   (*pool)->Detach();
 }
 
-TEST_F(ConversationTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
+TEST_F(DmEnvRpcSessionTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get());
   const auto level = [&] {
@@ -271,7 +271,7 @@ TEST_F(ConversationTest, RejoiningInTheMidstOfAnEpisodeBeginsAnother) {
   EXPECT_NE(level(), first);
 }
 
-TEST_F(ConversationTest, StatesOfTwoEnvironmentsStayApart) {
+TEST_F(DmEnvRpcSessionTest, StatesOfTwoEnvironmentsStayApart) {
   const auto talk = MakeTalk();
   const std::string world = JoinNewWorld(talk.get(), MazeBatch(2));
   dm::EnvironmentRequest request;
@@ -289,7 +289,7 @@ TEST_F(ConversationTest, StatesOfTwoEnvironmentsStayApart) {
   EXPECT_THAT(told(11).array(), testing::ElementsAre(false, false));
 }
 
-TEST_F(ConversationTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
+TEST_F(DmEnvRpcSessionTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
   const auto talk = MakeTalk();
   const std::string world = CreateWorld(talk.get());
   supervisor_.Drain();
@@ -297,7 +297,7 @@ TEST_F(ConversationTest, NothingIsMadeOrJoinedWhileTheServerDrains) {
   EXPECT_THAT(talk->Join(world), IsError(absl::StatusCode::kUnavailable, HasSubstr("drains")));
 }
 
-TEST_F(ConversationTest, ExtensionsThatAreNoneOrGarbageAreNamed) {
+TEST_F(DmEnvRpcSessionTest, ExtensionsThatAreNoneOrGarbageAreNamed) {
   const auto talk = MakeTalk();
   dm::EnvironmentRequest request;
   request.mutable_extension()->set_type_url(
