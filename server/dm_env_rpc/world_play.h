@@ -36,7 +36,7 @@ class WorldPlay {
   // The levels that are played [N].
   const std::vector<int32_t>& level_seeds() const { return values_.level_seeds(); }
 
-  // Looks how the world stands; to be called first.
+  // Observes how the world stands; to be called first.
   void Observe(Done done);
 
   // Answers a step. What is wrong with it is found before anything moves. Errors: those of

@@ -37,7 +37,7 @@ class Connections {
   // flight of an HTTP/2 client has up to 64 KiB besides the headers.
   static constexpr int64_t kBytesMax = 80 << 10;
   static constexpr int64_t kBytesPerCallMax = 1 << 10;
-  // How often these are looked at.
+  // How often these are inspected.
   static constexpr absl::Duration kInspectionInterval = absl::Milliseconds(10);
 
   // `silence_max`: until a connection without a call is identified. Infinite: nothing is identified

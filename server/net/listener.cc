@@ -29,7 +29,7 @@ namespace procgen {
 namespace {
 
 constexpr int kWaitingMax = 1024;  // connections that are not accepted yet
-// Accepted before it is looked whether to stop: somebody may always be connecting.
+// Accepted before it is checked whether to stop: somebody may always be connecting.
 constexpr int kAcceptedAtOnce = 64;
 // How long to wait for a file descriptor before asking again, in milliseconds.
 constexpr int kDescriptorPollMs = 50;

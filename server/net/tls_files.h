@@ -22,7 +22,7 @@ struct TlsPaths {
   std::string client_ca;  // empty: clients are asked for no certificate
 };
 
-// The files that TLS is spoken with. They are looked at with each new connection, and read again
+// The files that TLS is spoken with. They are checked with each new connection, and read again
 // after they have changed; if they are broken then (also while one of a pair is replaced before the
 // other), that is told in the log and what was read before stays in use.
 // Threads: any method from any thread.

@@ -27,9 +27,9 @@
 namespace procgen {
 namespace {
 
-// How often a stopping server looks whether it has nothing left to do.
+// How often a stopping server checks whether it has nothing left to do.
 constexpr absl::Duration kDrainPoll = absl::Milliseconds(10);
-// How long clients without a call have to close their connections. gRPC for C++ looks after an idle
+// How long clients without a call have to close their connections. gRPC for C++ checks an idle
 // one every five seconds.
 constexpr absl::Duration kGoodbye = absl::Milliseconds(200);
 
@@ -255,7 +255,7 @@ class GrpcServer final : public Server {
   static void SetLimits(const Limits& limits, grpc::ServerBuilder* builder) {
     builder->SetMaxReceiveMessageSize(static_cast<int>(limits.request_bytes_max));
     builder->SetMaxSendMessageSize(-1);
-    // gRPC looks at the size of a message before it is decompressed, and some hundred kilobytes
+    // gRPC checks the size of a message before it is decompressed, and some hundred kilobytes
     // can be some hundred megabytes afterwards.
     for (const grpc_compression_algorithm algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
       builder->SetCompressionAlgorithmSupportStatus(algorithm, false);

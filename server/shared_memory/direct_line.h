@@ -19,7 +19,7 @@ namespace procgen {
 // requests and responses, each after its length as an unsigned number of four bytes (both are on
 // one machine, so in its order).
 //
-// Nobody has to wait for messages: who has time looks for the next one (Receive), and only who
+// Nobody has to wait for messages: who has time polls for the next one (Receive), and only who
 // finds none has a thread woken by it (Watch, AwaitInput). Threads: one may receive while another
 // sends and a third one waits; Watch and HangUp from any.
 class DirectLine {

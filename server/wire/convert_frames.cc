@@ -86,7 +86,7 @@ absl::StatusOr<absl::Duration> IntervalOf(float frames_per_second_max) {
 
 }  // namespace
 
-FrameLook LookOf(const v1::RenderEnvironmentsRequest& request) {
+RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request) {
   const bool as_agent = request.view() == v1::FRAME_VIEW_AGENT;
   const int32_t size_px_default = as_agent ? kObservationSizePx : kRenderSizePxDefault;
   return {as_agent ? View::kAgent : View::kHuman,
@@ -103,12 +103,12 @@ absl::Status CheckRender(const v1::RenderEnvironmentsRequest& request, const Poo
   if (!v1::FrameView_IsValid(request.view())) {
     return NoSuchValue("view", request.view());
   }
-  const FrameLook look = LookOf(request);
-  if (look.view == View::kAgent && look.size_px != kObservationSizePx) {
+  const RenderSpec spec = RenderSpecOf(request);
+  if (spec.view == View::kAgent && spec.size_px != kObservationSizePx) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "size_px is ", look.size_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSizePx));
+        "size_px is ", spec.size_px, ", allowed with FRAME_VIEW_AGENT: ", kObservationSizePx));
   }
-  return CheckFrames({SpanOf(request.environments()), look.size_px, request.format(), *bytes_max},
+  return CheckFrames({SpanOf(request.environments()), spec.size_px, request.format(), *bytes_max},
                      pool);
 }
 
@@ -137,7 +137,7 @@ absl::StatusOr<WatchSpec> WatchSpecOf(const v1::WatchPoolRequest& request, const
     return status;
   }
   return WatchSpec{.environments = {wanted.environments.begin(), wanted.environments.end()},
-                   .side_px = wanted.size_px,
+                   .size_px = wanted.size_px,
                    .interval = *interval,
                    .format = wanted.format == v1::FRAME_FORMAT_PNG ? v1::FRAME_FORMAT_PNG
                                                                    : v1::FRAME_FORMAT_RGB};

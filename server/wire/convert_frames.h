@@ -14,11 +14,11 @@
 namespace procgen {
 
 // How environments are to be drawn.
-struct FrameLook {
+struct RenderSpec {
   View view = View::kHuman;
   int32_t size_px = 0;
 };
-FrameLook LookOf(const v1::RenderEnvironmentsRequest& request);
+RenderSpec RenderSpecOf(const v1::RenderEnvironmentsRequest& request);
 
 // Checks what is to be drawn of a pool. Errors: INVALID_ARGUMENT an environment, size or format out
 // of range; RESOURCE_EXHAUSTED the frames do not fit.

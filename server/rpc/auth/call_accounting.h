@@ -27,7 +27,7 @@ struct Caller {
 };
 
 // The door: lets in who may, counts the calls under way, and counts who leaves with an error. Every
-// call of every service comes by here before its request is looked at. Health and reflection need
+// call of every service comes by here before its request is read. Health and reflection need
 // no token: they tell what anybody may know (whether the server serves, and the contract), and
 // those who watch servers have none.
 // Threads: any method from any thread.

@@ -35,11 +35,11 @@ void Draw(PoolBackend::Draw draw, int32_t size_px, RenderCall* call) {
 void Render(const std::shared_ptr<PoolSession>& pool, BackgroundExecutor* executor,
             RenderCall* call) {
   const v1::RenderEnvironmentsRequest& request = call->request();
-  const FrameLook look = LookOf(request);
+  const RenderSpec spec = RenderSpecOf(request);
   call->response()->set_sequence_number(pool->next_sequence_number() - 1);
   pool->CaptureScenes(
-      {request.environments().begin(), request.environments().end()}, look.view, look.size_px,
-      [pool, size_px = look.size_px, executor, call](absl::StatusOr<PoolBackend::Draw> draw) {
+      {request.environments().begin(), request.environments().end()}, spec.view, spec.size_px,
+      [pool, size_px = spec.size_px, executor, call](absl::StatusOr<PoolBackend::Draw> draw) {
         pool->EndTurn();
         if (!draw.ok()) {
           call->Finish(draw.status());

@@ -131,10 +131,11 @@ void FramePublisher::OnTurn(const absl::Status& turn) {
     return;
   }
   const View view = spec_.size_px == kObservationSizePx ? View::kAgent : View::kHuman;
-  pool_->CaptureScenes(
-      spec_.environments, view, spec_.size_px,
-      [self = shared_from_this(), begin_time = SteadyNow()](
-          absl::StatusOr<PoolBackend::Draw> draw) { self->OnCaptured(std::move(draw), begin_time); });
+  pool_->CaptureScenes(spec_.environments, view, spec_.size_px,
+                       [self = shared_from_this(),
+                        begin_time = SteadyNow()](absl::StatusOr<PoolBackend::Draw> draw) {
+                         self->OnCaptured(std::move(draw), begin_time);
+                       });
 }
 
 FrameSet FramePublisher::BeginFrameSet() const {

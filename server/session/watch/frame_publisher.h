@@ -27,7 +27,7 @@ namespace procgen {
 //
 // When a frame set is due it is got the cheapest way. What the agent sees is copied from what is
 // drawn for the learner, with the next request that shows it. Where no such request comes until the
-// next frame set would be due, and at other sizes, the pool is looked at in a turn, which takes
+// next frame set would be due, and at other sizes, the pool is captured in a turn, which takes
 // some microseconds an environment, and drawn afterwards, by a thread that has whatever is left of
 // the machine: where the learner goes on meanwhile and wants all of it, frame sets are left out.
 // Where the pool has not changed, or nobody could send what would be drawn, nothing is. Threads:

@@ -16,7 +16,7 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// Actions that are played until it is looked whether anybody waits for them.
+// Actions that are played until it is checked whether anybody waits for them.
 constexpr size_t kActionsAtATime = 256;
 
 absl::string_view TextOf(v1::IncompleteReason reason) {

@@ -34,7 +34,7 @@ void PageSession::Take(WireMessage message) {
 }
 
 void PageSession::Stop() {
-  absl::MutexLock lock(&mutex_);  // who waits for messages looks again
+  absl::MutexLock lock(&mutex_);  // who waits for messages checks again
   is_stopping_ = true;
   stopped_.NotifyAll();
 }

@@ -23,7 +23,7 @@ TEST(SharedLayoutTest, ArraysAreAlignedAndBatchesWholePages) {
   }
 }
 
-// Writes each row of each array, and looks whether any was written twice.
+// Writes each row of each array, and checks whether any was written twice.
 TEST(SharedLayoutTest, RowsOfSlicesLieApartAndWithin) {
   constexpr int32_t kEnvCount = 5;
   constexpr int64_t kObservationBytes = 48;

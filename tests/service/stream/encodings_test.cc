@@ -44,7 +44,7 @@ v1::Slice AnySlice(RandomStream& random) {
   return slice;
 }
 
-// Steps of slices, repeated and with resets, resets alone, looks; some without pictures.
+// Steps of slices, repeated and with resets, resets alone, observations; some without pictures.
 v1::StepPoolRequest AnyRequest(RandomStream& random) {
   const v1::Slice slice = AnySlice(random);
   const bool unseen = random.Int(4) == 0;
@@ -261,9 +261,9 @@ TEST_F(EncodingTest, RestoredStatesAreTold) {
     ASSERT_THAT(client_->RestoreStates(stream->pool().name(), *states), IsOk());
     ASSERT_THAT(client_->CloneStates(stream->pool().name(), {Pair(0, 4)}), IsOk());
   }
-  v1::StepPoolRequest look;
-  look.mutable_observe();
-  ExpectSameAnswer(*raw, *encoded, look);
+  v1::StepPoolRequest observe;
+  observe.mutable_observe();
+  ExpectSameAnswer(*raw, *encoded, observe);
   ExpectSameAnswers(*raw, *encoded, /*request_count=*/10, /*seed=*/3);
 }
 

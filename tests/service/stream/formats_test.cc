@@ -91,7 +91,7 @@ TEST_F(FormatsTest, AnswersInSeveralResponsesAreTheEngines) {
   ExpectAsTheEngine(FormattedSpec(12, 512, 1));
 }
 
-TEST_F(FormatsTest, StacksGoOnWhereNobodyLooks) {
+TEST_F(FormatsTest, StacksGoOnWhereNobodyObserves) {
   const v1::PoolSpec spec = FormattedSpec(2, 64, 3);
   const auto expected = Expected(spec, {7, 7, 1, 7});
   const auto stream = CreateAndAttach(spec);

@@ -156,7 +156,7 @@ TEST(EpisodeLogTest, TheLatestStepIsKeptWhereSlicesTakeTurnsInASmallMemory) {
     if (bytes.reserved_bytes() >= before && step % 500 != 0) {
       continue;
     }
-    ++checked;  // memory was given back, or it is time for a look
+    ++checked;  // memory was given back, or it is time for a check
     const Episode episode = EpisodeOf(&log, slice.first, true);
     ASSERT_THAT(episode.actions, Not(IsEmpty())) << "step " << step;
     EXPECT_EQ(episode.actions.back(), static_cast<char>(step % 15));

@@ -107,7 +107,7 @@ TEST(RequestParamsTest, WhatNobodyAskedForIsRefused) {
   EXPECT_EQ(params.CheckAll().message(), "'b' is no member of this request; its members: a");
 }
 
-TEST(RequestParamsTest, NumbersOfAnySizeAreLookedAtBeforeTheyAreTaken) {
+TEST(RequestParamsTest, NumbersOfAnySizeAreCheckedBeforeTheyAreTaken) {
   const Json members = {{"a", UINT64_MAX}, {"b", INT64_MIN}, {"c", 1e300}, {"d", {1, UINT64_MAX}}};
   for (const char* name : {"a", "b", "c"}) {
     RequestParams params(members);
