@@ -1,4 +1,5 @@
-// What strangers can do to a server without being let in, or with too much of what they may do.
+// What untrusted clients can do to a server without being let in, or with too much of what they may
+// do.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -30,7 +31,7 @@ namespace {
 
 using testing::HasSubstr;
 
-class StrangersTest : public AccessTest {
+class UntrustedClientTest : public AccessTest {
  protected:
   // Connects, and does nothing else.
   int OpenConnection() const {
@@ -69,7 +70,7 @@ class StrangersTest : public AccessTest {
   }
 };
 
-TEST_F(StrangersTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
+TEST_F(UntrustedClientTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
   Start();
   const rlimit few = {64, 64};
   ASSERT_EQ(prlimit(server_->process_id(), RLIMIT_NOFILE, &few, nullptr), 0);
@@ -84,7 +85,7 @@ TEST_F(StrangersTest, AServerWithoutFileDescriptorsGoesOnOnceThereAreSome) {
   EXPECT_THAT(ConnectAs("")->GetCatalog(), IsOk());
 }
 
-TEST_F(StrangersTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
+TEST_F(UntrustedClientTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
   Start({"--connection_count_max=8"});
   const auto client = ConnectAs("");
   ASSERT_THAT(client->GetCatalog(), IsOk());
@@ -107,7 +108,7 @@ TEST_F(StrangersTest, ConnectionsBeyondTheLimitAreClosedAndOthersGoOn) {
   EXPECT_THAT(StopAndReadLog(), HasSubstr("event=connections_refused"));
 }
 
-TEST_F(StrangersTest, CompressedRequestsAreNotUnpacked) {
+TEST_F(UntrustedClientTest, CompressedRequestsAreNotUnpacked) {
   Start();
   // A connection that has begun a call before: 200 kB are more than a new one may send.
   const auto stub = v1::PoolService::NewStub(Channel());
@@ -127,7 +128,7 @@ TEST_F(StrangersTest, CompressedRequestsAreNotUnpacked) {
   EXPECT_LT(after_kb - before_kb, 80 << 10);
 }
 
-TEST_F(StrangersTest, AStreamThatNeverAttachesEnds) {
+TEST_F(UntrustedClientTest, AStreamThatNeverAttachesEnds) {
   Start({"--attach_timeout=1s"});
   grpc::ClientContext context;
   const auto stream = v1::StepService::NewStub(Channel())->StepPool(&context);
@@ -139,7 +140,7 @@ TEST_F(StrangersTest, AStreamThatNeverAttachesEnds) {
             "the stream has sent no attach within 1s, limit attach_timeout");
 }
 
-TEST_F(StrangersTest, StreamsThatHaveNotAttachedCountAsCalls) {
+TEST_F(UntrustedClientTest, StreamsThatHaveNotAttachedCountAsCalls) {
   Start({"--owner_call_count_max=3"});
   const auto client = ConnectAs("");
   const auto pool = client->CreatePool(MazeSpec(1));
@@ -179,7 +180,7 @@ TEST_F(StrangersTest, StreamsThatHaveNotAttachedCountAsCalls) {
                                           "for 1 more, limit owner_call_count_max is 3"));
 }
 
-TEST_F(StrangersTest, LongTextIsNotRepeated) {
+TEST_F(UntrustedClientTest, LongTextIsNotRepeated) {
   Start();
   const auto client = ConnectAs("");
   v1::PoolSpec spec = MazeSpec(1);
@@ -196,7 +197,7 @@ TEST_F(StrangersTest, LongTextIsNotRepeated) {
   }
 }
 
-TEST_F(StrangersTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
+TEST_F(UntrustedClientTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
   Start({"--clone_sources=allowed.invalid:7"});
   const auto client = ConnectAs("");
   const auto pool = client->CreatePool(MazeSpec(1));
