@@ -233,9 +233,9 @@ absl::Status CheckConfig(const Config& config) {
         Range{"connection_count_max", limits.connection_count_max, 1, 1 << 20},
         Range{"attach_timeout in seconds", absl::ToInt64Seconds(limits.attach_timeout), 1, 3600},
         Range{"web_viewers_max", config.web_viewers_max, 1, 1024},
-        Range{"fleet_wait_max in seconds", absl::ToInt64Seconds(config.fleet.wait_max), 1,
-              7 * 24 * 3600},
-        Range{"drain_deadline in seconds", absl::ToInt64Seconds(config.drain_deadline), 0, 3600}}) {
+        Range{"fleet_failover_timeout in seconds",
+              absl::ToInt64Seconds(config.fleet.failover_timeout), 1, 7 * 24 * 3600},
+        Range{"drain_timeout in seconds", absl::ToInt64Seconds(config.drain_timeout), 0, 3600}}) {
     if (range.value < range.min || range.value > range.max) {
       return absl::InvalidArgumentError(absl::StrCat("--", range.flag, " is ", range.value,
                                                      ", allowed: ", range.min, " to ", range.max));

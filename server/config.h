@@ -17,7 +17,7 @@ namespace procgen {
 // All that the program procgen-server is told by its flags.
 struct Config {
   ServerOptions server;
-  absl::Duration drain_deadline = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
+  absl::Duration drain_timeout = absl::Seconds(10);  // after a signal to stop; [0 s, 1 h]
   LogLevel log_level = LogLevel::kInfo;
   std::string metrics_address;  // where metrics are served over HTTP, "HOST:PORT"; empty: nowhere
 

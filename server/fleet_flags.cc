@@ -10,7 +10,7 @@ ABSL_FLAG(bool, fleet, false,
 ABSL_FLAG(std::string, state_dir, "",
           "folder where a --fleet keeps its pools, so that it goes on with them when it is started "
           "again; one process at a time. Empty: they end with it");
-ABSL_FLAG(absl::Duration, fleet_wait_max, procgen::FleetOptions().wait_max,
+ABSL_FLAG(absl::Duration, fleet_failover_timeout, procgen::FleetOptions().failover_timeout,
           "how long a request waits for nodes that can carry it out; then its stream ends");
 ABSL_FLAG(std::string, fleet_ca, "",
           "PEM file of the certificates that vouch for the nodes, which are spoken to in TLS. "
@@ -25,7 +25,7 @@ void ReadFleetFlags(Config* config) {
   config->is_fleet = absl::GetFlag(FLAGS_fleet);
   config->state_dir = absl::GetFlag(FLAGS_state_dir);
   FleetOptions& fleet = config->fleet;
-  fleet.wait_max = absl::GetFlag(FLAGS_fleet_wait_max);
+  fleet.failover_timeout = absl::GetFlag(FLAGS_fleet_failover_timeout);
   fleet.credentials = {.ca = absl::GetFlag(FLAGS_fleet_ca),
                        .certificate = absl::GetFlag(FLAGS_fleet_certificate),
                        .key = absl::GetFlag(FLAGS_fleet_key),

@@ -68,7 +68,7 @@ ABSL_FLAG(absl::Duration, keepalive_time, procgen::ServerOptions().keepalive_tim
 ABSL_FLAG(absl::Duration, keepalive_timeout, procgen::ServerOptions().keepalive_timeout,
           "and ended if it gives none for this long");
 ABSL_FLAG(
-    absl::Duration, drain_deadline, absl::Seconds(10),
+    absl::Duration, drain_timeout, absl::Seconds(10),
     "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
     "save states");
 ABSL_FLAG(
@@ -91,7 +91,7 @@ namespace {
 constexpr int kExitFailedToStart = 1;
 constexpr int kExitUsage = 2;
 constexpr int kExitStopTimedOut = 3;
-// What stopping may take besides --drain_deadline: pages and the metrics page end, calls are
+// What stopping may take besides --drain_timeout: pages and the metrics page end, calls are
 // cancelled.
 constexpr absl::Duration kStopGrace = absl::Seconds(10);
 // How long a process that ends waits for whoever reads its log.
@@ -116,7 +116,7 @@ absl::StatusOr<Config> ReadConfig() {
   }
   Config config;
   config.log_level = *log_level;
-  config.drain_deadline = absl::GetFlag(FLAGS_drain_deadline);
+  config.drain_timeout = absl::GetFlag(FLAGS_drain_timeout);
   config.metrics_address = absl::GetFlag(FLAGS_metrics_address);
   config.server.address = absl::GetFlag(FLAGS_address);
   config.server.worker_count = absl::GetFlag(FLAGS_workers);
@@ -296,10 +296,10 @@ int Serve(const Config& config, const sigset_t& stop_signals,
   sigwait(&stop_signals, &signal);
   LogEvent(LogLevel::kInfo, "draining",
            {{"signal", signal == SIGTERM ? "SIGTERM" : "SIGINT"},
-            {"deadline", absl::FormatDuration(config.drain_deadline)}});
-  watchdog.Start(config.drain_deadline + kStopGrace);
+            {"timeout", absl::FormatDuration(config.drain_timeout)}});
+  watchdog.Start(config.drain_timeout + kStopGrace);
   web_server->reset();  // first: its pages are told, and call the server until they have ended
-  (*server)->Stop(config.drain_deadline);
+  (*server)->Stop(config.drain_timeout);
   metrics_page->reset();  // it reads of the server's until here, so that a drain can be watched
   LogEvent(LogLevel::kInfo, "stopped", {});
   return 0;

@@ -7,8 +7,8 @@
 
 namespace procgen {
 
-// The times of a fleet. How long a request waits for nodes is FleetOptions::wait_max. When the
-// cluster drops a node is in server/cluster/timing.h.
+// The times of a fleet. How long a request waits for nodes is FleetOptions::failover_timeout. When
+// the cluster drops a node is in server/cluster/timing.h.
 
 // A node's connection sends a ping after this time of silence. Without an answer in time the node
 // is dead.

@@ -194,11 +194,11 @@ class GrpcServer final : public Server {
     reporter_->ReportNow();
   }
 
-  void Stop(absl::Duration deadline) override {
+  void Stop(absl::Duration timeout) override {
     if (server_ == nullptr) {
       return;
     }
-    const absl::Time end = SteadyNow() + deadline;
+    const absl::Time end = SteadyNow() + timeout;
     BeginDrain();
     while ((accounting_.CallCount() > 0 || supervisor_.LeavingCount() > 0) && SteadyNow() < end) {
       absl::SleepFor(std::min(kDrainPoll, end - SteadyNow()));

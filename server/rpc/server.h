@@ -70,10 +70,10 @@ class Server {
   // Tells the cluster that it drains and the health service NOT_SERVING, makes no more pools and
   // ends all streams after the request that each is carrying out. Returns at once.
   virtual void BeginDrain() = 0;
-  // BeginDrain; then waits, `deadline` at most, until no call is under way and the pools whose
+  // BeginDrain; then waits, `timeout` at most, until no call is under way and the pools whose
   // streams it ended are deleted (their learners may want to save states), and stops; what is left
   // is cancelled. Blocks.
-  virtual void Stop(absl::Duration deadline) = 0;
+  virtual void Stop(absl::Duration timeout) = 0;
 };
 
 }  // namespace procgen

@@ -239,7 +239,7 @@ def test_workers_and_patience_fit_what_pods_ask_for(overlay: Overlay) -> None:
         if "workers" in flags:
             assert flags["workers"] == container(server)["resources"]["requests"]["cpu"]
         page = 2  # Seconds that the page of metrics takes to end.
-        drain = server_flags.seconds(flags["drain_deadline"])
+        drain = server_flags.seconds(flags["drain_timeout"])
         assert pod(server)["terminationGracePeriodSeconds"] >= drain + page + 5
 
 

@@ -116,7 +116,7 @@ def test_learners_of_the_services_user_share_its_memory(installed: ThrowawayRoot
 
 def test_a_drain_ends_before_systemd_loses_its_patience(installed: ThrowawayRoot) -> None:
     flags = (installed.path / _FLAGS).read_text()
-    drain = seconds(re.search(r"^--drain_deadline=(\S+)$", flags, re.MULTILINE).group(1))
+    drain = seconds(re.search(r"^--drain_timeout=(\S+)$", flags, re.MULTILINE).group(1))
     page = 2  # What the page of metrics takes to end.
     assert seconds(unit(installed)["TimeoutStopSec"]) >= drain + page + 5
 

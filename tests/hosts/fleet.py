@@ -83,7 +83,7 @@ class Fleet:
             "--cluster=hosts",
             f"--node_id={host}",
             "--workers=1",
-            "--drain_deadline=30s",
+            "--drain_timeout=30s",
             "--shared_memory_folder=",
         ]
         if self._peers:

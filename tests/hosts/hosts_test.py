@@ -9,7 +9,7 @@ from learner_trace import Trace
 from network import Direction
 from stage import NODES, SPARE, Stage, assert_same
 
-# A node whose shards were taken away need not wait for its --drain_deadline, which is 30 s.
+# A node whose shards were taken away need not wait for its --drain_timeout, which is 30 s.
 _DRAIN_S = 15.0
 
 

@@ -34,7 +34,7 @@ void StepUntilItDrains(procgen_client::StepStream* stream) {
 }
 
 TEST_P(SignalTest, DrainsAndExitsWithZero) {
-  ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--drain_deadline=1h"});
+  ServerProcess process({"--address=127.0.0.1:0", "--workers=2", "--drain_timeout=1h"});
   const std::string address = process.Address();
   ASSERT_NE(address, "");
   const auto client = procgen_client::Client::Connect(address);
@@ -56,7 +56,7 @@ TEST_P(SignalTest, DrainsAndExitsWithZero) {
 INSTANTIATE_TEST_SUITE_P(Signals, SignalTest, testing::Values(SIGTERM, SIGINT));
 
 TEST(DrainingTest, LearnerGoesOnElsewhereWhereItWas) {
-  ServerProcess leaving({"--address=127.0.0.1:0", "--drain_deadline=1h"});
+  ServerProcess leaving({"--address=127.0.0.1:0", "--drain_timeout=1h"});
   ServerProcess staying({"--address=127.0.0.1:0"});
   const auto before = procgen_client::Client::Connect(leaving.Address());
   const auto after = procgen_client::Client::Connect(staying.Address());
@@ -93,8 +93,8 @@ TEST(DrainingTest, LearnerGoesOnElsewhereWhereItWas) {
   }
 }
 
-TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheDeadline) {
-  ServerProcess process({"--address=127.0.0.1:0", "--drain_deadline=1s"});
+TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheTimeout) {
+  ServerProcess process({"--address=127.0.0.1:0", "--drain_timeout=1s"});
   const auto client = procgen_client::Client::Connect(process.Address());
   ASSERT_THAT(client, IsOk());
   const auto stream = (*client)->Attach((*client)->CreatePool(MazeSpec(4))->name());
@@ -107,7 +107,7 @@ TEST(DrainingTest, LearnerThatLeavesItsPoolIsWaitedForUntilTheDeadline) {
 }
 
 TEST(DrainingTest, PoolsThatNobodyStepsAndIdleConnectionsHoldUpNothing) {
-  ServerProcess process({"--address=127.0.0.1:0", "--drain_deadline=1h"});
+  ServerProcess process({"--address=127.0.0.1:0", "--drain_timeout=1h"});
   const auto client = procgen_client::Client::Connect(process.Address());
   ASSERT_THAT(client, IsOk());
   ASSERT_THAT((*client)->CreatePool(MazeSpec(4)), IsOk());
@@ -136,7 +136,7 @@ TEST(BinaryTest, HelpListsTheFlags) {
   process.Wait();
   for (const char* flag :
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-        "--requests_in_flight_max", "--drain_deadline", "--art", "--log_level", "--tls_certificate",
+        "--requests_in_flight_max", "--drain_timeout", "--art", "--log_level", "--tls_certificate",
         "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max",
         "--resume_buffer_bytes_max", "--lease_duration_max", "--keepalive_time",
         "--keepalive_timeout", "--metrics_address", "--web_address"}) {

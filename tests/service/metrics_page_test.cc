@@ -55,7 +55,7 @@ class MetricsPageOfServerTest : public testing::Test {
   }
 
   ServerProcess process_{{"--address=127.0.0.1:0", "--metrics_address=127.0.0.1:0", "--workers=2",
-                          "--drain_deadline=1h"}};
+                          "--drain_timeout=1h"}};
   std::string address_;
   std::string metrics_address_;
   std::unique_ptr<procgen_client::Client> client_;

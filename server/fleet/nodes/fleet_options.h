@@ -43,7 +43,7 @@ struct FleetOptions {
   // How many answers a learner whose connection broke may ask for again, at most.
   int32_t requests_in_flight_max = 16;
   // How long a request waits for nodes that can carry it out.
-  absl::Duration wait_max = absl::Minutes(10);
+  absl::Duration failover_timeout = absl::Minutes(10);
   // How often pools look at their nodes though these do not seem to have changed: those that had
   // too little room may have more, and others may be less busy.
   absl::Duration look_interval = absl::Seconds(1);

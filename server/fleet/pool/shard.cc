@@ -205,7 +205,7 @@ void Shard::Settle() {
 }
 
 absl::Status Shard::Do(Task* task) {
-  const absl::Time deadline = task->begin_time + terms_->options->wait_max;
+  const absl::Time deadline = task->begin_time + terms_->options->failover_timeout;
   const int64_t number = task->number.value_or(asked_position_);
   PromoteBase(number);
   bool paused = false;
@@ -252,8 +252,8 @@ absl::Status Shard::Do(Task* task) {
 absl::Status Shard::TimeIsUp(const absl::Status& last) const {
   return absl::DeadlineExceededError(
       absl::StrCat("environments ", Environments(), " of ", terms_->label, " have had no node for ",
-                   absl::FormatDuration(terms_->options->wait_max),
-                   ", limit fleet_wait_max; the last error: ", last.message()));
+                   absl::FormatDuration(terms_->options->failover_timeout),
+                   ", limit fleet_failover_timeout; the last error: ", last.message()));
 }
 
 absl::Status Shard::Reach(int64_t number) {

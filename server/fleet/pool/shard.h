@@ -77,8 +77,8 @@ class Shard {
   const Part& range() const { return range_; }
 
   // Carries out all of the log up to `number`; `done` is called on its thread. Errors:
-  // DEADLINE_EXCEEDED there was no node for FleetOptions::wait_max; those of nodes that would come
-  // again elsewhere. After an error only Forget may follow.
+  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that
+  // would come again elsewhere. After an error only Forget may follow.
   void Run(int64_t number, Done done);
   // What the node answered to `number`, of Run; until the next call.
   const procgen_client::Batch& answer() const { return answer_; }

@@ -219,7 +219,7 @@ def protocol(tmp_path_factory: pytest.TempPathFactory) -> Protocol:
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """A server that is stopped after the last test, and must then have ended well."""
     log_path = tmp_path_factory.mktemp("server") / "server.log"
-    flags = ["--workers=2", "--drain_deadline=1s"]
+    flags = ["--workers=2", "--drain_timeout=1s"]
     with ServerProcess(flags=flags, log_path=log_path) as process:
         yield process
         assert process.stop() == 0, log_path.read_text()

@@ -144,7 +144,7 @@ func TestWithoutATimeToReconnectTheFirstLossIsAnError(t *testing.T) {
 }
 
 func TestServerThatDrainsIsNotAskedAgain(t *testing.T) {
-	own, pool := ownPool(t, 10*time.Minute, "--drain_deadline=1s")
+	own, pool := ownPool(t, 10*time.Minute, "--drain_timeout=1s")
 	stopped := make(chan error)
 	go func() { stopped <- own.Stop() }()
 	expectError(t, untilLost(testContext(t), pool), codes.Unavailable, "drains")

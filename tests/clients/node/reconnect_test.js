@@ -95,7 +95,7 @@ test("without a time to reconnect the first loss is an error", async () => {
 });
 
 test("a server that drains is not asked again", async () => {
-  const server = await ServerProcess.start({ flags: ["--workers=1", "--drain_deadline=1s"] });
+  const server = await ServerProcess.start({ flags: ["--workers=1", "--drain_timeout=1s"] });
   const client = await connect(server.address, { reconnectTimeoutMs: 600_000 });
   const pool = await client.createPool(easy(["maze"], 2));
   await pool.step([4, 4]);

@@ -233,7 +233,7 @@ def test_a_server_that_drains_is_not_asked_again() -> None:
                 while True:
                     await pool.step([4, 4])
 
-    with ServerProcess(flags=["--workers=1", "--drain_deadline=1s"]) as server:
+    with ServerProcess(flags=["--workers=1", "--drain_timeout=1s"]) as server:
         asyncio.run(play(server))
 
 

@@ -120,7 +120,7 @@ def test_without_a_time_to_reconnect_the_first_loss_is_an_error() -> None:
 
 
 def test_a_server_that_drains_is_not_asked_again() -> None:
-    with ServerProcess(flags=["--workers=1", "--drain_deadline=1s"]) as server:
+    with ServerProcess(flags=["--workers=1", "--drain_timeout=1s"]) as server:
         with Client(server.address, reconnect_timeout=600) as client:
             pool = client.create_pool("maze", 2)
             pool.step([4, 4])

@@ -180,7 +180,7 @@ TEST_F(ClusterServiceTest, AServerThatIsPausedIsGoneAndComesBack) {
 
 TEST_F(ClusterServiceTest, AServerThatStopsTellsThatItDrainsAndIsGoneAtOnce) {
   Node a("a", cluster_);
-  Node b("b", cluster_, {"--drain_deadline=60s"});
+  Node b("b", cluster_, {"--drain_timeout=60s"});
   ASSERT_TRUE(a.TellsIds({"a", "b"}));
   const auto pool = b.client().CreatePool(MazeSpec(1));
   const auto stream = b.client().Attach(pool->name());
@@ -206,7 +206,7 @@ TEST_F(ClusterServiceTest, WatchingDoesNotHoldUpTheEndAndEndsWithIt) {
   }
   EXPECT_THAT(nodes, StatusIs(absl::StatusCode::kUnavailable, HasSubstr("the server stops")));
   EXPECT_EQ(a.process().Wait(), 0);
-  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));  // far within --drain_deadline
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(8));  // far within --drain_timeout
 }
 
 TEST_F(ClusterServiceTest, ClustersOfOtherNamesDoNotMeet) {

@@ -71,7 +71,7 @@ class FleetTest : public testing::Test {
 
   void StartNode(const std::string& node_id, const std::vector<std::string>& node_flags = {}) {
     std::vector<std::string> flags = {"--address=127.0.0.1:0", "--workers=1", "--log_level=error",
-                                      "--drain_deadline=30s"};
+                                      "--drain_timeout=30s"};
     flags.insert(flags.end(), node_flags.begin(), node_flags.end());
     auto process = std::make_unique<ServerProcess>(flags);
     NodeStatus status;
@@ -101,7 +101,7 @@ class FleetTest : public testing::Test {
       options.subscribe = [](absl::AnyInvocable<void()> /*changed*/) { return Subscription(); };
       options.snapshot_requests = snapshot_requests;
       options.log_bytes_max = log_bytes_max_;
-      options.wait_max = wait_max_;
+      options.failover_timeout = failover_timeout_;
       options.look_interval = look_interval_;
       options.credentials = credentials_;
       if (adjust_ != nullptr) {
@@ -143,7 +143,7 @@ class FleetTest : public testing::Test {
   std::string MetricsText() const { return server_->metrics().Text(); }
 
   int64_t log_bytes_max_ = FleetOptions().log_bytes_max;
-  absl::Duration wait_max_ = absl::Seconds(20);
+  absl::Duration failover_timeout_ = absl::Seconds(20);
   absl::Duration look_interval_ = absl::Seconds(1);
   FleetCredentials credentials_;
   std::function<void(FleetOptions*)> adjust_;

@@ -265,7 +265,7 @@ TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {
   ASSERT_THAT((*single_stream)->Step(actions, &batch), IsOk());
   const BatchCopy expected(batch);
 
-  wait_max_ = absl::Seconds(1);
+  failover_timeout_ = absl::Seconds(1);
   StartNode("a");
   StartFleet();
   const auto client = Connect(*server_);
@@ -277,10 +277,11 @@ TEST_F(FleetTest, WithoutNodesForTooLongAStreamEndsAndAnotherGoesOn) {
     ASSERT_THAT((*stream)->Step(actions, &batch), IsOk());
     nodes_.erase("a");
     list_.Remove("a");
-    EXPECT_THAT((*stream)->Step(actions, &batch),
-                StatusIs(absl::StatusCode::kDeadlineExceeded,
-                         testing::HasSubstr(pool->name() +
-                                            " have had no node for 1s, limit fleet_wait_max")));
+    EXPECT_THAT(
+        (*stream)->Step(actions, &batch),
+        StatusIs(absl::StatusCode::kDeadlineExceeded,
+                 testing::HasSubstr(pool->name() +
+                                    " have had no node for 1s, limit fleet_failover_timeout")));
   }
   EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shards_waiting 1\n"));
 
@@ -415,7 +416,7 @@ TEST_F(FleetTest, NodesThatSpeakTlsAreNotSpokenToInPlainText) {
   const Certificates certificates;
   certificates.MakeAuthority("authority");
   certificates.MakeServer("authority", "node");
-  wait_max_ = absl::Seconds(1);
+  failover_timeout_ = absl::Seconds(1);
   StartNode("a", {"--tls_certificate=" + certificates.Path("node.pem"),
                   "--tls_key=" + certificates.Path("node.key")});
   StartFleet();

@@ -158,7 +158,7 @@ TEST_F(HostileNodeTest, FramesThatItDoesNotDrawAreDrawnElsewhere) {
 }
 
 TEST_F(HostileNodeTest, AloneItIsAskedMoreAndMoreSeldom) {
-  wait_max_ = absl::Seconds(4);
+  failover_timeout_ = absl::Seconds(4);
   AnswerDamage damage;
   damage.step = [](v1::StepPoolResponse* response) {
     response->mutable_batch()->set_observations(std::string(10, '\1'));
@@ -169,9 +169,10 @@ TEST_F(HostileNodeTest, AloneItIsAskedMoreAndMoreSeldom) {
   const auto stream = client->Attach(client->CreatePool(Script().spec)->name()).value();
   hostile->Attack(true);
   procgen_client::Batch batch;
-  EXPECT_THAT(stream->Observe(&batch),
-              StatusIs(absl::StatusCode::kDeadlineExceeded,
-                       testing::HasSubstr("have had no node for 4s, limit fleet_wait_max")));
+  EXPECT_THAT(
+      stream->Observe(&batch),
+      StatusIs(absl::StatusCode::kDeadlineExceeded,
+               testing::HasSubstr("have had no node for 4s, limit fleet_failover_timeout")));
   EXPECT_GE(hostile->damage_count(), 2);
   EXPECT_LE(hostile->damage_count(), 3) << "it is excluded for 1 s, then for 2 s";
 }

@@ -26,7 +26,7 @@ std::string TestFleet::ClusterName() { return absl::StrCat("test-", getpid()); }
 
 std::vector<std::string> TestFleet::FlagsOf(const std::string& name) const {
   return {absl::StrCat("--cluster=", ClusterName()), absl::StrCat("--cluster_domain=", domain_),
-          absl::StrCat("--node_id=", name), "--log_level=warning", "--drain_deadline=30s"};
+          absl::StrCat("--node_id=", name), "--log_level=warning", "--drain_timeout=30s"};
 }
 
 void TestFleet::StartNode(const std::string& name, const std::vector<std::string>& node_flags) {

@@ -26,7 +26,7 @@ class _PrivateServer:
         try:
             self._process = ServerProcess(
                 # Who could save states ends with it.
-                flags=["--drain_deadline=0s", *([f"--art={art}"] if art else [])],
+                flags=["--drain_timeout=0s", *([f"--art={art}"] if art else [])],
                 address=f"unix:{self._folder}/socket",
                 log_path=os.path.join(self._folder, "log"),
                 tied=True,

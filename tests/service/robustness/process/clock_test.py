@@ -22,7 +22,7 @@ _jumps = pytest.mark.parametrize("jump_s", [-_HOUR_S, _HOUR_S], ids=["back", "fo
 @_jumps
 def test_a_drain_takes_as_long_as_it_may(jump_s: int, tmp_path: Path) -> None:
     clock = WallClock(tmp_path)
-    flags = ["--workers=1", "--drain_deadline=5s"]
+    flags = ["--workers=1", "--drain_timeout=5s"]
     with run(*flags, log_path=tmp_path / "log", environment=clock.environment) as server:
         with Client(server.address) as client:
             pool = client.create_pool("coinrun", 2)

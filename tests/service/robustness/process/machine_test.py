@@ -30,7 +30,7 @@ def test_a_folder_that_takes_no_file_is_refused_at_the_start(tmp_path: Path) -> 
 
 
 def test_a_learner_that_truncates_the_shared_file_harms_itself_alone(tmp_path: Path) -> None:
-    flags = ["--workers=2", "--drain_deadline=0s"]
+    flags = ["--workers=2", "--drain_timeout=0s"]
     with run(*flags, log_path=tmp_path / "log") as server, shared_pool(
         server
     ) as pool, Client(server.address) as client, client.create_pool("maze", 8) as other:

@@ -21,7 +21,7 @@ from procgen_client._proto import pools_pb2, pools_pb2_grpc, step_pb2, step_pb2_
 
 # No wait of these tests is longer, on the slowest machine and under the sanitizers.
 TIMEOUT_S = 60.0
-# What a server may take to end besides its --drain_deadline, as server/README.md promises.
+# What a server may take to end besides its --drain_timeout, as server/README.md promises.
 STOP_GRACE_S = 10.0
 # As many processes as a user may have, as prlimit takes it.
 _HARD_LIMIT = resource.getrlimit(resource.RLIMIT_NPROC)[1]

@@ -101,7 +101,7 @@ def _learn(address: str) -> None:
 
 
 def test_a_server_without_a_thread_to_spare_ends_when_it_is_asked_to(tmp_path: Path) -> None:
-    flags = ["--workers=1", "--drain_deadline=0s"]
+    flags = ["--workers=1", "--drain_timeout=0s"]
     with run(*flags, log_path=tmp_path / "log", prefix=_AS_USER) as server:
         server.allow_threads(0)
         # gRPC wants more threads, and may stop without.
