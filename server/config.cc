@@ -311,7 +311,7 @@ absl::Status JoinFleet(Config* config) {
   }
   if (config->server.art != nullptr) {
     return absl::InvalidArgumentError(
-        "--art is given with --fleet, where the nodes draw: give it to "
+        "--art_dir is given with --fleet, where the nodes draw: give it to "
         "each of them");
   }
   FleetOptions options = config->fleet;

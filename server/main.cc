@@ -72,10 +72,10 @@ ABSL_FLAG(
     "after SIGTERM or SIGINT, running requests have this long to be answered, and learners to "
     "save states");
 ABSL_FLAG(
-    std::string, art, "",
+    std::string, art_dir, "",
     "folder of art in the layout of Procgen 0.10.7, which all pools draw with; empty: the built-in "
     "art");
-ABSL_FLAG(std::string, shared_memory_folder, "/dev/shm",
+ABSL_FLAG(std::string, shared_memory_dir, "/dev/shm",
           "folder of the files by which pools share memory with learners on this machine; empty: "
           "they share none");
 ABSL_FLAG(
@@ -147,18 +147,18 @@ absl::StatusOr<Config> ReadConfig() {
   if (absl::Status status = LoadSecrets(&config); !status.ok()) {
     return status;
   }
-  if (const std::string folder = absl::GetFlag(FLAGS_art); !folder.empty()) {
+  if (const std::string folder = absl::GetFlag(FLAGS_art_dir); !folder.empty()) {
     auto art = SharedArt::LoadFolder(folder);
     if (!art.ok()) {
-      return absl::Status(art.status().code(), absl::StrCat("--art: ", art.status().message()));
+      return absl::Status(art.status().code(), absl::StrCat("--art_dir: ", art.status().message()));
     }
     config.server.art = *std::move(art);
   }
-  if (const std::string path = absl::GetFlag(FLAGS_shared_memory_folder); !path.empty()) {
+  if (const std::string path = absl::GetFlag(FLAGS_shared_memory_dir); !path.empty()) {
     auto folder = SharedFolder::Open(path);
     if (!folder.ok()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("--shared_memory_folder is ", folder.status().message(), ", or nothing"));
+          absl::StrCat("--shared_memory_dir is ", folder.status().message(), ", or nothing"));
     }
     config.server.shared_folder = *std::move(folder);
   }
@@ -285,7 +285,7 @@ int Serve(const Config& config, const sigset_t& stop_signals,
              config.server.shared_folder == nullptr ? "none" : config.server.shared_folder->path()},
             {"metrics", *metrics_page == nullptr ? "none" : (*metrics_page)->address()},
             {"web", *web_server == nullptr ? "none" : (*web_server)->url()},
-            {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art)}});
+            {"art", config.server.art == nullptr ? "built-in" : absl::GetFlag(FLAGS_art_dir)}});
   FlushLog(kLogTimeout);  // whoever reads the line below may look into the log
   std::set_terminate(usual_terminate);
   // For programs that start this one: the address on standard output, when clients can connect.

@@ -1,7 +1,7 @@
 // procgen-benchmark-encoding: how small encoded observations are, and what encoding and decoding
 // them costs, per game and mode. README.md beside this file says what the figures mean.
 //
-//   --art DIR    draws with this folder of art in place of the built-in art
+//   --art_dir DIR    draws with this folder of art in place of the built-in art
 
 #include <algorithm>
 #include <cmath>
@@ -301,15 +301,15 @@ void PrintMeans() {
   }
 }
 
-// Takes --art DIR or --art=DIR out of the arguments.
-std::optional<std::string> TakeArt(std::vector<char*>& arguments) {
+// Takes --art_dir DIR or --art_dir=DIR out of the arguments.
+std::optional<std::string> TakeArtDir(std::vector<char*>& arguments) {
   for (auto at = arguments.begin() + 1; at != arguments.end(); ++at) {
     absl::string_view argument = *at;
-    if (absl::ConsumePrefix(&argument, "--art=")) {
+    if (absl::ConsumePrefix(&argument, "--art_dir=")) {
       arguments.erase(at);
       return std::string(argument);
     }
-    if (argument == "--art" && at + 1 != arguments.end()) {
+    if (argument == "--art_dir" && at + 1 != arguments.end()) {
       std::string folder = *(at + 1);
       arguments.erase(at, at + 2);
       return folder;
@@ -323,7 +323,7 @@ std::optional<std::string> TakeArt(std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   std::vector<char*> arguments(argv, argv + argc);
-  if (const std::optional<std::string> folder = procgen::TakeArt(arguments)) {
+  if (const std::optional<std::string> folder = procgen::TakeArtDir(arguments)) {
     auto art = procgen::SharedArt::LoadFolder(*folder);
     if (!art.ok()) {
       std::cerr << "procgen-benchmark-encoding: " << art.status() << "\n";

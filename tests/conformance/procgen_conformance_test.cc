@@ -82,7 +82,7 @@ TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("painted");
   PaintArtFolder(folder);
-  const ProgramRun painted = Replay(absl::StrCat("--art ", folder, " ", recording));
+  const ProgramRun painted = Replay(absl::StrCat("--art_dir ", folder, " ", recording));
   EXPECT_EQ(painted.exit_status, 1);
   EXPECT_THAT(painted.output, HasSubstr(": step 0, environment 0, observation_fnv1a: expected "));
   EXPECT_EQ(Replay(recording).exit_status, 0);
@@ -90,7 +90,7 @@ TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
 
 TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
   const ProgramRun outcome =
-      Replay(absl::StrCat("--art ", kGoldenFolder, " ", kGoldenFolder, kMaze));
+      Replay(absl::StrCat("--art_dir ", kGoldenFolder, " ", kGoldenFolder, kMaze));
   EXPECT_EQ(outcome.exit_status, 2);
   EXPECT_THAT(outcome.output, HasSubstr("329 of 329 pictures cannot be used"));
 }

@@ -84,7 +84,7 @@ class Fleet:
             f"--node_id={host}",
             "--workers=1",
             "--drain_timeout=30s",
-            "--shared_memory_folder=",
+            "--shared_memory_dir=",
         ]
         if self._peers:
             addresses = [self._network.address(peer) for peer in self._peers]

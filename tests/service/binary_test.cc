@@ -136,10 +136,10 @@ TEST(BinaryTest, HelpListsTheFlags) {
   process.Wait();
   for (const char* flag :
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
-        "--requests_in_flight_max", "--drain_timeout", "--art", "--log_level", "--tls_certificate",
-        "--tokens", "--allow_insecure", "--clone_sources", "--owner_pool_count_max",
-        "--resume_buffer_bytes_max", "--lease_duration_max", "--keepalive_time",
-        "--keepalive_timeout", "--metrics_address", "--web_address"}) {
+        "--requests_in_flight_max", "--drain_timeout", "--art_dir", "--log_level",
+        "--tls_certificate", "--tokens", "--allow_insecure", "--clone_sources",
+        "--owner_pool_count_max", "--resume_buffer_bytes_max", "--lease_duration_max",
+        "--keepalive_time", "--keepalive_timeout", "--metrics_address", "--web_address"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));
   }
 }
@@ -155,7 +155,7 @@ TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
   const std::string folder = temporary.At("art");
   PaintArtFolder(folder);
   ServerProcess plain({"--address=127.0.0.1:0"});
-  ServerProcess painted({"--address=127.0.0.1:0", "--art=" + folder});
+  ServerProcess painted({"--address=127.0.0.1:0", "--art_dir=" + folder});
   const std::string painted_address = painted.Address();
   std::filesystem::remove_all(folder);
   const std::string own = FirstPictureOf(plain.Address(), "built-in");
@@ -167,10 +167,10 @@ TEST(BinaryTest, ArtOfAFolderIsDrawnAndTold) {
 TEST(BinaryTest, FolderWithoutArtIsExplained) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("none");
-  ServerProcess process({"--address=127.0.0.1:0", "--art=" + folder});
+  ServerProcess process({"--address=127.0.0.1:0", "--art_dir=" + folder});
   EXPECT_EQ(process.Wait(), 2);
   EXPECT_THAT(process.rest(),
-              HasSubstr("--art: art folder '" + folder + "': there is no such folder"));
+              HasSubstr("--art_dir: art folder '" + folder + "': there is no such folder"));
 }
 
 TEST(BinaryTest, AddressInUseIsAnError) {

@@ -17,7 +17,7 @@
 ABSL_FLAG(
     std::string, server, "",
     "replay through the server at this address, e.g. 127.0.0.1:50051; empty: in this process");
-ABSL_FLAG(std::string, art, "",
+ABSL_FLAG(std::string, art_dir, "",
           "folder of the art of Procgen 0.10.7: draws with it and compares the pictures that were "
           "recorded with it, too; with --server, it only says that the server draws with it");
 ABSL_FLAG(int32_t, workers, 1, "threads that step the environments in this process, at least 1");
@@ -26,7 +26,7 @@ namespace procgen {
 namespace {
 
 constexpr char kUsage[] =
-    "usage: procgen-conformance [--server ADDRESS] [--workers N] [--art DIR] FILE...";
+    "usage: procgen-conformance [--server ADDRESS] [--workers N] [--art_dir DIR] FILE...";
 
 enum class Verdict { kPassed, kFailed, kSkipped };
 
@@ -40,7 +40,7 @@ struct Stage {
 absl::StatusOr<Stage> MakeStage() {
   Stage stage;
   stage.server = absl::GetFlag(FLAGS_server);
-  const std::string folder = absl::GetFlag(FLAGS_art);
+  const std::string folder = absl::GetFlag(FLAGS_art_dir);
   stage.has_upstream_art = !folder.empty();
   if (stage.has_upstream_art && stage.server.empty()) {
     auto art = SharedArt::LoadFolder(folder);
@@ -87,7 +87,7 @@ int Main(const std::vector<char*>& arguments) {
   }
   const absl::StatusOr<Stage> stage = MakeStage();
   if (!stage.ok()) {
-    std::cerr << "procgen-conformance: --art: " << stage.status().message() << "\n";
+    std::cerr << "procgen-conformance: --art_dir: " << stage.status().message() << "\n";
     return 2;
   }
   int passed = 0;

@@ -23,7 +23,7 @@
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");
-ABSL_FLAG(std::string, art, "",
+ABSL_FLAG(std::string, art_dir, "",
           "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
 
 namespace procgen {
@@ -40,7 +40,7 @@ int Main(const std::vector<char*>& arguments) {
                              " arguments beside the flags, it is one: the folder to draw into"));
   }
   const std::string folder = arguments[1];
-  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art));
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));
   if (!request.ok()) {
     return Fail(request.status().message());
   }
@@ -74,6 +74,6 @@ int Main(const std::vector<char*>& arguments) {
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Draws contact sheets of the games and of their sprites into a folder.\n"
-      "usage: procgen-gallery OUT_FOLDER [--games NAME,...] [--art FOLDER]");
+      "usage: procgen-gallery OUT_FOLDER [--games NAME,...] [--art_dir FOLDER]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

@@ -20,7 +20,7 @@
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
-ABSL_FLAG(std::string, art, "",
+ABSL_FLAG(std::string, art_dir, "",
           "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
 ABSL_FLAG(double, minimum, 0, "the least distance that is good enough, at least 0");
 ABSL_FLAG(std::string, crops, "", "folder for an enlarged picture of each pair; empty: none");
@@ -124,7 +124,7 @@ int Main(const std::vector<char*>& arguments) {
   if (const std::string error = CommandError(arguments); !error.empty()) {
     return Fail(error);
   }
-  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art));
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));
   if (!request.ok()) {
     return Fail(request.status().message());
   }
@@ -154,6 +154,7 @@ int Main(const std::vector<char*>& arguments) {
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Measures how well the parts of each game can be told apart, and prints a table a game.\n"
-      "usage: procgen-legibility [--games NAME,...] [--minimum X] [--crops FOLDER] [--art FOLDER]");
+      "usage: procgen-legibility [--games NAME,...] [--minimum X] [--crops FOLDER] "
+      "[--art_dir FOLDER]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

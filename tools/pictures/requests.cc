@@ -41,12 +41,12 @@ absl::StatusOr<std::shared_ptr<const SharedArt>> OpenArt(const std::string& fold
 }  // namespace
 
 absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
-                                                  const std::string& art_folder) {
+                                                  const std::string& art_dir) {
   auto games = FindGames(game_names);
   if (!games.ok()) {
     return games.status();
   }
-  auto art = OpenArt(art_folder);
+  auto art = OpenArt(art_dir);
   if (!art.ok()) {
     return art.status();
   }

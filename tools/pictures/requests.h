@@ -19,10 +19,10 @@ struct DrawingRequest {
 };
 
 // The games of these names, or all if there are none, with the art of a folder in the layout
-// of Procgen 0.10.7, or the built-in art if `art_folder` is empty. Errors: INVALID_ARGUMENT a name
+// of Procgen 0.10.7, or the built-in art if `art_dir` is empty. Errors: INVALID_ARGUMENT a name
 // that no game has (the message says which there are); for the folder as SharedArt::LoadFolder.
 absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
-                                                  const std::string& art_folder);
+                                                  const std::string& art_dir);
 
 // Makes a folder and those above it, unless they are there. Errors: INVALID_ARGUMENT it cannot be
 // made.

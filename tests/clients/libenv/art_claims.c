@@ -13,10 +13,10 @@ struct Trajectory {
   int line_count;  // that were said
 };
 
-static struct Trajectory Play(const char* art_folder) {
+static struct Trajectory Play(const char* art_dir) {
   struct OptionList list = RequiredOptions("coinrun,starpilot");
-  if (art_folder != NULL) {
-    AddString(&list, "resource_root", art_folder);
+  if (art_dir != NULL) {
+    AddString(&list, "resource_root", art_dir);
   }
   BeginListening();
   struct Host host = OpenHost(2, &list);
@@ -38,7 +38,7 @@ static struct Trajectory Play(const char* art_folder) {
 
 // A folder that holds art for all games; it belongs to all claims, which may run at the same time.
 static const char* PaintedFolder(void) {
-  const char* folder = getenv("PROCGEN_PAINTED_ART");
+  const char* folder = getenv("PROCGEN_PAINTED_ART_DIR");
   CLAIM(folder != NULL);
   return folder;
 }

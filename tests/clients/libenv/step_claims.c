@@ -157,15 +157,15 @@ static void ClaimRow(const struct Recording* recording, int row, int with_pictur
   }
 }
 
-// `art_folder`: the art of Procgen 0.10.7 with a slash at the end; null: the library's own art.
-static void Replay(const char* path, const char* art_folder) {
+// `art_dir`: the art of Procgen 0.10.7 with a slash at the end; null: the library's own art.
+static void Replay(const char* path, const char* art_dir) {
   struct Recording recording;
   ReadRecording(path, &recording);
-  if (art_folder != NULL) {
-    AddString(&recording.options, "resource_root", art_folder);
+  if (art_dir != NULL) {
+    AddString(&recording.options, "resource_root", art_dir);
   }
   const int with_pictures =
-      recording.picture_digests != NULL && (art_folder != NULL || !recording.has_upstream_art);
+      recording.picture_digests != NULL && (art_dir != NULL || !recording.has_upstream_art);
   struct Host host = OpenHost(recording.env_count, &recording.options);
   libenv.observe(host.handle);
   ClaimRow(&recording, 0, with_pictures, &host);
@@ -183,7 +183,7 @@ static void Replay(const char* path, const char* art_folder) {
 }
 
 // Replays all recordings of a folder and returns how many there are.
-static int ReplayFolder(const char* recordings_folder, const char* art_folder) {
+static int ReplayFolder(const char* recordings_folder, const char* art_dir) {
   DIR* folder = opendir(recordings_folder);
   CLAIM(folder != NULL);
   int count = 0;
@@ -194,7 +194,7 @@ static int ReplayFolder(const char* recordings_folder, const char* art_folder) {
       snprintf(path, sizeof(path), "%s/%s", recordings_folder, entry->d_name);
       printf("%s\n", entry->d_name);
       fflush(stdout);
-      Replay(path, art_folder);
+      Replay(path, art_dir);
       ++count;
     }
   }
@@ -205,17 +205,17 @@ static int ReplayFolder(const char* recordings_folder, const char* art_folder) {
 void RecordingsAreTheSame(void) { CLAIM(ReplayFolder(golden_folder, NULL) >= 20); }
 
 void UpstreamPicturesAreTheSame(void) {
-  const char* art_folder = getenv("PROCGEN_UPSTREAM_ART");
+  const char* art_dir = getenv("PROCGEN_UPSTREAM_ART_DIR");
   const char* recordings_folder = getenv("PROCGEN_UPSTREAM_PICTURES");
-  CLAIM(art_folder != NULL && recordings_folder != NULL);
-  if (access(art_folder, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
+  CLAIM(art_dir != NULL && recordings_folder != NULL);
+  if (access(art_dir, R_OK) != 0 || access(recordings_folder, R_OK) != 0) {
     printf("skipped: no upstream art, or no recordings of it, beside the checkout\n");
     exit(kSkipped);
   }
   // Reading it takes longer than replaying a recording, and it is shared while a handle uses it.
   struct OptionList options = RequiredOptions("coinrun");
-  AddString(&options, "resource_root", art_folder);
+  AddString(&options, "resource_root", art_dir);
   struct Host first = OpenHost(1, &options);
-  CLAIM(ReplayFolder(recordings_folder, art_folder) > 0);
+  CLAIM(ReplayFolder(recordings_folder, art_dir) > 0);
   CloseHost(&first);
 }

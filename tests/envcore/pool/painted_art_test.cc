@@ -10,8 +10,8 @@ namespace procgen {
 namespace {
 
 TEST(PaintedArtTest, FolderHasAllThatIsAskedOfOne) {
-  PaintArtFolder(PROCGEN_PAINTED_ART);
-  EXPECT_THAT(SharedArt::LoadFolder(PROCGEN_PAINTED_ART), IsOk());
+  PaintArtFolder(PROCGEN_PAINTED_ART_DIR);
+  EXPECT_THAT(SharedArt::LoadFolder(PROCGEN_PAINTED_ART_DIR), IsOk());
 }
 
 }  // namespace

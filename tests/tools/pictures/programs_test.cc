@@ -67,7 +67,7 @@ TEST(ProcgenGalleryTest, WrongArgumentsAreAnsweredWithWhatIsAllowed) {
               HasSubstr("game 'chess' is none of bigfish, bossfight, "));
   EXPECT_THAT(Gallery("/dev/null/sheets --games maze").output,
               HasSubstr("cannot make the folder '/dev/null/sheets/pictures'"));
-  EXPECT_THAT(Gallery("/nowhere --art /no/art").output, HasSubstr("/no/art"));
+  EXPECT_THAT(Gallery("/nowhere --art_dir /no/art").output, HasSubstr("/no/art"));
 }
 
 TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {

@@ -20,13 +20,13 @@ SERVER_VARIABLE = "PROCGEN_SERVER"
 class _PrivateServer:
     """A server on a unix socket in a folder of its own."""
 
-    def __init__(self, art: str) -> None:
+    def __init__(self, art_dir: str) -> None:
         self._process_id = os.getpid()
         self._folder = tempfile.mkdtemp(prefix="procgen-server-")
         try:
             self._process = ServerProcess(
                 # Who could save states ends with it.
-                flags=["--drain_timeout=0s", *([f"--art={art}"] if art else [])],
+                flags=["--drain_timeout=0s", *([f"--art_dir={art_dir}"] if art_dir else [])],
                 address=f"unix:{self._folder}/socket",
                 log_path=os.path.join(self._folder, "log"),
                 tied=True,
@@ -44,10 +44,10 @@ class _PrivateServer:
 
 
 _lock = threading.Lock()
-_servers: dict[str, _PrivateServer] = {}  # By their art.
+_servers: dict[str, _PrivateServer] = {}  # By their art_dir.
 
 
-def private_address(art: str = "") -> str:
+def private_address(art_dir: str = "") -> str:
     """Gives the address of this program's own server, which is started if it does not run yet.
 
     There is one for the whole program, and one more for each folder of art. A forked child has its
@@ -55,45 +55,46 @@ def private_address(art: str = "") -> str:
     however that ends.
 
     Args:
-        art: Folder of the art that it draws with. Empty: the built-in art.
+        art_dir: Folder of the art that it draws with. Empty: the built-in art.
 
     Raises:
         FileNotFoundError: There is no program procgen-server, as ServerProcess looks for it.
         UnavailableError: It ended at once.
     """
     with _lock:
-        if art not in _servers:
-            _servers[art] = _PrivateServer(art)
-            atexit.register(_servers[art].stop)
-        return _servers[art].address
+        if art_dir not in _servers:
+            _servers[art_dir] = _PrivateServer(art_dir)
+            atexit.register(_servers[art_dir].stop)
+        return _servers[art_dir].address
 
 
 def open_client(
-    server: str | Client | None, art: str | os.PathLike[str] | None = None
+    server: str | Client | None, art_dir: str | os.PathLike[str] | None = None
 ) -> Client:
     """Gives a client of a server.
 
     Args:
         server: An address; a client, which is given back; or None: what the variable PROCGEN_SERVER
             says, else this program's own server.
-        art: Folder of the art that the own server draws with. None: the built-in art.
+        art_dir: Folder of the art that the own server draws with. None: the built-in art.
 
     Raises:
-        InvalidArgumentError: `art` is given and the server is not this program's own.
+        InvalidArgumentError: `art_dir` is given and the server is not this program's own.
         ProcgenError: As Client and private_address.
     """
     address = None if isinstance(server, Client) else server or os.environ.get(SERVER_VARIABLE)
-    if art is not None and (isinstance(server, Client) or address):
+    if art_dir is not None and (isinstance(server, Client) or address):
         where = server.address if isinstance(server, Client) else address
         raise InvalidArgumentError(
-            f"the art is {os.fspath(art)}, and the server at {where} has its own, by its flag --art"
+            f"the art is {os.fspath(art_dir)}, and the server at {where} has its own, "
+            "by its flag --art_dir"
         )
     if isinstance(server, Client):
         return server
     if address:
         return Client(address)
     # Nobody but this user reaches the own one: it asks for nothing, whatever the environment has.
-    folder = "" if art is None else os.path.abspath(os.fspath(art))
+    folder = "" if art_dir is None else os.path.abspath(os.fspath(art_dir))
     return Client(private_address(folder), credentials=Credentials())
 
 

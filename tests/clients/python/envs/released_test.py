@@ -253,7 +253,7 @@ def test_names_of_the_games_are_there(client: Client) -> None:
 
 def test_art_of_another_server_cannot_be_chosen(client: Client, tmp_path: Path) -> None:
     # Upstream, resource_root: the folder with the art. A server that is there has its own.
-    with pytest.raises(errors.InvalidArgumentError, match=f"{tmp_path}.*by its flag --art"):
+    with pytest.raises(errors.InvalidArgumentError, match=f"{tmp_path}.*by its flag --art_dir"):
         ProcgenEnv(1, "maze", resource_root=tmp_path, server=client)
 
 

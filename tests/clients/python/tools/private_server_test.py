@@ -142,9 +142,9 @@ def _run_with_art(folder: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_upstreams_art_is_drawn_by_a_server_of_its_own() -> None:
-    art = os.environ.get("PROCGEN_PAINTED_ART")
+    art = os.environ.get("PROCGEN_PAINTED_ART_DIR")
     if art is None:
-        pytest.skip("PROCGEN_PAINTED_ART names no folder of art; CTest sets it")
+        pytest.skip("PROCGEN_PAINTED_ART_DIR names no folder of art; CTest sets it")
     run = _run_with_art(os.path.dirname(art))
     assert run.returncode == 0, run.stderr
 

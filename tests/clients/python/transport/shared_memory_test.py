@@ -36,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
 def server(folder: Path) -> Iterator[ServerProcess]:
     """A server of the test's own."""
     with ServerProcess(
-        server_binary(), ["--workers=2", f"--shared_memory_folder={folder}"]
+        server_binary(), ["--workers=2", f"--shared_memory_dir={folder}"]
     ) as process:
         yield process
         process.stop()
@@ -164,7 +164,7 @@ def test_vector_environments_give_views_or_copies(server: ServerProcess) -> None
 
 
 def test_arrays_outlive_pool_client_and_server(folder: Path) -> None:
-    with ServerProcess(server_binary(), [f"--shared_memory_folder={folder}"]) as server:
+    with ServerProcess(server_binary(), [f"--shared_memory_dir={folder}"]) as server:
         with Client(server.address) as client, _create(client) as pool:
             observations = pool.observe().observations
             content = observations.copy()
@@ -284,7 +284,7 @@ def test_who_takes_over_has_all_batches(client: Client) -> None:
 
 
 def test_killed_servers_leave_files_to_the_next(folder: Path) -> None:
-    flags = [f"--shared_memory_folder={folder}"]
+    flags = [f"--shared_memory_dir={folder}"]
     with ServerProcess(server_binary(), flags) as living:
         with Client(living.address) as client, _create(client) as pool:
             pool.observe()
@@ -336,7 +336,7 @@ def test_without_room_attach_says_where_and_how_much(folder: Path) -> None:
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limit[1]))
     try:
-        server = ServerProcess(server_binary(), [f"--shared_memory_folder={folder}"])
+        server = ServerProcess(server_binary(), [f"--shared_memory_dir={folder}"])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     with server, Client(server.address) as client, _create(client, env_count=64) as pool:
@@ -369,8 +369,8 @@ except errors.FailedPreconditionError as error:
 
 def test_wrong_folders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(errors.UnavailableError):
-        ServerProcess(server_binary(), [f"--shared_memory_folder={tmp_path}/none"])
-    with ServerProcess(server_binary(), ["--shared_memory_folder="]) as server:
+        ServerProcess(server_binary(), [f"--shared_memory_dir={tmp_path}/none"])
+    with ServerProcess(server_binary(), ["--shared_memory_dir="]) as server:
         with Client(server.address) as client:
             with pytest.raises(errors.UnimplementedError, match="offered: TRANSPORT_STREAM"):
                 _create(client)

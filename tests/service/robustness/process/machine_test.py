@@ -22,10 +22,10 @@ def test_there_is_a_worker_for_each_core_that_the_process_may_use(tmp_path: Path
 
 
 def test_a_folder_that_takes_no_file_is_refused_at_the_start(tmp_path: Path) -> None:
-    flags = ["--workers=1", "--shared_memory_folder=/proc"]
+    flags = ["--workers=1", "--shared_memory_dir=/proc"]
     with run(*flags, log_path=tmp_path / "log") as server:
         assert server.process.wait(20) == 2
-        assert "--shared_memory_folder is '/proc'" in server.log()
+        assert "--shared_memory_dir is '/proc'" in server.log()
         assert "allowed: a folder to make files in" in server.log()
 
 
