@@ -84,16 +84,16 @@ absl::Status CheckMetricsAddress(const Config& config) {
   return absl::OkStatus();
 }
 
-absl::Status CheckWebHosts(const Config& config) {
-  for (const std::string& host : config.web_hosts) {
+absl::Status CheckWebAllowedHosts(const Config& config) {
+  for (const std::string& host : config.web_allowed_hosts) {
     const absl::StatusOr<Address> address = ParseAddress(absl::StrCat(host, ":0"));
     if (!address.ok() || address->host != host) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--web_hosts has '", host, "', allowed: names of hosts, without ports"));
+      return absl::InvalidArgumentError(absl::StrCat("--web_allowed_hosts has '", host,
+                                                     "', allowed: names of hosts, without ports"));
     }
   }
-  if (config.web_address.empty() && !config.web_hosts.empty()) {
-    return absl::InvalidArgumentError("--web_hosts is given without --web_address");
+  if (config.web_address.empty() && !config.web_allowed_hosts.empty()) {
+    return absl::InvalidArgumentError("--web_allowed_hosts is given without --web_address");
   }
   return absl::OkStatus();
 }
@@ -121,7 +121,7 @@ absl::Status CheckWebAccess(const Config& config, const Address& address) {
 }
 
 absl::Status CheckWeb(const Config& config) {
-  if (absl::Status status = CheckWebHosts(config); !status.ok()) {
+  if (absl::Status status = CheckWebAllowedHosts(config); !status.ok()) {
     return status;
   }
   if (config.web_address.empty()) {
@@ -216,7 +216,7 @@ absl::Status CheckConfig(const Config& config) {
         Range{"requests_in_flight_max", limits.requests_in_flight_max, 1, 1024},
         Range{"resume_buffer_bytes_max", limits.resume_buffer_bytes_max, 0, int64_t{1} << 40},
         Range{"shared_memory_bytes_max", limits.shared_memory_bytes_max, 0, int64_t{1} << 40},
-        Range{"episode_bytes_max", limits.episode_bytes_max, 0, int64_t{1} << 40},
+        Range{"episode_history_bytes_max", limits.episode_history_bytes_max, 0, int64_t{1} << 40},
         Range{"lease_duration_max in seconds", absl::ToInt64Seconds(limits.lease_duration_max), 1,
               kLeaseSecondsMax},
         Range{"keepalive_time in milliseconds",
@@ -267,13 +267,14 @@ absl::Status LoadSecrets(Config* config) {
     }
     config->server.tokens = *std::move(tokens);
   }
-  const std::string default_sources = OthersCanReach(*config) ? "none" : "local";
-  absl::StatusOr<CloneSources> sources =
-      CloneSources::Parse(config->clone_sources.empty() ? default_sources : config->clone_sources);
-  if (!sources.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("--clone_sources ", sources.status().message()));
+  const std::string default_allowlist = OthersCanReach(*config) ? "none" : "local";
+  absl::StatusOr<CloneSourceAllowlist> allowlist = CloneSourceAllowlist::Parse(
+      config->clone_source_allowlist.empty() ? default_allowlist : config->clone_source_allowlist);
+  if (!allowlist.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--clone_source_allowlist ", allowlist.status().message()));
   }
-  config->server.clone_sources = *std::move(sources);
+  config->server.clone_source_allowlist = *std::move(allowlist);
   return absl::OkStatus();
 }
 

@@ -24,7 +24,7 @@ struct Config {
   // Where pages for browsers are served, "HOST:PORT"; empty: nowhere. By which names they may be
   // asked for besides, and how many may be open at a time.
   std::string web_address;
-  std::vector<std::string> web_hosts;
+  std::vector<std::string> web_allowed_hosts;
   int32_t web_viewers_max = 64;
 
   // Which cluster it is a node of; no name: none.
@@ -41,9 +41,9 @@ struct Config {
   std::string tokens;
   // Others than this machine may reach a server that asks nobody who they are.
   bool allow_insecure = false;
-  // As CloneSources reads it; empty: "local" where only this machine can reach this server, else
-  // "none".
-  std::string clone_sources;
+  // As CloneSourceAllowlist reads it; empty: "local" where only this machine can reach this server,
+  // else "none".
+  std::string clone_source_allowlist;
 };
 
 // Errors: INVALID_ARGUMENT a value out of range, or two that contradict each other; the message

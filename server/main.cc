@@ -57,7 +57,7 @@ ABSL_FLAG(int32_t, requests_in_flight_max, procgen::Limits().requests_in_flight_
 ABSL_FLAG(int64_t, resume_buffer_bytes_max, procgen::Limits().resume_buffer_bytes_max,
           "bytes of the answers that are kept for streams that may be resumed, of all pools "
           "together");
-ABSL_FLAG(int64_t, episode_bytes_max, procgen::Limits().episode_bytes_max,
+ABSL_FLAG(int64_t, episode_history_bytes_max, procgen::Limits().episode_history_bytes_max,
           "bytes that pools remember their last episodes in, of all together; 0: they do not");
 ABSL_FLAG(int64_t, shared_memory_bytes_max, procgen::Limits().shared_memory_bytes_max,
           "bytes of memory that pools share with learners, of all pools together");
@@ -132,7 +132,7 @@ absl::StatusOr<Config> ReadConfig() {
   limits.response_bytes_max = absl::GetFlag(FLAGS_response_bytes_max);
   limits.requests_in_flight_max = absl::GetFlag(FLAGS_requests_in_flight_max);
   limits.resume_buffer_bytes_max = absl::GetFlag(FLAGS_resume_buffer_bytes_max);
-  limits.episode_bytes_max = absl::GetFlag(FLAGS_episode_bytes_max);
+  limits.episode_history_bytes_max = absl::GetFlag(FLAGS_episode_history_bytes_max);
   limits.shared_memory_bytes_max = absl::GetFlag(FLAGS_shared_memory_bytes_max);
   limits.lease_duration_max = absl::GetFlag(FLAGS_lease_duration_max);
   config.server.keepalive_time = absl::GetFlag(FLAGS_keepalive_time);
@@ -199,7 +199,7 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
     return nullptr;
   }
   return web::WebServer::Start({.address = config.web_address,
-                                .hosts = config.web_hosts,
+                                .allowed_hosts = config.web_allowed_hosts,
                                 .viewers_max = config.web_viewers_max,
                                 .tls = config.server.tls,
                                 .asks_token = config.server.tokens != nullptr,

@@ -20,7 +20,7 @@ ABSL_FLAG(
     bool, allow_insecure, false,
     "listen where other machines can reach, though without TLS or without asking who calls; and "
     "serve metrics there");
-ABSL_FLAG(std::string, clone_sources, "",
+ABSL_FLAG(std::string, clone_source_allowlist, "",
           "servers that CloneStates may be asked to read from, with commas: HOST, HOST:PORT, "
           "unix:PATH, 'local', or 'none'. Empty: local where this server listens on loopback or a "
           "unix socket, else none");
@@ -46,7 +46,7 @@ void ReadSecurityFlags(Config* config) {
   config->tls.client_ca = absl::GetFlag(FLAGS_tls_client_ca);
   config->tokens = absl::GetFlag(FLAGS_tokens);
   config->allow_insecure = absl::GetFlag(FLAGS_allow_insecure);
-  config->clone_sources = absl::GetFlag(FLAGS_clone_sources);
+  config->clone_source_allowlist = absl::GetFlag(FLAGS_clone_source_allowlist);
   const auto or_else = [](int32_t value, int32_t server) { return value == 0 ? server : value; };
   Limits& limits = config->server.limits;
   limits.owner_pool_count_max =

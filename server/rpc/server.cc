@@ -117,7 +117,7 @@ class GrpcServer final : public Server {
                                             : Cluster::Alone(ClusterOptions().node_id)),
         direct_lines_(std::move(direct_lines)),
         services_(&supervisor_, cluster_.get(), &accounting_, direct_lines_.get(),
-                  options.clone_sources) {
+                  options.clone_source_allowlist) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
   }
 

@@ -16,7 +16,7 @@
 #include "server/metrics/metrics.h"
 #include "server/net/tls_files.h"
 #include "server/rpc/auth/token_file.h"
-#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/clone_source_allowlist.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/quota/limits.h"
 #include "server/shared_memory/shared_folder.h"
@@ -37,7 +37,7 @@ struct ServerOptions {
   std::shared_ptr<TokenFile> tokens;     // null: nobody is asked for one
   // Where pools share memory with learners on this machine; null: they share none.
   std::shared_ptr<const SharedFolder> shared_folder;
-  CloneSources clone_sources;  // whom CloneStates may be asked to connect to
+  CloneSourceAllowlist clone_source_allowlist;  // whom CloneStates may be asked to connect to
   // Makes where pools are made, which counts what it does in `metrics`; null: in this process.
   std::function<std::unique_ptr<PoolBackendFactory>(Metrics* metrics)> make_backend_factory;
   // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and

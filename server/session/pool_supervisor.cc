@@ -45,7 +45,7 @@ PoolSupervisor::PoolSupervisor(const Limits& limits, int32_t worker_count, Metri
       capacity_(limits),
       resume_buffer_bytes_(limits.resume_buffer_bytes_max),
       shared_memory_bytes_(limits.shared_memory_bytes_max),
-      episode_bytes_(limits.episode_bytes_max),
+      episode_bytes_(limits.episode_history_bytes_max),
       shared_folder_(std::move(shared_folder)),
       executor_(kBackgroundThreadCount),
       backend_factory_(backend_factory != nullptr

@@ -57,7 +57,7 @@ PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* fee
 }
 
 std::vector<std::string> HostsOf(const WebOptions& options, const Address& address) {
-  std::vector<std::string> hosts = options.hosts;
+  std::vector<std::string> hosts = options.allowed_hosts;
   hosts.push_back(address.host);
   return hosts;
 }

@@ -121,7 +121,7 @@ void FillLimits(const Limits& limits, v1::Limits* message) {
   message->set_owner_call_count_max(limits.owner_call_count_max);
   message->set_owner_watch_count_max(limits.owner_watch_count_max);
   message->set_owner_buffer_bytes_max(limits.owner_buffer_bytes_max);
-  message->set_episode_bytes_max(limits.episode_bytes_max);
+  message->set_episode_history_bytes_max(limits.episode_history_bytes_max);
   message->set_observation_size_px_min(kObservationSizePxMin);
   message->set_observation_size_px_max(kObservationSizePxMax);
   message->set_frame_stack_max(kFrameStackMax);

@@ -96,7 +96,7 @@ def front(folder: Path, *flags: str) -> Iterator[Front]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with serve(folder, "--clone_sources=none", "--shared_memory_dir=", *flags) as server:
+    with serve(folder, "--clone_source_allowlist=none", "--shared_memory_dir=", *flags) as server:
         configuration = configure(folder, port, server.address)
         command = [str(_NGINX), "-c", str(configuration), "-p", str(folder), "-g", "daemon off;"]
         nginx = subprocess.Popen(command, stderr=subprocess.DEVNULL)

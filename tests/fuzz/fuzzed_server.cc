@@ -28,7 +28,7 @@ FuzzedServer::FuzzedServer()
       accounting_(Authenticator(nullptr, /*certificates_tell=*/false), SmallLimits().attach_timeout,
                   &connections_, &supervisor_.quotas(), &metrics_),
       services_(&supervisor_, cluster_.get(), &accounting_, /*direct_lines=*/nullptr,
-                CloneSources()) {
+                CloneSourceAllowlist()) {
   // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
   // streams that were ended while their client wrote.
   int port = 0;

@@ -126,13 +126,13 @@ TEST(ConfigTest, AddressesAndNamesOfPagesThatAreNoneAreRefused) {
   for (const char* host : {"", "lab.example:80", "http://lab.example", "*"}) {
     Config config;
     config.web_address = "127.0.0.1:0";
-    config.web_hosts = {"good.example", host};
-    EXPECT_THAT(CheckConfig(config),
-                StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("--web_hosts has '")))
+    config.web_allowed_hosts = {"good.example", host};
+    EXPECT_THAT(CheckConfig(config), StatusIs(absl::StatusCode::kInvalidArgument,
+                                              HasSubstr("--web_allowed_hosts has '")))
         << host;
   }
   Config config;
-  config.web_hosts = {"lab.example"};
+  config.web_allowed_hosts = {"lab.example"};
   EXPECT_THAT(CheckConfig(config),
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("without --web_address")));
 }
@@ -150,20 +150,20 @@ TEST(ConfigTest, HalfACertificateIsRefused) {
                                             HasSubstr("--tls_client_ca is given without")));
 }
 
-TEST(ConfigTest, CloneSourcesAreLocalOnLoopbackAndNoneElsewhereUnlessSaid) {
+TEST(ConfigTest, CloneSourceAllowlistIsLocalOnLoopbackAndNoneElsewhereUnlessSaid) {
   const Address local = *ParseAddress("127.0.0.1:1");
   Config config;
   ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_TRUE(config.server.clone_sources.Allows(local));
+  EXPECT_TRUE(config.server.clone_source_allowlist.Allows(local));
   config.server.address = "0.0.0.0:1";
   ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_FALSE(config.server.clone_sources.Allows(local));
-  config.clone_sources = "127.0.0.1";
+  EXPECT_FALSE(config.server.clone_source_allowlist.Allows(local));
+  config.clone_source_allowlist = "127.0.0.1";
   ASSERT_THAT(LoadSecrets(&config), IsOk());
-  EXPECT_TRUE(config.server.clone_sources.Allows(local));
-  config.clone_sources = "http://x";
+  EXPECT_TRUE(config.server.clone_source_allowlist.Allows(local));
+  config.clone_source_allowlist = "http://x";
   EXPECT_THAT(LoadSecrets(&config), StatusIs(absl::StatusCode::kInvalidArgument,
-                                             HasSubstr("--clone_sources has 'http://x'")));
+                                             HasSubstr("--clone_source_allowlist has 'http://x'")));
 }
 
 TEST(ConfigTest, LimitOutOfRangeIsRefusedByName) {

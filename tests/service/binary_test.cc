@@ -137,7 +137,7 @@ TEST(BinaryTest, HelpListsTheFlags) {
   for (const char* flag :
        {"--address", "--workers", "--pool_count_max", "--request_bytes_max",
         "--requests_in_flight_max", "--drain_timeout", "--art_dir", "--log_level",
-        "--tls_certificate", "--tokens", "--allow_insecure", "--clone_sources",
+        "--tls_certificate", "--tokens", "--allow_insecure", "--clone_source_allowlist",
         "--owner_pool_count_max", "--resume_buffer_bytes_max", "--lease_duration_max",
         "--keepalive_time", "--keepalive_timeout", "--metrics_address", "--web_address"}) {
     EXPECT_THAT(process.rest(), HasSubstr(flag));

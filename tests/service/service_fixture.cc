@@ -53,7 +53,7 @@ std::unique_ptr<Server> ServiceTest::StartServer(int32_t worker_count) {
   options.address = "127.0.0.1:0";
   options.worker_count = worker_count;
   options.limits = TestLimits();
-  options.clone_sources = *CloneSources::Parse("local");
+  options.clone_source_allowlist = *CloneSourceAllowlist::Parse("local");
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
   EXPECT_THAT(server, IsOk());
   return server.ok() ? *std::move(server) : nullptr;

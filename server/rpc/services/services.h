@@ -12,7 +12,7 @@
 #include "server/rpc/call/unknown_methods.h"
 #include "server/rpc/dm_env_rpc/dm_env_rpc_service.h"
 #include "server/rpc/services/catalog_service.h"
-#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/clone_source_allowlist.h"
 #include "server/rpc/services/cluster_service.h"
 #include "server/rpc/services/health_service.h"
 #include "server/rpc/services/pool_service.h"
@@ -31,12 +31,12 @@ class Services {
  public:
   // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
   Services(PoolSupervisor* supervisor, Cluster* cluster, const CallAccounting* accounting,
-           DirectLines* direct_lines, const CloneSources& clone_sources)
+           DirectLines* direct_lines, const CloneSourceAllowlist& clone_source_allowlist)
       : catalog_(supervisor, accounting),
         cluster_(cluster, accounting),
         pool_(supervisor, accounting),
         step_(supervisor, accounting, direct_lines),
-        state_(supervisor, accounting, clone_sources),
+        state_(supervisor, accounting, clone_source_allowlist),
         render_(supervisor, accounting),
         dm_env_rpc_(supervisor, accounting),
         pool_services_({&catalog_, &cluster_, &pool_, &step_, &state_, &render_, &dm_env_rpc_}),

@@ -159,7 +159,7 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
 }
 
 // Where a caller may have this server connect to.
-absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSources& allowed) {
+absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSourceAllowlist& allowlist) {
   if (server.size() > kServerLengthMax) {
     return absl::InvalidArgumentError(absl::StrCat(
         "source_server has ", server.size(), " characters, allowed: at most ", kServerLengthMax));
@@ -169,20 +169,20 @@ absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSour
     return absl::InvalidArgumentError(absl::StrCat(
         "source_server is '", server, "', allowed: 'HOST:PORT', '[IPV6]:PORT' or 'unix:PATH'"));
   }
-  if (!allowed.Allows(*address)) {
+  if (!allowlist.Allows(*address)) {
     return absl::PermissionDeniedError(
         absl::StrCat("source_server is ", server,
                      ", which this server may not connect to; its operator allows "
-                     "sources with --clone_sources"));
+                     "sources with --clone_source_allowlist"));
   }
   return address;
 }
 
 // Clones from a pool of another server, without a turn while that is asked.
-void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSources& sources,
+void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSourceAllowlist& allowlist,
                      const SharedPool& target, ClonedEnvironments environments, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
-  const absl::StatusOr<Address> address = SourceAddress(request.source_server(), sources);
+  const absl::StatusOr<Address> address = SourceAddress(request.source_server(), allowlist);
   if (!address.ok()) {
     call->Finish(address.status());
     return;
@@ -199,7 +199,7 @@ void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSour
       });
 }
 
-void Clone(const PoolSupervisor& supervisor, const CloneSources& sources,
+void Clone(const PoolSupervisor& supervisor, const CloneSourceAllowlist& allowlist,
            const grpc::CallbackServerContext& context, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
   ClonedEnvironments environments = EnvironmentsOf(request);
@@ -211,7 +211,7 @@ void Clone(const PoolSupervisor& supervisor, const CloneSources& sources,
         (*target)->name(), (*target)->env_count());
   }
   if (status.ok() && !request.source_server().empty()) {
-    CloneFromServer(context, sources, *target, std::move(environments), call);
+    CloneFromServer(context, allowlist, *target, std::move(environments), call);
     return;
   }
   absl::StatusOr<SharedPool> source = target;
@@ -281,8 +281,8 @@ void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecuto
 }  // namespace
 
 StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                                   CloneSources clone_sources)
-    : supervisor_(supervisor), accounting_(accounting), clone_sources_(std::move(clone_sources)) {
+                                   CloneSourceAllowlist clone_source_allowlist)
+    : supervisor_(supervisor), accounting_(accounting), clone_source_allowlist_(std::move(clone_source_allowlist)) {
   AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
   AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
   AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });
@@ -336,7 +336,7 @@ ByteStream* StateServiceImpl::RestoreStates(grpc::CallbackServerContext* context
 
 ByteStream* StateServiceImpl::CloneStates(grpc::CallbackServerContext* context) {
   return CloneCall::Start(*accounting_, *context, [this, context](CloneCall* call) {
-    Clone(*supervisor_, clone_sources_, *context, call);
+    Clone(*supervisor_, clone_source_allowlist_, *context, call);
   });
 }
 

@@ -3,7 +3,7 @@
 
 #include "server/rpc/auth/call_accounting.h"
 #include "server/rpc/call/byte_service.h"
-#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/clone_source_allowlist.h"
 #include "server/session/pool_supervisor.h"
 
 namespace procgen {
@@ -14,9 +14,9 @@ namespace procgen {
 class StateServiceImpl final : public ByteService {
  public:
   // `supervisor` and `accounting` must outlive this.
-  // `clone_sources`: the servers that CloneStates may be asked to read from.
+  // `clone_source_allowlist`: the servers that CloneStates may be asked to read from.
   StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                   CloneSources clone_sources);
+                   CloneSourceAllowlist clone_source_allowlist);
 
  private:
   ByteStream* SaveStates(grpc::CallbackServerContext* context);
@@ -26,7 +26,7 @@ class StateServiceImpl final : public ByteService {
 
   PoolSupervisor* const supervisor_;
   const CallAccounting* const accounting_;
-  const CloneSources clone_sources_;
+  const CloneSourceAllowlist clone_source_allowlist_;
 };
 
 }  // namespace procgen

@@ -171,7 +171,7 @@ void PoolSession::GetEpisode(int32_t environment, bool under_way, EpisodeDone do
   EpisodeLog* const episodes = observers_.episodes();
   if (episodes == nullptr) {
     done(absl::UnimplementedError(
-        "this server remembers no episodes, limit episode_bytes_max is 0"));
+        "this server remembers no episodes, limit episode_history_bytes_max is 0"));
     return;
   }
   if (!under_way || episodes->KnowsLevel(environment)) {

@@ -35,7 +35,7 @@ struct Limits {
   // Memory that pools share with learners on the same machine, of all pools together, in bytes.
   int64_t shared_memory_bytes_max = int64_t{4} << 30;
   // What pools remember of episodes, of all together, in bytes; 0: nothing.
-  int64_t episode_bytes_max = int64_t{256} << 20;
+  int64_t episode_history_bytes_max = int64_t{256} << 20;
   // How long a pool may ask to live without a stream.
   absl::Duration lease_duration_max = absl::Hours(24);
 };

@@ -98,8 +98,8 @@ Reply TextReply(int status, std::string text) {
 
 }  // namespace
 
-Site::Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& pages)
-    : hosts_(std::move(hosts)) {
+Site::Site(std::vector<std::string> allowed_hosts, const std::vector<EmbeddedPage>& pages)
+    : allowed_hosts_(std::move(allowed_hosts)) {
   for (const EmbeddedPage& page : pages) {
     files_[PathOf(page.name)] = {std::string(ContentTypeOf(page.name)), page.contents,
                                  EtagOf(page.contents)};
@@ -108,11 +108,11 @@ Site::Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& page
 
 bool Site::IsOurHost(const HttpRequestInfo& request) const {
   const std::string name = NameOf(request.host);
-  return !name.empty() &&
-         (name == "localhost" || name == request.local_host ||
-          std::any_of(hosts_.begin(), hosts_.end(), [&name](const std::string& host) {
-            return name == absl::AsciiStrToLower(host);
-          }));
+  return !name.empty() && (name == "localhost" || name == request.local_host ||
+                           std::any_of(allowed_hosts_.begin(), allowed_hosts_.end(),
+                                       [&name](const std::string& host) {
+                                         return name == absl::AsciiStrToLower(host);
+                                       }));
 }
 
 Reply Site::WrongHost(const HttpRequestInfo& request) {
@@ -121,7 +121,7 @@ Reply Site::WrongHost(const HttpRequestInfo& request) {
       kMisdirected,
       absl::StrCat("This server does not answer to the name ",
                    is_short ? absl::CEscape(request.host) : "that was asked for",
-                   ". Ask for it by its address, or start it with --web_hosts=NAME.\n"));
+                   ". Ask for it by its address, or start it with --web_allowed_hosts=NAME.\n"));
 }
 
 Reply Site::ReplyToSocket(const HttpRequestInfo& request) const {

@@ -35,9 +35,9 @@ struct Reply {
 // What there is at which address, and who may have it. Threads: any method from any thread.
 class Site {
  public:
-  // `hosts`: names besides localhost and the addresses that it listens on by which pages may be
-  // asked for.
-  Site(std::vector<std::string> hosts, const std::vector<EmbeddedPage>& pages);
+  // `allowed_hosts`: names besides localhost and the addresses that it listens on by which pages
+  // may be asked for.
+  Site(std::vector<std::string> allowed_hosts, const std::vector<EmbeddedPage>& pages);
 
   // Whether the request may become a WebSocket: status 101. Otherwise what it is answered.
   Reply ReplyToSocket(const HttpRequestInfo& request) const;
@@ -60,7 +60,7 @@ class Site {
   bool IsOurHost(const HttpRequestInfo& request) const;
   static Reply WrongHost(const HttpRequestInfo& request);
 
-  const std::vector<std::string> hosts_;
+  const std::vector<std::string> allowed_hosts_;
   std::map<std::string, File, std::less<>> files_;  // by path
 };
 

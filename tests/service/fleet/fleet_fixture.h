@@ -64,7 +64,7 @@ class FleetTest : public testing::Test {
     options.limits = limits;
     options.address = "127.0.0.1:0";
     options.worker_count = 1;
-    options.clone_sources = *CloneSources::Parse("local");
+    options.clone_source_allowlist = *CloneSourceAllowlist::Parse("local");
     options.make_backend_factory = std::move(make_backend_factory);
     return *Server::Start(options);
   }

@@ -198,7 +198,7 @@ TEST_F(UntrustedClientTest, LongTextIsNotRepeated) {
 }
 
 TEST_F(UntrustedClientTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
-  Start({"--clone_sources=allowed.invalid:7"});
+  Start({"--clone_source_allowlist=allowed.invalid:7"});
   const auto client = ConnectAs("");
   const auto pool = client->CreatePool(MazeSpec(1));
   ASSERT_THAT(pool, IsOk());
@@ -208,7 +208,7 @@ TEST_F(UntrustedClientTest, ServersThatTheOperatorDidNotAllowAreNotAsked) {
                 StatusIs(absl::StatusCode::kPermissionDenied,
                          "source_server is " + source +
                              ", which this server may not connect to; its operator allows sources "
-                             "with --clone_sources"));
+                             "with --clone_source_allowlist"));
   }
   for (const char* source : {"dns:///allowed.invalid:7", "xds:///x", "ipv4:127.0.0.1:1", "x"}) {
     EXPECT_THAT(client->CloneStates(pool->name(), {Pair(0, 0)}, {"", source}),

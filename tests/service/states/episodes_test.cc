@@ -198,7 +198,7 @@ class LittleMemoryEpisodesTest : public EpisodesTest {
     options.address = "127.0.0.1:0";
     options.worker_count = 2;
     options.limits = TestLimits();
-    options.limits.episode_bytes_max = 260'500;
+    options.limits.episode_history_bytes_max = 260'500;
     absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(options);
     ASSERT_THAT(server, IsOk());
     little_memory_ = *std::move(server);

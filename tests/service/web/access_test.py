@@ -202,7 +202,7 @@ def test_a_viewer_too_many_is_told_and_let_in_when_one_has_gone(tmp_path: Path) 
 
 
 def test_other_names_are_answered_where_the_operator_says_so(tmp_path: Path) -> None:
-    flags = ["--web_hosts=lab.example,other.example"]
+    flags = ["--web_allowed_hosts=lab.example,other.example"]
     with serve(tmp_path, *flags) as server:
         for host, status in (("LAB.example:80", 200), ("evil.example", 421)):
             connection = http.client.HTTPConnection("127.0.0.1", server.port)

@@ -92,7 +92,7 @@ def test_names_of_this_machine_are_answered(server: WebServer, host: str) -> Non
 def test_other_names_that_lead_here_are_not(server: WebServer, host: str) -> None:
     response, body = ask(server, "/", Host=host)
     assert response.status == 421
-    assert b"--web_hosts" in body
+    assert b"--web_allowed_hosts" in body
 
 
 def test_two_hosts_or_none_are_none(server: WebServer) -> None:

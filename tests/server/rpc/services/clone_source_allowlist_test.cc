@@ -1,4 +1,4 @@
-#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/clone_source_allowlist.h"
 
 #include <string>
 
@@ -11,26 +11,26 @@ namespace {
 using testing::HasSubstr;
 
 bool Allows(const std::string& list, const std::string& address) {
-  const absl::StatusOr<CloneSources> sources = CloneSources::Parse(list);
-  EXPECT_THAT(sources, IsOk());
-  return sources->Allows(*ParseAddress(address));
+  const absl::StatusOr<CloneSourceAllowlist> allowlist = CloneSourceAllowlist::Parse(list);
+  EXPECT_THAT(allowlist, IsOk());
+  return allowlist->Allows(*ParseAddress(address));
 }
 
-TEST(CloneSourcesTest, NoneIsNone) {
+TEST(CloneSourceAllowlistTest, NoneIsNone) {
   for (const char* address : {"127.0.0.1:1", "unix:/x", "host:1"}) {
     EXPECT_FALSE(Allows("none", address));
-    EXPECT_FALSE(CloneSources().Allows(*ParseAddress(address)));
+    EXPECT_FALSE(CloneSourceAllowlist().Allows(*ParseAddress(address)));
   }
 }
 
-TEST(CloneSourcesTest, LocalIsThisMachine) {
+TEST(CloneSourceAllowlistTest, LocalIsThisMachine) {
   EXPECT_TRUE(Allows("local", "127.0.0.1:1"));
   EXPECT_TRUE(Allows("local", "unix:/x"));
   EXPECT_FALSE(Allows("local", "10.0.0.1:1"));
   EXPECT_FALSE(Allows("local", "127.0.0.1.example.com:1"));
 }
 
-TEST(CloneSourcesTest, AHostHasAnyPortAndAnAddressOne) {
+TEST(CloneSourceAllowlistTest, AHostHasAnyPortAndAnAddressOne) {
   const std::string list = "Host.Example,other:7,[fd00::1]:8,unix:/run/x";
   EXPECT_TRUE(Allows(list, "host.example:1"));
   EXPECT_TRUE(Allows(list, "HOST.example:2"));
@@ -43,9 +43,9 @@ TEST(CloneSourcesTest, AHostHasAnyPortAndAnAddressOne) {
   EXPECT_FALSE(Allows(list, "127.0.0.1:7"));
 }
 
-TEST(CloneSourcesTest, WhatIsNoSourceIsNamed) {
+TEST(CloneSourceAllowlistTest, WhatIsNoSourceIsNamed) {
   for (const char* list : {"a b", "local,,", "*", "dns:///x:1", "local,http://x"}) {
-    EXPECT_THAT(CloneSources::Parse(list),
+    EXPECT_THAT(CloneSourceAllowlist::Parse(list),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("allowed: HOST, ")))
         << list;
   }

@@ -1,5 +1,5 @@
-#ifndef SERVER_RPC_SERVICES_CLONE_SOURCES_H_
-#define SERVER_RPC_SERVICES_CLONE_SOURCES_H_
+#ifndef SERVER_RPC_SERVICES_CLONE_SOURCE_ALLOWLIST_H_
+#define SERVER_RPC_SERVICES_CLONE_SOURCE_ALLOWLIST_H_
 
 #include <string>
 #include <vector>
@@ -11,14 +11,14 @@
 namespace procgen {
 
 // Which servers this one may be asked to connect to, by CloneStates. Threads: immutable.
-class CloneSources {
+class CloneSourceAllowlist {
  public:
   // None.
-  CloneSources() = default;
+  CloneSourceAllowlist() = default;
 
   // Reads a list with commas: HOST (any port of it), HOST:PORT, unix:PATH, or "local" (loopback and
   // all sockets of this machine); or "none". Errors: INVALID_ARGUMENT it is nothing of that.
-  static absl::StatusOr<CloneSources> Parse(absl::string_view list);
+  static absl::StatusOr<CloneSourceAllowlist> Parse(absl::string_view list);
 
   bool Allows(const Address& address) const;
 
@@ -30,4 +30,4 @@ class CloneSources {
 
 }  // namespace procgen
 
-#endif  // SERVER_RPC_SERVICES_CLONE_SOURCES_H_
+#endif  // SERVER_RPC_SERVICES_CLONE_SOURCE_ALLOWLIST_H_

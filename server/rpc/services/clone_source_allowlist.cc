@@ -1,4 +1,4 @@
-#include "server/rpc/services/clone_sources.h"
+#include "server/rpc/services/clone_source_allowlist.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,20 +10,20 @@
 
 namespace procgen {
 
-absl::StatusOr<CloneSources> CloneSources::Parse(absl::string_view list) {
-  CloneSources sources;
+absl::StatusOr<CloneSourceAllowlist> CloneSourceAllowlist::Parse(absl::string_view list) {
+  CloneSourceAllowlist allowlist;
   if (list == "none") {
-    return sources;
+    return allowlist;
   }
   for (const absl::string_view entry : absl::StrSplit(list, ',')) {
     if (entry == "local") {
-      sources.allows_local_ = true;
+      allowlist.allows_local_ = true;
       continue;
     }
     absl::StatusOr<Address> address = ParseAddress(entry);
     if (address.ok()) {
       absl::AsciiStrToLower(&address->host);
-      sources.addresses_.push_back(*std::move(address));
+      allowlist.addresses_.push_back(*std::move(address));
       continue;
     }
     const absl::StatusOr<Address> with_port = ParseAddress(absl::StrCat(entry, ":0"));
@@ -32,12 +32,12 @@ absl::StatusOr<CloneSources> CloneSources::Parse(absl::string_view list) {
           "has '", entry,
           "', allowed: HOST, HOST:PORT, unix:PATH, or 'local', with commas between; or 'none'"));
     }
-    sources.hosts_.push_back(absl::AsciiStrToLower(with_port->host));
+    allowlist.hosts_.push_back(absl::AsciiStrToLower(with_port->host));
   }
-  return sources;
+  return allowlist;
 }
 
-bool CloneSources::Allows(const Address& address) const {
+bool CloneSourceAllowlist::Allows(const Address& address) const {
   if (allows_local_ && IsLocal(address)) {
     return true;
   }
