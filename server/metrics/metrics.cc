@@ -27,7 +27,7 @@ using prometheus::Registry;
 constexpr double kSecondsBounds[] = {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2,
                                      2e-2, 5e-2, 0.1,  0.2,  0.5,  1,    2,    5,    10};
 // From the repetition of a few steps to nodes that have to be started first.
-constexpr double kPauseBounds[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 30, 60, 300};
+constexpr double kFailoverBounds[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 30, 60, 300};
 // Returns reach from -60 (fruitbot) to over 60 (starpilot); many games give 0 or 10.
 constexpr double kReturnBounds[] = {-20, -10, -5, -1, 0, 1, 2, 5, 8, 10, 15, 20, 40, 80};
 constexpr double kLengthBounds[] = {1, 10, 50, 100, 200, 500, 1000, 2000, 4000, 8000};
@@ -87,8 +87,8 @@ class Metrics::Families final : public prometheus::Collectable {
                               "broke off.")),
         expired_pools(AddCounter("procgen_pools_expired_total",
                                  "Pools that were freed because their leases ran out.")),
-        fleet_moves(AddCounter("procgen_fleet_moves_total",
-                               "Times that a shard of a fleet's pool left its node.")),
+        fleet_shard_migrations(AddCounter("procgen_fleet_shard_migrations_total",
+                                          "Times that a shard of a fleet's pool left its node.")),
         fleet_waits(AddGauge("procgen_fleet_shards_waiting",
                              "Shards of a fleet's pools that wait for a node.")),
         fleet_not_durable(AddGauge("procgen_fleet_pools_not_durable",
@@ -138,9 +138,9 @@ class Metrics::Families final : public prometheus::Collectable {
     families.push_back(HistogramFamily(
         "procgen_request_run_seconds",
         "From a stream request's turn to its last response being ready.", {MetricOf(ran, {})}));
-    families.push_back(HistogramFamily("procgen_fleet_pause_seconds",
+    families.push_back(HistogramFamily("procgen_fleet_failover_seconds",
                                        "How long requests took during which a shard moved.",
-                                       {MetricOf(fleet_pauses, {})}));
+                                       {MetricOf(fleet_failovers, {})}));
     return families;
   }
 
@@ -198,13 +198,13 @@ class Metrics::Families final : public prometheus::Collectable {
   Counter& sent;
   Family<Counter>& streams;
   Counter& expired_pools;
-  Counter& fleet_moves;
+  Counter& fleet_shard_migrations;
   Gauge& fleet_waits;
   Gauge& fleet_not_durable;
   Family<Counter>& errors;
   AtomicHistogram queued{kSecondsBounds};
   AtomicHistogram ran{kSecondsBounds};
-  AtomicHistogram fleet_pauses{kPauseBounds};
+  AtomicHistogram fleet_failovers{kFailoverBounds};
 
  private:
   Family<Counter>& steps_;
@@ -250,10 +250,10 @@ void Metrics::AddStream(bool resumed) {
 
 void Metrics::AddExpiredPool() { families_->expired_pools.Increment(); }
 
-void Metrics::AddFleetMove() { families_->fleet_moves.Increment(); }
+void Metrics::AddFleetShardMigration() { families_->fleet_shard_migrations.Increment(); }
 
-void Metrics::AddFleetPause(absl::Duration pause) {
-  families_->fleet_pauses.Add(absl::ToDoubleSeconds(pause));
+void Metrics::AddFleetFailover(absl::Duration duration) {
+  families_->fleet_failovers.Add(absl::ToDoubleSeconds(duration));
 }
 
 void Metrics::AddFleetWaits(int32_t change) { families_->fleet_waits.Increment(change); }

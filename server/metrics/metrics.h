@@ -72,9 +72,9 @@ class Metrics {
   // A pool was freed because nobody held it.
   void AddExpiredPool();
   // A shard of a fleet's pool left its node.
-  void AddFleetMove();
+  void AddFleetShardMigration();
   // A request waited for that, so long from its beginning to its end.
-  void AddFleetPause(absl::Duration pause);
+  void AddFleetFailover(absl::Duration duration);
   // So many shards more, or fewer, wait for a node.
   void AddFleetWaits(int32_t change);
   // So many pools more, or fewer, of a fleet with --state_dir cannot be written.

@@ -208,7 +208,7 @@ absl::Status Shard::Do(Task* task) {
   const absl::Time deadline = task->begin_time + terms_->options->failover_timeout;
   const int64_t number = task->number.value_or(asked_position_);
   PromoteBase(number);
-  bool paused = false;
+  bool failed_over = false;
   gives_up_ = false;
   int attempts = 0;
   while (true) {
@@ -221,7 +221,7 @@ absl::Status Shard::Do(Task* task) {
       break;
     }
     Lose(status);
-    paused = true;
+    failed_over = true;
     // A pool that is being made need not wait for nodes that let nobody in.
     const bool is_refused = number == 0 && absl::IsPermissionDenied(status);
     attempts += IsOfNode(status) && !is_refused ? 0 : 1;
@@ -236,14 +236,14 @@ absl::Status Shard::Do(Task* task) {
       terms_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kShardPlaceRetry));
     }
   }
-  if (paused && asked_position_ > 0) {
-    const absl::Duration pause = SteadyNow() - task->begin_time;
-    terms_->metrics->AddFleetPause(pause);
+  if (failed_over && asked_position_ > 0) {
+    const absl::Duration failover_time = SteadyNow() - task->begin_time;
+    terms_->metrics->AddFleetFailover(failover_time);
     LogEvent(LogLevel::kInfo, "shard_goes_on",
              {{"pool", terms_->label},
               {"environments", Environments()},
               {"node", placement_->node->node_id},
-              {"pause", absl::FormatDuration(pause)}});
+              {"failover_time", absl::FormatDuration(failover_time)}});
   }
   asked_position_ = number;
   return absl::OkStatus();
@@ -390,7 +390,7 @@ void Shard::Lose(const absl::Status& why) {
     return;
   }
   const std::string& node_id = placement_->node->node_id;
-  terms_->metrics->AddFleetMove();
+  terms_->metrics->AddFleetShardMigration();
   LogEvent(LogLevel::kWarning, "shard_lost",
            {{"pool", terms_->label},
             {"environments", Environments()},

@@ -74,15 +74,15 @@ TEST(MetricsTest, RequestsBytesStreamsAndErrors) {
 
 TEST(MetricsTest, Fleets) {
   Metrics metrics("1");
-  metrics.AddFleetMove();
-  metrics.AddFleetPause(absl::Milliseconds(250));
+  metrics.AddFleetShardMigration();
+  metrics.AddFleetFailover(absl::Milliseconds(250));
   metrics.AddFleetWaits(1);
   metrics.AddFleetWaits(1);
   metrics.AddFleetWaits(-1);
   metrics.AddFleetNotDurable(1);
-  EXPECT_THAT(metrics.Text(), AllOf(HasSubstr("procgen_fleet_moves_total 1"),
+  EXPECT_THAT(metrics.Text(), AllOf(HasSubstr("procgen_fleet_shard_migrations_total 1"),
                                     HasSubstr("procgen_fleet_pools_not_durable 1"),
-                                    HasSubstr("procgen_fleet_pause_seconds_sum 0.25"),
+                                    HasSubstr("procgen_fleet_failover_seconds_sum 0.25"),
                                     HasSubstr("procgen_fleet_shards_waiting 1\n")));
 }
 

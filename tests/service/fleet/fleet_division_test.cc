@@ -175,7 +175,7 @@ TEST_F(FleetDivisionTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
   });
   EXPECT_EQ(before.size(), 2);
   EXPECT_EQ(after, before) << "shards have moved";
-  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 1\n"));
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shard_migrations_total 1\n"));
   EXPECT_LT(pause, absl::Seconds(1)) << "it was tried to reach forged nodes before the real one";
 }
 

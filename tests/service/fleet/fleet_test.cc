@@ -66,7 +66,7 @@ TEST_F(FleetTest, KilledNodesAreNotNoticed) {
       nodes_.erase("a");
     }
   });
-  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_moves_total 3"));
+  EXPECT_THAT(MetricsText(), testing::HasSubstr("procgen_fleet_shard_migrations_total 3"));
 }
 
 TEST_F(FleetTest, StacksOfPicturesAreDrawnAgain) {
