@@ -248,11 +248,11 @@ class StopWatchdog {
   DeadlineTimer timer_{SteadyNow, End};
 };
 
-void LogLeftovers(const Config& config) {
+void LogStaleFiles(const Config& config) {
   const SharedFolder* const folder = config.server.shared_folder.get();
-  if (folder != nullptr && folder->leftover_count() > 0) {
-    LogEvent(LogLevel::kInfo, "leftovers_removed",
-             {{"folder", folder->path()}, {"files", absl::StrCat(folder->leftover_count())}});
+  if (folder != nullptr && folder->stale_file_count() > 0) {
+    LogEvent(LogLevel::kInfo, "stale_files_removed",
+             {{"folder", folder->path()}, {"files", absl::StrCat(folder->stale_file_count())}});
   }
 }
 
@@ -260,7 +260,7 @@ int Serve(const Config& config, const sigset_t& stop_signals,
           std::terminate_handler usual_terminate) {
   SetLogLevel(config.log_level);
   StopWatchdog watchdog;
-  LogLeftovers(config);
+  LogStaleFiles(config);
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(config.server);
   if (!server.ok()) {
     return FailToStart(server.status());

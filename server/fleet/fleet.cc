@@ -129,7 +129,7 @@ std::vector<ResumedPool> Fleet::TakeResumed() {
   for (const FleetState::Left& left : options_.state->TakeLeft()) {
     absl::StatusOr<ResumedPool> resumed = Resume(left);
     if (!resumed.ok()) {
-      LogEvent(LogLevel::kError, "pool_not_resumed",
+      LogEvent(LogLevel::kError, "pool_resume_failed",
                {{"file", left.path}, {"message", std::string(resumed.status().message())}});
       continue;
     }

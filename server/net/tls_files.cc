@@ -102,8 +102,8 @@ absl::StatusOr<TlsFiles::Contents> TlsFiles::Read() {
     LogEvent(LogLevel::kWarning, "certificate_expired",
              {{"file", certificate_.path()}, {"message", "clients will refuse it"}});
   }
-  if (key_.is_open_to_all()) {
-    LogEvent(LogLevel::kWarning, "secrets_open_to_all",
+  if (key_.is_world_readable()) {
+    LogEvent(LogLevel::kWarning, "private_key_world_readable",
              {{"file", key_.path()}, {"message", "all users can read it; chmod o-r"}});
   }
   return Contents{*std::move(certificate), *std::move(key), *std::move(client_ca)};
@@ -115,7 +115,7 @@ void TlsFiles::Refresh() {
   if (has_changed) {
     absl::StatusOr<Contents> contents = Read();
     LogEvent(contents.ok() ? LogLevel::kInfo : LogLevel::kWarning,
-             contents.ok() ? "certificates_read" : "certificates_not_read",
+             contents.ok() ? "certificates_reloaded" : "certificates_reload_failed",
              {{"message", std::string(contents.status().message())}});
     if (contents.ok()) {
       contents_ = *std::move(contents);

@@ -59,7 +59,7 @@ absl::StatusOr<std::string> WatchedFile::Read() {
     return absl::ErrnoToStatus(errno, path_);
   }
   stamp_ = StampOf(facts);
-  is_open_to_all_ = (facts.st_mode & S_IROTH) != 0;
+  is_world_readable_ = (facts.st_mode & S_IROTH) != 0;
   if (!S_ISREG(facts.st_mode)) {
     return absl::InvalidArgumentError(absl::StrCat(path_, ": is no regular file"));
   }

@@ -31,7 +31,7 @@ class WatchedFile {
   bool HasChanged() const;
 
   // At the last Read: all users of the machine could read it.
-  bool is_open_to_all() const { return is_open_to_all_; }
+  bool is_world_readable() const { return is_world_readable_; }
 
  private:
   // Device, inode, size, and the times of its last writing and change; none: there is no file.
@@ -40,7 +40,7 @@ class WatchedFile {
 
   std::string path_;
   Stamp stamp_;
-  bool is_open_to_all_ = false;
+  bool is_world_readable_ = false;
 };
 
 }  // namespace procgen

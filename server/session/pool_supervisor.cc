@@ -187,7 +187,7 @@ absl::Time PoolSupervisor::FreeExpired(absl::Time now) {
     // It may have been deleted in the meantime, and its name have gone to another.
     if (pools_.Remove(*pool)) {
       metrics_->AddExpiredPool();
-      LogEvent(LogLevel::kInfo, "lease_ran_out",
+      LogEvent(LogLevel::kInfo, "lease_expired",
                {{"pool", pool->name()}, {"owner", pool->owner()}});
     }
   }

@@ -28,7 +28,7 @@ namespace {
 constexpr absl::string_view kNamePrefix = "procgen-server-";
 constexpr size_t kNumberDigits = 16;
 constexpr mode_t kOwnUserOnly = 0600;
-// A new file can be taken for a leftover by a server that starts in the same instant.
+// A new file can be taken for a stale file by a server that starts in the same instant.
 constexpr int kTriesMax = 10;
 
 bool IsOurs(absl::string_view name) {
@@ -43,27 +43,27 @@ std::string DrawName() {
   return absl::StrCat(kNamePrefix, absl::Hex(number, absl::kZeroPad16));
 }
 
-// Removes the file if it is a leftover: of this user, and no server's that lives.
-bool RemoveLeftover(const std::string& path) {
+// Removes the file if it is a stale file: of this user, and no server's that lives.
+bool RemoveStaleFile(const std::string& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) {
     return false;
   }
   struct stat facts = {};
-  const bool is_leftover = fstat(descriptor, &facts) == 0 && S_ISREG(facts.st_mode) &&
-                           facts.st_uid == geteuid() && flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  const bool is_stale = fstat(descriptor, &facts) == 0 && S_ISREG(facts.st_mode) &&
+                        facts.st_uid == geteuid() && flock(descriptor, LOCK_EX | LOCK_NB) == 0;
   // Removed under the lock, so that whoever made it a moment ago finds out.
-  const bool removed = is_leftover && unlink(path.c_str()) == 0;
+  const bool removed = is_stale && unlink(path.c_str()) == 0;
   close(descriptor);
   return removed;
 }
 
-int RemoveLeftovers(const std::string& folder) {
+int RemoveStaleFiles(const std::string& folder) {
   int count = 0;
   std::error_code error;
   std::filesystem::directory_iterator entry(folder, error);
   for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-    if (IsOurs(entry->path().filename().native()) && RemoveLeftover(entry->path())) {
+    if (IsOurs(entry->path().filename().native()) && RemoveStaleFile(entry->path())) {
       ++count;
     }
   }
@@ -80,7 +80,7 @@ bool Lock(int descriptor) {
 }  // namespace
 
 SharedFile::~SharedFile() {
-  // Before the lock goes with the descriptor, so that no leftover is seen in it.
+  // Before the lock goes with the descriptor, so that no stale file is seen in it.
   unlink(path_.c_str());
   close(descriptor_);
 }
@@ -99,7 +99,7 @@ absl::StatusOr<std::unique_ptr<SharedFolder>> SharedFolder::Open(const std::stri
     return absl::InvalidArgumentError(
         absl::StrCat("'", path, "': ", error.message(), "; allowed: a folder to make files in"));
   }
-  std::unique_ptr<SharedFolder> opened(new SharedFolder(folder, RemoveLeftovers(folder)));
+  std::unique_ptr<SharedFolder> opened(new SharedFolder(folder, RemoveStaleFiles(folder)));
   // Some folders may be written to and yet take no file: /proc.
   if (const auto file = opened->MakeFile(); !file.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("'", path, "': ", file.status().message(),

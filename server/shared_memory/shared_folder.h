@@ -39,17 +39,17 @@ class SharedFolder {
 
   const std::string& path() const { return path_; }
   // How many files other servers had left.
-  int leftover_count() const { return leftover_count_; }
+  int stale_file_count() const { return stale_file_count_; }
 
   // Makes an empty file. Errors: RESOURCE_EXHAUSTED, with its path and why.
   absl::StatusOr<std::unique_ptr<SharedFile>> MakeFile() const;
 
  private:
-  SharedFolder(std::string path, int leftover_count)
-      : path_(std::move(path)), leftover_count_(leftover_count) {}
+  SharedFolder(std::string path, int stale_file_count)
+      : path_(std::move(path)), stale_file_count_(stale_file_count) {}
 
   const std::string path_;
-  const int leftover_count_;
+  const int stale_file_count_;
 };
 
 }  // namespace procgen

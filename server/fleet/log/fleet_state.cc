@@ -88,7 +88,7 @@ std::vector<FleetState::Left> FleetState::TakeLeft() {
       continue;
     }
     if (!absl::IsDataLoss(pool.status())) {
-      LogEvent(LogLevel::kError, "pool_not_resumed",
+      LogEvent(LogLevel::kError, "pool_resume_failed",
                {{"file", path}, {"message", std::string(pool.status().message())}});
       continue;  // and stays: another server, or the next start, can read it
     }

@@ -160,12 +160,12 @@ void FleetPool::Divide(const ShardBase& base) {
   ShardBases bases = BasesOf(*shares, base);
   auto shards = MakeShards(bases, NodesOf(*shares));
   if (!shards.ok()) {
-    LogEvent(LogLevel::kWarning, "pool_not_divided",
+    LogEvent(LogLevel::kWarning, "pool_rebalance_failed",
              {{"pool", terms_->label}, {"message", std::string(shards.status().message())}});
     return;
   }
   SetShards({});  // before the others go to nodes: they need the room
-  LogEvent(LogLevel::kInfo, "pool_divided",
+  LogEvent(LogLevel::kInfo, "pool_rebalanced",
            {{"pool", terms_->label},
             {"shards", absl::StrCat(shares->size())},
             {"from", absl::StrCat(base.number)}});

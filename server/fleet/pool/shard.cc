@@ -239,7 +239,7 @@ absl::Status Shard::Do(Task* task) {
   if (failed_over && asked_position_ > 0) {
     const absl::Duration failover_time = SteadyNow() - task->begin_time;
     terms_->metrics->AddFleetFailover(failover_time);
-    LogEvent(LogLevel::kInfo, "shard_goes_on",
+    LogEvent(LogLevel::kInfo, "shard_resumed",
              {{"pool", terms_->label},
               {"environments", Environments()},
               {"node", placement_->node->node_id},
@@ -377,7 +377,7 @@ void Shard::SetWaits(bool waits, const absl::Status& why) {
   waits_ = waits;
   terms_->metrics->AddFleetWaits(waits ? 1 : -1);
   if (waits) {
-    LogEvent(LogLevel::kWarning, "shard_waits",
+    LogEvent(LogLevel::kWarning, "shard_waiting",
              {{"pool", terms_->label},
               {"environments", Environments()},
               {"message", std::string(why.message())}});

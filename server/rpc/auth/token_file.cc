@@ -102,8 +102,8 @@ absl::Status TokenFile::Read() {
           absl::StrCat(next->file.path(), ": ", digests.status().message()));
     }
   }
-  if (status.ok() && next->file.is_open_to_all()) {
-    LogEvent(LogLevel::kWarning, "secrets_open_to_all",
+  if (status.ok() && next->file.is_world_readable()) {
+    LogEvent(LogLevel::kWarning, "token_file_world_readable",
              {{"file", next->file.path()}, {"message", "all users can read it; chmod o-r"}});
   }
   absl::MutexLock lock(&mutex_);
@@ -124,7 +124,7 @@ void TokenFile::ReadAgain() {
   const absl::Status status = Read();
   const std::shared_ptr<const Snapshot> current = Current();
   LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning,
-           status.ok() ? "tokens_read" : "tokens_not_read",
+           status.ok() ? "tokens_reloaded" : "tokens_reload_failed",
            {{"file", current->file.path()},
             {"tokens_in_force", absl::StrCat(current->digests.size())},
             {"message", std::string(status.message())}});

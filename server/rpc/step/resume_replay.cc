@@ -123,7 +123,7 @@ class ResumeReplay final : public PoolObserver,
         pool_->ExecuteInTurn(&request_.request, shared_from_this());
         return;
       }
-      LogEvent(LogLevel::kWarning, "answer_not_kept", EventOf(status));
+      LogEvent(LogLevel::kWarning, "request_replay_skipped", EventOf(status));
     }
     End();
   }
@@ -154,14 +154,14 @@ class ResumeReplay final : public PoolObserver,
 
   void Fail(const absl::Status& status) {
     if (IsPermanent(status)) {
-      LogEvent(LogLevel::kError, "pool_not_resumed", EventOf(status));
+      LogEvent(LogLevel::kError, "pool_resume_failed", EventOf(status));
       pool_->Fail({status.code(), absl::StrCat("pool ", pool_->name(),
                                                " could not be resumed: ", status.message())});
       End();
       return;
     }
     // Nodes have not come in time; they may yet. The turn stays: what others want comes after.
-    LogEvent(LogLevel::kWarning, "pool_waits", EventOf(status));
+    LogEvent(LogLevel::kWarning, "pool_resume_delayed", EventOf(status));
     {
       absl::MutexLock lock(&mutex_);
       if (!ended_) {

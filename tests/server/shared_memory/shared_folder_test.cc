@@ -56,7 +56,7 @@ TEST_F(SharedFolderTest, FilesOfTheLivingAreLeftAlone) {
   ASSERT_THAT(file, IsOk());
   const auto second = SharedFolder::Open(path_);
   ASSERT_THAT(second, IsOk());
-  EXPECT_EQ((*second)->leftover_count(), 0);
+  EXPECT_EQ((*second)->stale_file_count(), 0);
   EXPECT_TRUE(std::filesystem::exists((*file)->path()));
 }
 
@@ -81,7 +81,7 @@ TEST_F(SharedFolderTest, FilesOfTheKilledAreRemoved) {
   ASSERT_EQ(FileCount(), 1);
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());
-  EXPECT_EQ((*folder)->leftover_count(), 1);
+  EXPECT_EQ((*folder)->stale_file_count(), 1);
   EXPECT_EQ(FileCount(), 0);
   close(ends[0]);
   close(ends[1]);
@@ -97,7 +97,7 @@ TEST_F(SharedFolderTest, FilesOfOthersAreLeftAlone) {
   const ptrdiff_t before = FileCount();
   const auto folder = SharedFolder::Open(path_);
   ASSERT_THAT(folder, IsOk());
-  EXPECT_EQ((*folder)->leftover_count(), 0);
+  EXPECT_EQ((*folder)->stale_file_count(), 0);
   EXPECT_EQ(FileCount(), before);
 }
 

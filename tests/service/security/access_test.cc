@@ -216,7 +216,7 @@ TEST_F(TokensTest, TokensAreReplacedWhileAStreamRuns) {
   EXPECT_THAT(ConnectAs(second)->GetCatalog(), IsOk());
   EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
   EXPECT_THAT(StopAndReadLog(),
-              AllOf(HasSubstr("event=tokens_read"), HasSubstr("event=tokens_not_read")));
+              AllOf(HasSubstr("event=tokens_reloaded"), HasSubstr("event=tokens_reload_failed")));
 }
 
 TEST_F(TokensTest, NoTokenIsEverLogged) {

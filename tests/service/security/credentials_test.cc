@@ -142,7 +142,7 @@ TEST_F(CredentialsTest, CertificatesAreReplacedWhileAStreamRuns) {
   EXPECT_THAT((*stream)->Step({4}, &batch), IsOk());
   EXPECT_THAT(StopAndReadLog(),
               AllOf(HasSubstr("server.pem: has no certificate in PEM"),
-                    HasSubstr("is not the key of"), HasSubstr("event=certificates_read")));
+                    HasSubstr("is not the key of"), HasSubstr("event=certificates_reloaded")));
 }
 
 TEST_F(CredentialsTest, WithdrawnClientAuthoritiesLetNobodyInAnyMore) {

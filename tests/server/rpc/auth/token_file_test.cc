@@ -144,10 +144,10 @@ TEST_F(TokenFileTest, ABrokenFileIsToldOnceAndAWideOpenOneToo) {
   (*tokens)->OwnerOf(kBob);
   FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
-  const size_t first = log.find("event=tokens_not_read");
+  const size_t first = log.find("event=tokens_reload_failed");
   EXPECT_NE(first, std::string::npos) << log;
-  EXPECT_EQ(log.find("event=tokens_not_read", first + 1), std::string::npos) << log;
-  EXPECT_THAT(log, HasSubstr("event=secrets_open_to_all"));
+  EXPECT_EQ(log.find("event=tokens_reload_failed", first + 1), std::string::npos) << log;
+  EXPECT_THAT(log, HasSubstr("event=token_file_world_readable"));
   EXPECT_THAT(log, Not(HasSubstr(kBob)));
 }
 
