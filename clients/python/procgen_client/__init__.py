@@ -1,7 +1,7 @@
 """Client of Procgen Server: batches of the sixteen Procgen games over gRPC.
 
 - :class:`ProcgenVectorEnv`: a pool of environments with Gymnasium's vector interface;
-  :class:`ProcgenEnv1`: one of them, with Gymnasium's other interface.
+  :class:`ProcgenGymEnv`: one of them, with Gymnasium's other interface.
 - :class:`ProcgenGym3Env`, :class:`ProcgenEnv`: the interfaces of Procgen 0.10.7.
 - :class:`Client` and :class:`Pool`: the server's own interface, with requests sent ahead, slices
   and next levels.
@@ -25,8 +25,8 @@ from procgen_client.client import Client, connect
 from procgen_client.credentials import Credentials
 from procgen_client.envs import _gym, _gymnasium
 from procgen_client.envs._gymnasium import AutoresetMode
-from procgen_client.envs.env import ProcgenEnv1
-from procgen_client.envs.released import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
+from procgen_client.envs.gym_env import ProcgenGymEnv
+from procgen_client.envs.procgen_compat import ENV_NAMES, ProcgenEnv, ProcgenGym3Env
 from procgen_client.envs.vector_env import ProcgenVectorEnv
 from procgen_client.errors import ProcgenError
 from procgen_client.options import LevelSampler
@@ -50,9 +50,9 @@ __all__ = [
     "LevelSampler",
     "Pool",
     "ProcgenEnv",
-    "ProcgenEnv1",
     "ProcgenError",
     "ProcgenGym3Env",
+    "ProcgenGymEnv",
     "ProcgenVectorEnv",
     "Reset",
     "ServerProcess",

@@ -28,7 +28,7 @@ from procgen_client._transport.channel_call import ChannelCall
 from procgen_client._transport.encoding import check_decodable
 from procgen_client._transport.http2 import MESSAGE_BYTES_MAX, Http2Call
 from procgen_client._transport.http2_channel import Http2Channel
-from procgen_client._transport.newest import newest_of
+from procgen_client._transport.latest import latest_of
 from procgen_client._transport.target import Target
 from procgen_client._validation import POOL_PAGES_MAX, check_pool
 from procgen_client.credentials import Credentials, is_this_machine
@@ -404,7 +404,7 @@ class Client:
         """Gives what a server tells from time to time, until it ends or is closed."""
         call = self._unary(method, request, timeout=None)
         try:
-            yield from newest_of(call)
+            yield from latest_of(call)
         except grpc.RpcError as error:
             raise from_rpc_error(error) from None
         finally:

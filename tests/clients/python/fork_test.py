@@ -19,10 +19,10 @@ import multiprocessing
 import sys
 
 import numpy as np
-from procgen_client import ProcgenEnv1, ProcgenVectorEnv
+from procgen_client import ProcgenGymEnv, ProcgenVectorEnv
 
 def play(line, seed):
-    env = ProcgenEnv1("maze", distribution_mode="easy", rand_seed=seed)
+    env = ProcgenGymEnv("maze", distribution_mode="easy", rand_seed=seed)
     observation, _ = env.reset()
     line.send(int(observation.sum()) + sum(int(env.step(3)[0].sum()) for _ in range(5)))
     if line.recv() == "close":
@@ -63,7 +63,7 @@ if __name__ == "__main__":
 _ASYNC_VECTOR_ENV = """
 import multiprocessing
 import numpy as np
-from procgen_client import ProcgenEnv, ProcgenEnv1
+from procgen_client import ProcgenEnv, ProcgenGymEnv
 
 def worker(index, make, pipe, parent_pipe, memory):
     parent_pipe.close()
@@ -104,7 +104,7 @@ class AsyncVectorEnv:
 beside = ProcgenEnv(4, "coinrun", num_levels=200)
 beside.reset()
 for _ in range(2):
-    env = AsyncVectorEnv([lambda: ProcgenEnv1("maze")] * 3)
+    env = AsyncVectorEnv([lambda: ProcgenGymEnv("maze")] * 3)
     beside.step(np.full(4, 7))
     env.ask("reset", range(3))
     for _ in range(5):
@@ -240,7 +240,7 @@ def test_connections_by_grpcio_are_refused_in_children(
     _run(_BY_GRPCIO, server.address, folder=tmp_path)
 
 
-def test_a_private_server_ends_with_its_program_whose_children_live() -> None:
+def test_a_local_server_ends_with_its_program_whose_children_live() -> None:
     with subprocess.Popen(
         [sys.executable, "-c", _CHILD_OUTLIVES_IT],
         env=_environment(),

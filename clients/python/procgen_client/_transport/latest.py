@@ -10,15 +10,15 @@ from typing import TypeVar
 _Message = TypeVar("_Message")
 
 
-def newest_of(call: Iterable[_Message]) -> Iterator[_Message]:
+def latest_of(call: Iterable[_Message]) -> Iterator[_Message]:
     """Gives a call's messages as they come.
 
-    Whoever takes long between two of them gets the newest of those that came meanwhile and misses
+    Whoever takes long between two of them gets the latest of those that came meanwhile and misses
     the others, for which there would be room in buffers of megabytes. Ends as the call does; the
     caller ends the call.
     """
     changed = threading.Condition()
-    newest: deque[_Message] = deque(maxlen=1)
+    latest: deque[_Message] = deque(maxlen=1)
     end: list[BaseException | None] = []
 
     def take() -> None:
@@ -26,7 +26,7 @@ def newest_of(call: Iterable[_Message]) -> Iterator[_Message]:
         try:
             for message in call:
                 with changed:
-                    newest.append(message)
+                    latest.append(message)
                     changed.notify()
         except BaseException as error:  # Of whoever reads.
             failure = error
@@ -34,13 +34,13 @@ def newest_of(call: Iterable[_Message]) -> Iterator[_Message]:
             end.append(failure)
             changed.notify()
 
-    threading.Thread(target=take, name="procgen-newest", daemon=True).start()
+    threading.Thread(target=take, name="procgen-latest", daemon=True).start()
     while True:
         with changed:
-            changed.wait_for(lambda: newest or end)
-            if not newest:
+            changed.wait_for(lambda: latest or end)
+            if not latest:
                 break
-            message = newest.popleft()
+            message = latest.popleft()
         yield message
     if end[0] is not None:
         raise end[0]

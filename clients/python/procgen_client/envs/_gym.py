@@ -67,7 +67,7 @@ def register_environments() -> None:
 def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not be installed
     import gym
 
-    from procgen_client.envs.released import ProcgenEnv
+    from procgen_client.envs.procgen_compat import ProcgenEnv
 
     class ProcgenGymEnv(gym.Env):  # type: ignore[misc]
         """One environment: reset gives an observation, step four values.

@@ -155,7 +155,7 @@ def register_environments() -> None:
     """
     if not HAS_GYMNASIUM:
         return
-    entry_points = {"entry_point": "procgen_client:ProcgenEnv1"}
+    entry_points = {"entry_point": "procgen_client:ProcgenGymEnv"}
     if HAS_VECTOR_CONTRACT:
         entry_points["vector_entry_point"] = "procgen_client:ProcgenVectorEnv"
     for game in GAMES:

@@ -17,7 +17,7 @@ class _VectorEnvOfOne(ProcgenVectorEnv):
     _is_for_gymnasium = False
 
 
-class ProcgenEnv1(Env):
+class ProcgenGymEnv(Env):
     """One environment on a server, with the contract of gymnasium.Env.
 
     It subclasses that where Gymnasium is installed, and works without it. Each step is a round trip

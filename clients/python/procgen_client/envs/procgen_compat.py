@@ -1,7 +1,7 @@
 """The interfaces of Procgen 0.10.7 ("upstream"): a drop-in for the package `procgen`.
 
 Replace ``from procgen import ...`` with ``from procgen_client import ...``. Without an address a
-private server is started, which shares memory with the program. Levels, rewards and episode ends
+local server is started, which shares memory with the program. Levels, rewards and episode ends
 equal upstream's for the same rand_seed.
 """
 
@@ -24,7 +24,7 @@ from procgen_client.envs._gym3 import Gym3Env, action_type, observation_type
 from procgen_client.errors import InvalidArgumentError, UpstreamAssertionError
 from procgen_client.options import GAMES, EnvironmentOptions
 from procgen_client.pool import Pool
-from procgen_client.tools.private_server import is_private, open_client
+from procgen_client.tools.local_server import is_local, open_client
 
 # The games, by upstream's name for the list.
 ENV_NAMES = list(GAMES)
@@ -81,7 +81,7 @@ class ProcgenGym3Env(Gym3Env):
             num_threads: Not used: the server has workers of its own.
             render_mode: "rgb_array": infos contain a picture for people, "rgb". Or None.
             debug: False: nothing is compiled here.
-            resource_root: Folder with upstream's art, for a private server. None: built-in art.
+            resource_root: Folder with upstream's art, for a local server. None: built-in art.
             server: As ProcgenVectorEnv takes it.
 
         Raises:
@@ -354,7 +354,7 @@ def _create_pool(
             num % len(games) == 0,
             f"num is {num}; it is a multiple of {len(games)}, the number of games in {env_name!r}",
         )
-        transport = "shared_memory" if is_private(client) else "stream"
+        transport = "shared_memory" if is_local(client) else "stream"
         return client.create_pool(games, num, transport=transport, **options)
     except BaseException as error:
         if owned is not None:

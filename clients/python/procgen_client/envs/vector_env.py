@@ -25,7 +25,7 @@ from procgen_client.errors import (
     UnimplementedError,
 )
 from procgen_client.pool import Pool
-from procgen_client.tools.private_server import is_private, open_client
+from procgen_client.tools.local_server import is_local, open_client
 
 _AUTORESET_MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -98,7 +98,7 @@ class ProcgenVectorEnv(VectorEnv):
         Args:
             games, num_envs: A game, or several that are dealt in turn to N environments.
             server: Address of a server, or a Client (which stays open on close). None: the address
-                in the variable PROCGEN_SERVER, else a private server, which is started and shares
+                in the variable PROCGEN_SERVER, else a local server, which is started and shares
                 memory.
             autoreset_mode: What follows the step that ends an episode: a member of AutoresetMode or
                 its value.
@@ -375,7 +375,7 @@ def _create_pool(
         raise UnimplementedError(
             f"the server at {client.address} does not draw for people; use render_mode None"
         )
-    if is_private(client) and options.get("encoding", "raw") == "raw":
+    if is_local(client) and options.get("encoding", "raw") == "raw":
         options = {"transport": "shared_memory"} | options
     return client.create_pool(games, num_envs, autoreset_mode=_AUTORESET_MODES[mode], **options)
 

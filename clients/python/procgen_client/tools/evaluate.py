@@ -32,7 +32,7 @@ from procgen_client._requests import ACTION_COUNT
 from procgen_client.client import Client
 from procgen_client.errors import InvalidArgumentError, ProcgenError
 from procgen_client.options import GAMES
-from procgen_client.tools.private_server import is_private, open_client
+from procgen_client.tools.local_server import is_local, open_client
 
 Policy = Callable[[np.ndarray], Any]  # Observations uint8 [N, 64, 64, 3] -> actions int [N].
 MakePolicy = Callable[[str], Policy]  # Of the game of that name.
@@ -161,7 +161,7 @@ def _play(
         distribution_mode=protocol.mode,
         num_levels=num_levels,
         rand_seed=protocol.rand_seed,
-        transport="shared_memory" if is_private(client) else "stream",
+        transport="shared_memory" if is_local(client) else "stream",
     ) as pool:
         batch = pool.observe()
         progress(0, returns.size)

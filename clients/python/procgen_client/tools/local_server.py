@@ -1,4 +1,4 @@
-"""Private servers: of a program that names none."""
+"""Local servers: of a program that names none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from procgen_client.tools.server_process import ServerProcess
 SERVER_VARIABLE = "PROCGEN_SERVER"
 
 
-class _PrivateServer:
+class _LocalServer:
     """A server on a unix socket in a folder of its own."""
 
     def __init__(self, art_dir: str) -> None:
@@ -44,10 +44,10 @@ class _PrivateServer:
 
 
 _lock = threading.Lock()
-_servers: dict[str, _PrivateServer] = {}  # By their art_dir.
+_servers: dict[str, _LocalServer] = {}  # By their art_dir.
 
 
-def private_address(art_dir: str = "") -> str:
+def local_address(art_dir: str = "") -> str:
     """Gives the address of this program's own server, which is started if it does not run yet.
 
     There is one for the whole program, and one more for each folder of art. A forked child has its
@@ -63,7 +63,7 @@ def private_address(art_dir: str = "") -> str:
     """
     with _lock:
         if art_dir not in _servers:
-            _servers[art_dir] = _PrivateServer(art_dir)
+            _servers[art_dir] = _LocalServer(art_dir)
             atexit.register(_servers[art_dir].stop)
         return _servers[art_dir].address
 
@@ -80,7 +80,7 @@ def open_client(
 
     Raises:
         InvalidArgumentError: `art_dir` is given and the server is not this program's own.
-        ProcgenError: As Client and private_address.
+        ProcgenError: As Client and local_address.
     """
     address = None if isinstance(server, Client) else server or os.environ.get(SERVER_VARIABLE)
     if art_dir is not None and (isinstance(server, Client) or address):
@@ -95,10 +95,10 @@ def open_client(
         return Client(address)
     # Nobody but this user reaches the own one: it asks for nothing, whatever the environment has.
     folder = "" if art_dir is None else os.path.abspath(os.fspath(art_dir))
-    return Client(private_address(folder), credentials=Credentials())
+    return Client(local_address(folder), credentials=Credentials())
 
 
-def is_private(client: Client) -> bool:
+def is_local(client: Client) -> bool:
     """Whether a client is of this program's own server, with which it shares memory."""
     return any(client.address == server.address for server in _servers.values())
 

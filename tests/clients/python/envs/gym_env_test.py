@@ -10,17 +10,17 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from procgen_client import Client, ProcgenEnv1, ProcgenVectorEnv, ServerProcess, errors
+from procgen_client import Client, ProcgenGymEnv, ProcgenVectorEnv, ServerProcess, errors
 
 
 @pytest.fixture
-def env(client: Client) -> Iterator[ProcgenEnv1]:
+def env(client: Client) -> Iterator[ProcgenGymEnv]:
     """One environment."""
-    with ProcgenEnv1("maze", server=client, distribution_mode="easy", rand_seed=3) as made:
+    with ProcgenGymEnv("maze", server=client, distribution_mode="easy", rand_seed=3) as made:
         yield made
 
 
-def test_reset_and_step_give_what_the_contract_says(env: ProcgenEnv1) -> None:
+def test_reset_and_step_give_what_the_contract_says(env: ProcgenGymEnv) -> None:
     # core.py, Env.reset: (obs, info); Env.step: (obs, float, bool, bool, dict).
     observation, infos = env.reset()
     assert observation in env.observation_space
@@ -36,7 +36,7 @@ def test_reset_and_step_give_what_the_contract_says(env: ProcgenEnv1) -> None:
         env.reset(0)  # seed and options are keyword-only
 
 
-def test_a_seed_gives_the_same_episodes_again(env: ProcgenEnv1) -> None:
+def test_a_seed_gives_the_same_episodes_again(env: ProcgenGymEnv) -> None:
     # core.py, Env.reset: a seed makes what follows reproducible; np_random is seeded with it.
     _, one = env.reset(seed=11)
     assert env.np_random_seed == 11
@@ -46,7 +46,7 @@ def test_a_seed_gives_the_same_episodes_again(env: ProcgenEnv1) -> None:
     assert unlike["level_seed"] != one["level_seed"]
 
 
-def test_an_episode_that_is_over_wants_a_reset(env: ProcgenEnv1) -> None:
+def test_an_episode_that_is_over_wants_a_reset(env: ProcgenGymEnv) -> None:
     # core.py, Env.step: after terminated or truncated the user calls reset.
     env.reset()
     _, _, terminated, truncated, infos = env.step(-1)
@@ -59,7 +59,7 @@ def test_an_episode_that_is_over_wants_a_reset(env: ProcgenEnv1) -> None:
     assert "episode_length" not in infos
 
 
-def test_it_plays_as_one_of_a_vector_environment(env: ProcgenEnv1, client: Client) -> None:
+def test_it_plays_as_one_of_a_vector_environment(env: ProcgenGymEnv, client: Client) -> None:
     # Ours: no source in Gymnasium.
     with ProcgenVectorEnv(
         "maze", 1, server=client, distribution_mode="easy", rand_seed=3
@@ -73,7 +73,7 @@ def test_it_plays_as_one_of_a_vector_environment(env: ProcgenEnv1, client: Clien
             assert reward == rewards[0]
 
 
-def test_states_and_levels(env: ProcgenEnv1) -> None:
+def test_states_and_levels(env: ProcgenGymEnv) -> None:
     # Ours: no source in Gymnasium.
     _, infos = env.reset(options={"level_seed": 42})
     assert infos["level_seed"] == 42
@@ -87,11 +87,11 @@ def test_states_and_levels(env: ProcgenEnv1) -> None:
     assert before[1:] == after[1:]
 
 
-def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenEnv1) -> None:
+def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenGymEnv) -> None:
     # core.py, Env.render: a frame with "rgb_array", None without a mode; close may come twice.
     assert env.render() is None
     before = len(client.list_pools())
-    one = ProcgenEnv1("maze", server=server.address, render_mode="rgb_array", render_size_px=96)
+    one = ProcgenGymEnv("maze", server=server.address, render_mode="rgb_array", render_size_px=96)
     one.reset()
     assert one.render().shape == (96, 96, 3)
     assert one.unwrapped is one
@@ -99,6 +99,6 @@ def test_render_and_close(server: ServerProcess, client: Client, env: ProcgenEnv
     one.close()
     assert len(client.list_pools()) == before
     with pytest.raises(errors.InvalidArgumentError, match="one environment plays one game"):
-        ProcgenEnv1(["maze", "coinrun"], server=client)
+        ProcgenGymEnv(["maze", "coinrun"], server=client)
     with pytest.raises(errors.NotFoundError):
-        ProcgenEnv1("pong", server=client)
+        ProcgenGymEnv("pong", server=client)

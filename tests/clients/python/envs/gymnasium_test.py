@@ -124,7 +124,7 @@ import gymnasium
 import numpy as np
 
 warnings.simplefilter("error")
-from procgen_client import AutoresetMode, ProcgenEnv1, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenGymEnv, ProcgenVectorEnv
 
 is_1_0 = gymnasium.__version__ == "1.0.0"
 with warnings.catch_warnings(record=True) as told:
@@ -141,7 +141,7 @@ env.reset(seed=1)
 env.step([0, -1])
 env.close()
 
-assert issubclass(ProcgenEnv1, gymnasium.Env)
+assert issubclass(ProcgenGymEnv, gymnasium.Env)
 for name in ("procgen_server/maze-v0", "procgen-maze-v0"):
     one = gymnasium.make(name, server=sys.argv[1])
     assert isinstance(one.observation_space, gymnasium.spaces.Box)
@@ -156,7 +156,7 @@ _PROGRAM = """
 import sys
 import gymnasium
 import numpy as np
-from procgen_client import AutoresetMode, ProcgenEnv, ProcgenEnv1, ProcgenVectorEnv
+from procgen_client import AutoresetMode, ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv
 
 assert AutoresetMode is gymnasium.vector.AutoresetMode
 assert issubclass(ProcgenVectorEnv, gymnasium.vector.VectorEnv)
@@ -185,8 +185,8 @@ assert vector.num_envs == 3
 vector.close()
 
 one = gymnasium.make("procgen_server/maze-v0", server=sys.argv[1], render_mode="rgb_array")
-assert isinstance(one, ProcgenEnv1)
-assert issubclass(ProcgenEnv1, gymnasium.Env)
+assert isinstance(one, ProcgenGymEnv)
+assert issubclass(ProcgenGymEnv, gymnasium.Env)
 assert one.observation_space == gymnasium.spaces.Box(0, 255, (64, 64, 3), np.uint8)
 assert one.action_space == gymnasium.spaces.Discrete(15)
 one.reset(seed=5)

@@ -13,12 +13,12 @@ import pytest
 from conftest import server_binary
 
 from procgen_client import Client, ServerProcess, errors
-from procgen_client.tools.private_server import SERVER_VARIABLE
+from procgen_client.tools.local_server import SERVER_VARIABLE
 
 _BEGIN = """
 import sys
 import numpy as np
-from procgen_client import ProcgenEnv, ProcgenEnv1, ProcgenVectorEnv
+from procgen_client import ProcgenEnv, ProcgenGymEnv, ProcgenVectorEnv
 env = ProcgenEnv(num_envs=3, env_name="coinrun")
 env.reset()
 env.step(np.full(3, 7))
@@ -35,7 +35,7 @@ encoded = ProcgenVectorEnv("maze", 2, encoding="delta_zstd")
 assert encoded.pool.spec.transport == 1, "the stream"
 vector.reset()
 vector.step([4, 4])
-ProcgenEnv1("maze").reset()
+ProcgenGymEnv("maze").reset()
 print(vector.pool._client.address)
 """
 )
