@@ -102,7 +102,7 @@ func (c *Client) Load(ctx context.Context) (*pb.Load, error) {
 
 // CreatePool makes a pool; every environment stands at the first step of its first level. poolID: the last part of its
 // name; empty: the server chooses.
-func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpec, hold HoldOptions) (*Pool, error) {
+func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpec, options PoolOptions) (*Pool, error) {
 	message, err := c.pools.CreatePool(c.with(ctx), &pb.CreatePoolRequest{PoolId: poolID, Spec: spec})
 	if err != nil {
 		return nil, fromRPC(ctx, err)
@@ -114,11 +114,11 @@ func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpe
 	if err := checkPool(message, name, spec.GetEnvCount()); err != nil {
 		return nil, err
 	}
-	return newPool(c, message, hold)
+	return newPool(c, message, options)
 }
 
 // GetPool gives a pool that is there already.
-func (c *Client) GetPool(ctx context.Context, name string, hold HoldOptions) (*Pool, error) {
+func (c *Client) GetPool(ctx context.Context, name string, options PoolOptions) (*Pool, error) {
 	message, err := c.pools.GetPool(c.with(ctx), &pb.GetPoolRequest{Name: name})
 	if err != nil {
 		return nil, fromRPC(ctx, err)
@@ -126,7 +126,7 @@ func (c *Client) GetPool(ctx context.Context, name string, hold HoldOptions) (*P
 	if err := checkPool(message, name, 0); err != nil {
 		return nil, err
 	}
-	return newPool(c, message, hold)
+	return newPool(c, message, options)
 }
 
 // ListPools tells what pools the caller owns, oldest first.

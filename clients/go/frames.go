@@ -58,11 +58,11 @@ type WatchOptions struct {
 	FramesPerSecondMax float32
 }
 
-// Watch shows environments while somebody steps them, and never slows who does: it calls `see` with frames (RGB, top row
+// Watch shows environments while somebody steps them, and never slows who does: it calls `yield` with frames (RGB, top row
 // first) of how they are now, and then of how they are after something has changed, at a bounded rate. What changes while
-// `see` is busy is left out, but for the newest. It ends with nil when `see` gives false, with ABORTED when the pool is gone,
+// `yield` is busy is left out, but for the latest. It ends with nil when `yield` gives false, with ABORTED when the pool is gone,
 // and with UNAVAILABLE when the server stops or the connection breaks.
-func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.WatchPoolResponse) bool) error {
+func (p *Pool) Watch(ctx context.Context, options WatchOptions, yield func(*pb.WatchPoolResponse) bool) error {
 	environments, sizePx := options.Environments, options.SizePx
 	if len(environments) == 0 {
 		environments = firstEnvs(clamp(p.EnvCount(), 1, watchedDefault))
@@ -86,7 +86,7 @@ func (p *Pool) Watch(ctx context.Context, options WatchOptions, see func(*pb.Wat
 	var invalid error
 	err = watch(ctx, call.Recv, func(moment *pb.WatchPoolResponse) bool {
 		invalid = checkFrames(moment.Frames, environments, sizePx)
-		return invalid == nil && see(moment)
+		return invalid == nil && yield(moment)
 	})
 	if invalid != nil {
 		return invalid

@@ -22,8 +22,8 @@ const rowOverheadBytes = 1024
 const chunkBytesMin = 2 << 20
 const defaultChunkCountMax = 4
 
-// HoldOptions is how a pool is held; the zero value will do.
-type HoldOptions struct {
+// PoolOptions is how a pool is held; the zero value will do.
+type PoolOptions struct {
 	// How many requests may be unanswered. 0: 2.
 	RequestsInFlightMax int32
 	// In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. 0: as many as
@@ -90,9 +90,9 @@ type Pool struct {
 	abandoned bool
 }
 
-func newPool(client *Client, message *pb.Pool, hold HoldOptions) (*Pool, error) {
-	pool := &Pool{client: client, message: message, inFlight: hold.RequestsInFlightMax, chunkCount: hold.ChunkCount,
-		heldMax: hold.HeldBatchesMax}
+func newPool(client *Client, message *pb.Pool, options PoolOptions) (*Pool, error) {
+	pool := &Pool{client: client, message: message, inFlight: options.RequestsInFlightMax, chunkCount: options.ChunkCount,
+		heldMax: options.HeldBatchesMax}
 	if pool.inFlight == 0 {
 		pool.inFlight = 2
 	}

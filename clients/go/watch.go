@@ -7,14 +7,14 @@ import (
 	"google.golang.org/grpc/codes"
 )
 
-// Calls `see` with what a call tells again and again, each time anew and whole, until it gives false or the call ends. What
-// is received while `see` is busy is left out, but for the newest: there would be room for megabytes that are past. The
+// Calls `yield` with what a call tells again and again, each time anew and whole, until it gives false or the call ends. What
+// is received while `yield` is busy is left out, but for the latest: there would be room for megabytes that are past. The
 // caller ends the call.
-func watch[Message any](ctx context.Context, receive func() (Message, error), see func(Message) bool) error {
-	newest := make(chan Message, 1)
+func watch[Message any](ctx context.Context, receive func() (Message, error), yield func(Message) bool) error {
+	latest := make(chan Message, 1)
 	var end error
 	go func() {
-		defer close(newest)
+		defer close(latest)
 		for {
 			message, err := receive()
 			if err != nil {
@@ -22,14 +22,14 @@ func watch[Message any](ctx context.Context, receive func() (Message, error), se
 				return
 			}
 			select {
-			case <-newest: // Not seen, and past.
+			case <-latest: // Not seen, and past.
 			default:
 			}
-			newest <- message
+			latest <- message
 		}
 	}()
-	for message := range newest {
-		if !see(message) {
+	for message := range latest {
+		if !yield(message) {
 			return nil
 		}
 	}

@@ -6,7 +6,7 @@ const client = await connect(address);
 const pool = await client.createPool({ games: [game], envCount: 64 });
 const policy = () => Array.from({ length: 64 }, () => Math.floor(Math.random() * 15));
 let episodes = 0;
-for await (const batch of pool.play(policy, { stepCount: 1000 })) {
+for await (const batch of pool.rollout(policy, { stepCount: 1000 })) {
   episodes += batch.fingerprints.length; // One for each episode that ended.
 }
 console.log(`${episodes} episodes of ${game}`);

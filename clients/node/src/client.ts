@@ -10,7 +10,7 @@ import {
   PoolService, Transport,
   type Pool as PoolMessage, type PoolSpecSchema,
 } from "./generated/procgen/v1/pools_pb.js";
-import { Pool, type HoldOptions } from "./pool.js";
+import { Pool, type PoolOptions } from "./pool.js";
 import { callTimeoutDefaultMs, connectTimeoutDefaultMs, reasonTimeoutMs, reconnectTimeoutDefaultMs } from "./timing.js";
 import { checkPool, poolPagesMax } from "./validation.js";
 
@@ -88,7 +88,7 @@ export class Client {
   // comments are the manual (proto/procgen/v1/pools.proto); `poolId`: the last part of its name.
   async createPool(
     spec: PoolSpecInit,
-    { poolId = "", signal, timeoutMs, ...hold }: { poolId?: string } & HoldOptions & CallOptions = {},
+    { poolId = "", signal, timeoutMs, ...poolOptions }: { poolId?: string } & PoolOptions & CallOptions = {},
   ): Promise<Pool> {
     if (spec.transport === Transport.SHARED_MEMORY) {
       throw new UnimplementedError("Node.js cannot map memory without native code; transport is TRANSPORT_STREAM here");
@@ -96,17 +96,17 @@ export class Client {
     const options = { signal, timeoutMs };
     const message = await this.#connection.unary(PoolService.method.createPool, { poolId, spec }, options);
     checkPool(message, poolId === "" ? undefined : `pools/${poolId}`, spec.envCount);
-    return this.#pool(message, true, hold);
+    return this.#pool(message, true, poolOptions);
   }
 
   // A pool that is there already; closing it leaves it there.
   async getPool(
     name: string,
-    { signal, timeoutMs, ...hold }: HoldOptions & CallOptions = {},
+    { signal, timeoutMs, ...poolOptions }: PoolOptions & CallOptions = {},
   ): Promise<Pool> {
     const message = await this.#connection.unary(PoolService.method.getPool, { name }, { signal, timeoutMs });
     checkPool(message, name);
-    return this.#pool(message, false, hold);
+    return this.#pool(message, false, poolOptions);
   }
 
   // The pools that the caller owns, oldest first, as messages.
@@ -133,9 +133,9 @@ export class Client {
     this.#connection.close();
   }
 
-  #pool(message: PoolMessage, deletesOnClose: boolean, hold: HoldOptions): Pool {
+  #pool(message: PoolMessage, deletesOnClose: boolean, options: PoolOptions): Pool {
     return new Pool(this.#connection, message, {
-      ...hold,
+      ...options,
       deletesOnClose,
       reconnectTimeoutMs: this.#reconnectTimeoutMs,
       limits: this.#catalog.limits!,

@@ -8,7 +8,7 @@ import { Client as GrpcClient, type ChannelOptions, type ClientDuplexStream, typ
 import { callMetadata, channelCredentials, isThisMachine, type Credentials } from "./credentials.js";
 import { CancelledError, fromServiceError, InvalidArgumentError, UnavailableError } from "./errors.js";
 import { StepPoolRequestSchema, StepService, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
-import { newestOf } from "./newest.js";
+import { latestOf } from "./latest.js";
 import { channelBackoffMaxMs, channelBackoffMinMs, keepaliveTimeMs, keepaliveTimeoutMs } from "./timing.js";
 import { readResponse, type Response } from "./wire.js";
 
@@ -78,7 +78,7 @@ export class Connection {
     });
   }
 
-  // Calls a method that tells again and again how something is: gives the newest each time. Ends with an error; who leaves
+  // Calls a method that tells again and again how something is: gives the latest each time. Ends with an error; who leaves
   // the loop over it ends the call.
   async *serverStream<I extends DescMessage, O extends DescMessage>(
     method: DescMethodServerStreaming<I, O>,
@@ -97,7 +97,7 @@ export class Connection {
     const abort = () => call.cancel();
     signal?.addEventListener("abort", abort, { once: true });
     try {
-      for await (const message of newestOf(call)) {
+      for await (const message of latestOf(call)) {
         throwIfAborted(signal);
         yield message;
       }

@@ -6,7 +6,7 @@ export { credentialsFromEnvironment, type Credentials } from "./credentials.js";
 export { observationOf, type Batch, type BatchArrays, type Part } from "./batch.js";
 export {
   Pool,
-  type AttachOptions, type HoldOptions, type PlayOptions, type Reset, type SliceOptions, type StepOptions,
+  type AttachOptions, type PoolOptions, type RolloutOptions, type Reset, type SliceOptions, type StepOptions,
 } from "./pool.js";
 export type { CloneSource, WatchOptions } from "./pool_resource.js";
 export { ServerProcess, type ServerProcessOptions } from "./server_process.js";

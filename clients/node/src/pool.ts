@@ -19,7 +19,7 @@ const chunkBytesMin = 2 * 1024 * 1024;
 const defaultChunkCountMax = 4;
 
 // How a pool is held.
-export interface HoldOptions {
+export interface PoolOptions {
   // How many requests may be unanswered. Default: 2.
   requestsInFlightMax?: number;
   // In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. Default: as many
@@ -60,7 +60,7 @@ export interface StepOptions extends Omit<SliceOptions, "envCount"> {
   resets?: readonly Reset[];
 }
 
-export interface PlayOptions extends StepOptions {
+export interface RolloutOptions extends StepOptions {
   // How many steps; endlessly by default.
   stepCount?: number;
 }
@@ -84,7 +84,7 @@ export class Pool extends PoolResource {
   constructor(
     connection: Connection,
     message: PoolMessage,
-    of: { limits: Limits; reconnectTimeoutMs: number; deletesOnClose: boolean } & HoldOptions,
+    of: { limits: Limits; reconnectTimeoutMs: number; deletesOnClose: boolean } & PoolOptions,
   ) {
     super(connection, message, of.limits);
     this.#requestsInFlightMax = of.requestsInFlightMax ?? 2;
@@ -144,10 +144,10 @@ export class Pool extends PoolResource {
   }
 
   // Gives how the pool stands and then, as long as it is asked for more, what the policy's actions lead to:
-  //     for await (const batch of pool.play(policy)) { ... }
-  async *play(
+  //     for await (const batch of pool.rollout(policy)) { ... }
+  async *rollout(
     policy: (batch: Batch) => ArrayLike<number> | Promise<ArrayLike<number>>,
-    { stepCount = Infinity, ...options }: PlayOptions = {},
+    { stepCount = Infinity, ...options }: RolloutOptions = {},
   ): AsyncGenerator<Batch, void, void> {
     const { firstEnv, observe, signal } = options;
     let batch = await this.observe({ firstEnv, observe, signal });

@@ -34,11 +34,11 @@ func TestPoolsAreMadeFoundListedRenewedAndDeleted(t *testing.T) {
 	client := connected(t, Options{})
 	spec := easy(2, "maze")
 	spec.LeaseDuration = durationpb.New(90 * time.Second)
-	pool, err := client.CreatePool(ctx, "mine", spec, HoldOptions{})
+	pool, err := client.CreatePool(ctx, "mine", spec, PoolOptions{})
 	must(t, err)
-	_, err = client.CreatePool(ctx, "mine", spec, HoldOptions{})
+	_, err = client.CreatePool(ctx, "mine", spec, PoolOptions{})
 	expectError(t, err, codes.AlreadyExists)
-	found, err := client.GetPool(ctx, "pools/mine", HoldOptions{})
+	found, err := client.GetPool(ctx, "pools/mine", PoolOptions{})
 	must(t, err)
 	if found.Spec().Options.GetRandSeed() != 5 {
 		t.Error(found.Spec())
@@ -61,11 +61,11 @@ func TestPoolsAreMadeFoundListedRenewedAndDeleted(t *testing.T) {
 
 func TestErrorsAreTheServersWords(t *testing.T) {
 	client := connected(t, Options{})
-	_, err := client.CreatePool(testContext(t), "", easy(1, "pong"), HoldOptions{})
+	_, err := client.CreatePool(testContext(t), "", easy(1, "pong"), PoolOptions{})
 	expectError(t, err, codes.NotFound, "pong")
-	_, err = client.CreatePool(testContext(t), "", easy(0, "maze"), HoldOptions{})
+	_, err = client.CreatePool(testContext(t), "", easy(0, "maze"), PoolOptions{})
 	expectError(t, err, codes.InvalidArgument)
-	_, err = client.CreatePool(testContext(t), "", easy(1, "maze"), HoldOptions{ChunkCount: 65})
+	_, err = client.CreatePool(testContext(t), "", easy(1, "maze"), PoolOptions{ChunkCount: 65})
 	expectError(t, err, codes.InvalidArgument, "ChunkCount is 65")
 }
 
@@ -82,14 +82,14 @@ func TestUnixSocketWillDo(t *testing.T) {
 	must(t, err)
 	client, err := Connect(testContext(t), own.Address, Options{})
 	must(t, err)
-	stepped(t, madePool(t, client, easy(1, "maze"), HoldOptions{}), []int32{4}, StepOptions{})
+	stepped(t, madePool(t, client, easy(1, "maze"), PoolOptions{}), []int32{4}, StepOptions{})
 	must(t, client.Close())
 	must(t, own.Stop())
 }
 
 func TestWhatIsRestoredGoesOnAsWhatWasSaved(t *testing.T) {
 	ctx := testContext(t)
-	pool := madePool(t, connected(t, Options{}), easy(80, "bigfish", "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(80, "bigfish", "maze"), PoolOptions{})
 	for step := 0; step < 5; step++ {
 		stepped(t, pool, actionsOf(step, 80), StepOptions{})
 	}
@@ -119,8 +119,8 @@ func TestWhatIsRestoredGoesOnAsWhatWasSaved(t *testing.T) {
 func TestEnvironmentsAreClonedAndDrawn(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
-	pool := madePool(t, client, easy(7, "maze"), HoldOptions{})
-	other := madePool(t, client, easy(3, "maze"), HoldOptions{})
+	pool := madePool(t, client, easy(7, "maze"), PoolOptions{})
+	other := madePool(t, client, easy(3, "maze"), PoolOptions{})
 	must(t, pool.CloneStates(ctx, CloneSource{}, &pb.ClonePair{SourceEnvironment: 0, TargetEnvironment: 6}))
 	must(t, pool.CloneStates(ctx, CloneSource{Pool: other.Name()}, &pb.ClonePair{SourceEnvironment: 2, TargetEnvironment: 1}))
 	batch, err := pool.Observe(ctx, Slice{})
@@ -171,7 +171,7 @@ func TestTLSClientCertificatesAndTokensAreShownAsTheServerAsks(t *testing.T) {
 	shown := Credentials{CA: path("ca.pem"), Certificate: path("client.pem"), Key: path("client.key"), Token: token}
 	client, err := Connect(ctx, own.Address, Options{Credentials: &shown})
 	must(t, err)
-	pool, err := client.CreatePool(ctx, "of-alice", easy(1, "maze"), HoldOptions{})
+	pool, err := client.CreatePool(ctx, "of-alice", easy(1, "maze"), PoolOptions{})
 	must(t, err)
 	stepped(t, pool, []int32{4}, StepOptions{})
 	pools, err := client.ListPools(ctx)

@@ -64,7 +64,7 @@ func converse(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	spec.Options.UseMonochromeAssets = true
 	spec.ObservationFormat = &pb.ObservationFormat{Color: pb.Color_COLOR_GRAYSCALE, SizePx: 16}
 	spec.Encoding = encoding
-	pool, err := client.CreatePool(ctx, "", spec, HoldOptions{})
+	pool, err := client.CreatePool(ctx, "", spec, PoolOptions{})
 	must(t, err)
 	batches := []*Batch{}
 	keep := func(batch *Batch, err error) {

@@ -23,10 +23,10 @@ func TestEncodedObservationsAreLossless(t *testing.T) {
 		t.Run(name, func(t *testing.T) {
 			spec := easy(6, "bigfish", "jumper", "maze")
 			spec.ObservationFormat = format
-			raw := madePool(t, client, spec, HoldOptions{})
+			raw := madePool(t, client, spec, PoolOptions{})
 			encoded := proto.Clone(spec).(*pb.PoolSpec)
 			encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
-			told := madePool(t, client, encoded, HoldOptions{})
+			told := madePool(t, client, encoded, PoolOptions{})
 			for step := 0; step < 80; step++ {
 				if step == 40 {
 					told.Detach(testContext(t)) // Another stream begins without a past.

@@ -34,7 +34,7 @@ func TestWatchersAreToldOfEachChange(t *testing.T) {
 			if count >= many {
 				t.Error("there are", count, "environments before any was made")
 			}
-			madePool(t, client, easy(many, "maze"), HoldOptions{})
+			madePool(t, client, easy(many, "maze"), PoolOptions{})
 		}
 		return count < many
 	}))

@@ -15,7 +15,7 @@ import (
 )
 
 func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), PoolOptions{})
 	batch, err := pool.Observe(testContext(t), Slice{})
 	must(t, err)
 	if batch.SequenceNumber != 1 || batch.EnvCount() != 3 || len(batch.Observations) != 3*12288 {
@@ -31,8 +31,8 @@ func TestPoolStandsAtFirstStepsBeforeItIsStepped(t *testing.T) {
 
 func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsChunked(t *testing.T) {
 	client := connected(t, Options{})
-	plain := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{})
-	ahead := madePool(t, client, easy(8, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 4, ChunkCount: 3})
+	plain := madePool(t, client, easy(8, "maze", "bigfish"), PoolOptions{})
+	ahead := madePool(t, client, easy(8, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 4, ChunkCount: 3})
 	ended := 0
 	for step := 0; step < 60; step += 2 {
 		actions, more := actionsOf(step, 8), actionsOf(step+1, 8)
@@ -64,7 +64,7 @@ func TestBatchesAreEqualWhateverIsSentAheadAndHoweverItIsChunked(t *testing.T) {
 }
 
 func TestAnswersOfMoreThanFourMebibytesAreJoined(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(400, "coinrun"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(400, "coinrun"), PoolOptions{})
 	batch := stepped(t, pool, make([]int32, 400), StepOptions{})
 	if batch.EnvCount() != 400 || len(batch.Observations) != 400*12288 {
 		t.Error(batch.EnvCount(), len(batch.Observations))
@@ -78,7 +78,7 @@ func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 		Color: pb.Color_COLOR_GRAYSCALE, Layout: pb.Layout_LAYOUT_CHW, SizePx: 32, FrameStack: 2,
 	}
 	ctx := testContext(t)
-	pool := madePool(t, connected(t, Options{}), spec, HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), spec, PoolOptions{})
 	if !reflect.DeepEqual(pool.ObservationShape(), []int32{2, 1, 32, 32}) {
 		t.Error(pool.ObservationShape())
 	}
@@ -111,7 +111,7 @@ func TestFormatsEndsResetsLevelsAndSamplersAreTheContracts(t *testing.T) {
 }
 
 func TestLastObservationOfAnEpisodeIsAnsweredWhereAskedFor(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(3, "maze"), PoolOptions{})
 	before, err := pool.Observe(testContext(t), Slice{})
 	must(t, err)
 	batch := stepped(t, pool, []int32{4, -1, 4}, StepOptions{FinalObservations: true})
@@ -122,7 +122,7 @@ func TestLastObservationOfAnEpisodeIsAnsweredWhereAskedFor(t *testing.T) {
 
 func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
 	ctx := testContext(t)
-	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), PoolOptions{})
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
 	stream := pool.stream
 	for words, try := range map[string]func() error{
@@ -142,7 +142,7 @@ func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
 }
 
 func TestErrorOfTheServerEndsTheStreamAndLosesNothing(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), PoolOptions{})
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
 	_, err := pool.Step(testContext(t), []int32{4, 4}, StepOptions{Resets: []*pb.Reset{{Environment: 5}}})
 	expectError(t, err, codes.InvalidArgument, "5")
@@ -153,7 +153,7 @@ func TestErrorOfTheServerEndsTheStreamAndLosesNothing(t *testing.T) {
 
 func TestNoMoreIsSentAheadThanMayBe(t *testing.T) {
 	ctx := testContext(t)
-	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), PoolOptions{})
 	_, err := pool.Receive(ctx)
 	expectError(t, err, codes.FailedPrecondition, "send first")
 	must(t, pool.SendStep(ctx, []int32{4}, StepOptions{}))
@@ -164,7 +164,7 @@ func TestNoMoreIsSentAheadThanMayBe(t *testing.T) {
 }
 
 func TestContextEndsTheWaitAndThePoolGoesOn(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(2, "maze"), PoolOptions{})
 	ctx, cancel := context.WithCancel(context.Background())
 	must(t, pool.SendStep(ctx, []int32{4, 4}, StepOptions{RepeatCount: 1000}))
 	cancel()
@@ -183,9 +183,9 @@ func TestContextEndsTheWaitAndThePoolGoesOn(t *testing.T) {
 func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
-	pool := madePool(t, client, easy(2, "maze"), HoldOptions{})
+	pool := madePool(t, client, easy(2, "maze"), PoolOptions{})
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
-	other, err := client.GetPool(ctx, pool.Name(), HoldOptions{})
+	other, err := client.GetPool(ctx, pool.Name(), PoolOptions{})
 	must(t, err)
 	_, err = other.Step(ctx, []int32{4, 4}, StepOptions{})
 	expectError(t, err, codes.FailedPrecondition)
@@ -202,6 +202,6 @@ func TestOneStreamAtATimeHasAPoolAndAnotherCanTakeItOver(t *testing.T) {
 func TestTheEncodingThatWasRemovedIsRefused(t *testing.T) {
 	client := connected(t, Options{})
 	spec := &pb.PoolSpec{Games: []string{"maze"}, EnvCount: 1, Encoding: 3}
-	_, err := client.CreatePool(testContext(t), "", spec, HoldOptions{})
+	_, err := client.CreatePool(testContext(t), "", spec, PoolOptions{})
 	expectError(t, err, codes.InvalidArgument)
 }

@@ -49,7 +49,7 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 		t.Skip("set PROCGEN_FAULT_PROXY")
 	}
 	client := connected(t, Options{})
-	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), HoldOptions{RequestsInFlightMax: 3}), 150)
+	undisturbed := traceOf(t, madePool(t, client, easy(2*half, "maze", "bigfish"), PoolOptions{RequestsInFlightMax: 3}), 150)
 	encoded := easy(2*half, "maze", "bigfish")
 	encoded.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	for name, test := range map[string]struct {
@@ -72,16 +72,16 @@ func TestNothingIsLostOnABadNetwork(t *testing.T) {
 			lines.Scan()
 			address := strings.TrimPrefix(lines.Text(), "listening on ")
 
-			name := madePool(t, client, spec, HoldOptions{}).Name()
+			name := madePool(t, client, spec, PoolOptions{}).Name()
 			ctx := testContext(t)
 			var learner *Client
 			for learner, err = Connect(ctx, address, Options{}); err != nil; learner, err = Connect(ctx, address, Options{}) {
 				must(t, ctx.Err())
 			}
 			var pool *Pool
-			for pool, err = learner.GetPool(ctx, name, HoldOptions{RequestsInFlightMax: 3}); err != nil; {
+			for pool, err = learner.GetPool(ctx, name, PoolOptions{RequestsInFlightMax: 3}); err != nil; {
 				must(t, ctx.Err())
-				pool, err = learner.GetPool(ctx, name, HoldOptions{RequestsInFlightMax: 3})
+				pool, err = learner.GetPool(ctx, name, PoolOptions{RequestsInFlightMax: 3})
 			}
 			for step, batch := range traceOf(t, pool, 150) {
 				if !reflect.DeepEqual(batch, undisturbed[step]) {
@@ -109,7 +109,7 @@ func ownPool(t *testing.T, reconnectTimeout time.Duration, flags ...string) (*Se
 	client, err := Connect(testContext(t), own.Address, Options{ReconnectTimeout: reconnectTimeout})
 	must(t, err)
 	t.Cleanup(func() { client.Close() })
-	pool, err := client.CreatePool(testContext(t), "", easy(2, "maze"), HoldOptions{})
+	pool, err := client.CreatePool(testContext(t), "", easy(2, "maze"), PoolOptions{})
 	must(t, err)
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
 	return own, pool

@@ -61,9 +61,9 @@ func easy(count int32, games ...string) *pb.PoolSpec {
 }
 
 // A pool that is deleted after the test.
-func madePool(t *testing.T, client *Client, spec *pb.PoolSpec, hold HoldOptions) *Pool {
+func madePool(t *testing.T, client *Client, spec *pb.PoolSpec, options PoolOptions) *Pool {
 	t.Helper()
-	pool, err := client.CreatePool(testContext(t), "", spec, hold)
+	pool, err := client.CreatePool(testContext(t), "", spec, options)
 	must(t, err)
 	t.Cleanup(func() { _ = pool.Delete(context.Background()) })
 	return pool

@@ -40,8 +40,8 @@ func mappings(t *testing.T) int {
 
 func TestSharedBatchesAreThoseOfTheStream(t *testing.T) {
 	client := connected(t, Options{})
-	plain := madePool(t, client, easy(4, "maze", "bigfish"), HoldOptions{})
-	shared := madePool(t, client, sharing(easy(4, "maze", "bigfish")), HoldOptions{})
+	plain := madePool(t, client, easy(4, "maze", "bigfish"), PoolOptions{})
+	shared := madePool(t, client, sharing(easy(4, "maze", "bigfish")), PoolOptions{})
 	for step := 0; step < 80; step++ {
 		options := StepOptions{FinalObservations: step%2 == 0, Blind: step%5 == 4, FirstEnv: step % 3}
 		actions := actionsOf(step, 4-step%3)
@@ -57,7 +57,7 @@ func TestSharedBatchesAreThoseOfTheStream(t *testing.T) {
 
 func TestSharedBatchesStayUntilTheyAreReleased(t *testing.T) {
 	ctx := testContext(t)
-	pool := madePool(t, connected(t, Options{}), sharing(easy(4, "maze")), HoldOptions{HeldBatchesMax: 3})
+	pool := madePool(t, connected(t, Options{}), sharing(easy(4, "maze")), PoolOptions{HeldBatchesMax: 3})
 	var held []*Batch
 	var content [][]byte
 	for step := 0; step < 5; step++ { // Three, and those of requests in flight.
@@ -92,7 +92,7 @@ func TestMemoryIsUnmappedWhenNobodyNeedsIt(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
 	before := mappings(t)
-	pool, err := client.CreatePool(ctx, "", sharing(easy(4, "maze")), HoldOptions{})
+	pool, err := client.CreatePool(ctx, "", sharing(easy(4, "maze")), PoolOptions{})
 	must(t, err)
 	batch := stepped(t, pool, actionsOf(0, 4), StepOptions{})
 	content := append([]byte(nil), batch.Observations...)
@@ -104,7 +104,7 @@ func TestMemoryIsUnmappedWhenNobodyNeedsIt(t *testing.T) {
 	if mappings(t) != before {
 		t.Error("the memory is mapped for good")
 	}
-	pool, err = client.CreatePool(ctx, "", sharing(easy(4, "maze")), HoldOptions{})
+	pool, err = client.CreatePool(ctx, "", sharing(easy(4, "maze")), PoolOptions{})
 	must(t, err)
 	stepped(t, pool, actionsOf(0, 4), StepOptions{}).Release()
 	pool.Detach(ctx)
@@ -118,11 +118,11 @@ func TestMemoryIsUnmappedWhenNobodyNeedsIt(t *testing.T) {
 func TestWhoAttachesWithMoreBatchesMapsThemAll(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
-	pool := madePool(t, client, sharing(easy(4, "maze")), HoldOptions{})
+	pool := madePool(t, client, sharing(easy(4, "maze")), PoolOptions{})
 	held := stepped(t, pool, actionsOf(0, 4), StepOptions{})
 	content := append([]byte(nil), held.Observations...)
 	pool.Detach(ctx)
-	more, err := client.GetPool(ctx, pool.Name(), HoldOptions{HeldBatchesMax: 9})
+	more, err := client.GetPool(ctx, pool.Name(), PoolOptions{HeldBatchesMax: 9})
 	must(t, err)
 	stepped(t, more, actionsOf(1, 4), StepOptions{}).Release()
 	more.Detach(ctx)

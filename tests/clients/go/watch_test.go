@@ -18,7 +18,7 @@ import (
 const observationBytes = 64 * 64 * 3
 
 func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(4, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(4, "maze"), PoolOptions{})
 	var batch *Batch
 	var frames []*pb.Frame
 	options := WatchOptions{Environments: []int32{3, 0}, SizePx: 64, FramesPerSecondMax: 60}
@@ -40,7 +40,7 @@ func TestPoolIsWatchedWhileItIsStepped(t *testing.T) {
 }
 
 func TestFirst16EnvironmentsAreWatchedUnlessToldWhich(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(17, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(17, "maze"), PoolOptions{})
 	var frames []*pb.Frame
 	must(t, pool.Watch(testContext(t), WatchOptions{}, func(moment *pb.WatchPoolResponse) bool {
 		frames = moment.Frames
@@ -58,7 +58,7 @@ func TestFirst16EnvironmentsAreWatchedUnlessToldWhich(t *testing.T) {
 
 func TestWhoTakesLongBetweenTwoMomentsMissesThoseInBetween(t *testing.T) {
 	const steps = 20
-	pool := madePool(t, connected(t, Options{}), easy(1, "bigfish"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(1, "bigfish"), PoolOptions{})
 	options := WatchOptions{SizePx: 64, FramesPerSecondMax: 60}
 	isLong := make(chan struct{})
 	quickIsThere := make(chan struct{})
@@ -94,7 +94,7 @@ func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
 	must(t, err)
 	client, err := Connect(testContext(t), small.Address, Options{})
 	must(t, err)
-	pool := madePool(t, client, easy(7, "maze"), HoldOptions{})
+	pool := madePool(t, client, easy(7, "maze"), PoolOptions{})
 	frames, err := pool.Render(testContext(t), 512)
 	must(t, err)
 	if len(frames) != 7 {
@@ -109,7 +109,7 @@ func TestFramesAreOfTheSizeThatTheServerAllows(t *testing.T) {
 }
 
 func TestMoreThanAServerSendsByDefaultIsWatched(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(16, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(16, "maze"), PoolOptions{})
 	count := 0
 	must(t, pool.Watch(testContext(t), WatchOptions{SizePx: 512}, func(moment *pb.WatchPoolResponse) bool {
 		count = len(moment.Frames)
@@ -122,7 +122,7 @@ func TestMoreThanAServerSendsByDefaultIsWatched(t *testing.T) {
 
 func TestWatchEndsWithAnError(t *testing.T) {
 	client := connected(t, Options{})
-	pool := madePool(t, client, easy(1, "maze"), HoldOptions{})
+	pool := madePool(t, client, easy(1, "maze"), PoolOptions{})
 	unseen := func(*pb.WatchPoolResponse) bool {
 		t.Error("something was seen")
 		return true
@@ -148,7 +148,7 @@ func TestServerThatEndsItsAnswersIsUnavailable(t *testing.T) {
 }
 
 func TestWatchIsGivenUpWithItsContext(t *testing.T) {
-	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), HoldOptions{})
+	pool := madePool(t, connected(t, Options{}), easy(1, "maze"), PoolOptions{})
 	ctx, cancel := context.WithCancel(testContext(t))
 	err := pool.Watch(ctx, WatchOptions{}, func(*pb.WatchPoolResponse) bool {
 		cancel()
@@ -163,7 +163,7 @@ func TestWatchIsGivenUpWithItsContext(t *testing.T) {
 func TestEpisodeIsPlayedAgain(t *testing.T) {
 	ctx := testContext(t)
 	client := connected(t, Options{})
-	pool := madePool(t, client, easy(2, "coinrun"), HoldOptions{})
+	pool := madePool(t, client, easy(2, "coinrun"), PoolOptions{})
 	_, err := pool.GetEpisode(ctx, 1, pb.EpisodeSelector_EPISODE_SELECTOR_LAST)
 	expectError(t, err, codes.FailedPrecondition)
 	actions := []int32{7, 8, 7, -1}
@@ -194,7 +194,7 @@ func TestEpisodeIsPlayedAgain(t *testing.T) {
 	expectError(t, err, codes.InvalidArgument, "environment")
 
 	spec := &pb.PoolSpec{Games: []string{episode.Game}, EnvCount: 1, Options: episode.Options}
-	again := madePool(t, client, spec, HoldOptions{})
+	again := madePool(t, client, spec, PoolOptions{})
 	for i, action := range actions {
 		batch := stepped(t, again, []int32{action}, StepOptions{})
 		if batch.Rewards[0] != rewards[i] {

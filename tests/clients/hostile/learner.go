@@ -45,7 +45,7 @@ func learn(address, encoding string) (uint32, error) {
 	if encoding != "raw" {
 		spec.Encoding = pb.Encoding_ENCODING_DELTA_ZSTD
 	}
-	pool, err := connection.CreatePool(ctx, "", spec, client.HoldOptions{})
+	pool, err := connection.CreatePool(ctx, "", spec, client.PoolOptions{})
 	if err != nil {
 		return 0, err
 	}

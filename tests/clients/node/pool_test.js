@@ -38,7 +38,7 @@ test("equal pools give equal batches, whatever is sent ahead and however it is c
     }
     return batches;
   });
-  const hold = { requestsInFlightMax: 4, chunkCount: 3 };
+  const options = { requestsInFlightMax: 4, chunkCount: 3 };
   await withPool(easy(["maze", "bigfish"], 8), async (pool) => {
     let pending = [];
     for (let step = 0; step < 60; step += 1) {
@@ -57,7 +57,7 @@ test("equal pools give equal batches, whatever is sent ahead and however it is c
         }
       }
     }
-  }, hold);
+  }, options);
   assert(whole.some((batch) => batch.fingerprints.length > 0));
 });
 
@@ -124,10 +124,10 @@ test("no more is sent ahead than may be", () =>
     assert.deepEqual((await Promise.all(sent)).map((batch) => batch.sequenceNumber), [1, 2]);
   }));
 
-test("play gives how the pool stands, and then what the policy leads to", () =>
+test("rollout gives how the pool stands, and then what the policy leads to", () =>
   withPool(easy(["maze"], 2), async (pool) => {
     const numbers = [];
-    for await (const batch of pool.play(() => [4, 4], { stepCount: 3 })) {
+    for await (const batch of pool.rollout(() => [4, 4], { stepCount: 3 })) {
       numbers.push(batch.sequenceNumber);
     }
     assert.deepEqual(numbers, [1, 2, 3, 4]);
@@ -138,7 +138,7 @@ test("an AbortSignal ends the wait, and the pool goes on", () =>
     const abort = new AbortController();
     const reason = new Error("enough");
     const steps = (async () => {
-      for await (const batch of pool.play(() => [4, 4], { signal: abort.signal })) {
+      for await (const batch of pool.rollout(() => [4, 4], { signal: abort.signal })) {
         if (batch.sequenceNumber === 5) {
           abort.abort(reason);
         }

@@ -14,12 +14,12 @@ func main() {
 	server := flag.String("server", "localhost:50051", "where the server listens")
 	game := flag.String("game", "coinrun", "what is played")
 	flag.Parse()
-	playing := procgenclient.Play(context.Background(), *server, *game, 64)
+	env := procgenclient.NewVectorEnv(context.Background(), *server, *game, 64)
 	episodes := 0
-	for step := 0; step < 1000 && playing.Step(playing.SampleActions()); step++ {
-		episodes += len(playing.Batch.Fingerprints) // One for each episode that ended.
+	for step := 0; step < 1000 && env.Step(env.SampleActions()); step++ {
+		episodes += len(env.Batch.Fingerprints) // One for each episode that ended.
 	}
-	if err := playing.Close(); err != nil {
+	if err := env.Close(); err != nil {
 		log.Fatal(err)
 	}
 	fmt.Println(episodes, "episodes of", *game)

@@ -2,13 +2,13 @@
 
 import type { ClientReadableStream } from "@grpc/grpc-js";
 
-// Gives a call's messages as they come. Who takes long between two of them gets the newest of those that came meanwhile and
+// Gives a call's messages as they come. Who takes long between two of them gets the latest of those that came meanwhile and
 // misses the others, for which there would be room in buffers of megabytes. Ends as the call does.
-export async function* newestOf<Message>(call: ClientReadableStream<Message>): AsyncGenerator<Message, void, void> {
-  const told: { newest?: Message; failure?: Error; isOver: boolean } = { isOver: false };
+export async function* latestOf<Message>(call: ClientReadableStream<Message>): AsyncGenerator<Message, void, void> {
+  const told: { latest?: Message; failure?: Error; isOver: boolean } = { isOver: false };
   let wake = () => {};
   call.on("data", (message: Message) => {
-    told.newest = message;
+    told.latest = message;
     wake();
   });
   call.on("error", (error: Error) => {
@@ -19,10 +19,10 @@ export async function* newestOf<Message>(call: ClientReadableStream<Message>): A
     wake();
   });
   for (;;) {
-    const { newest } = told;
-    if (newest !== undefined) {
-      told.newest = undefined;
-      yield newest;
+    const { latest } = told;
+    if (latest !== undefined) {
+      told.latest = undefined;
+      yield latest;
     } else if (told.isOver) {
       break;
     } else {

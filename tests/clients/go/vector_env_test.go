@@ -1,0 +1,48 @@
+package procgenclient
+
+// One pool of one game, in few lines.
+
+import (
+	"context"
+	"testing"
+
+	"google.golang.org/grpc/codes"
+)
+
+func TestVectorEnvStepsAPoolAndDeletesIt(t *testing.T) {
+	env := NewVectorEnv(testContext(t), server.Address, "maze", 3)
+	if env.Batch == nil || !env.Batch.First[0] {
+		t.Fatal(env.err)
+	}
+	name := env.pool.Name()
+	seen := map[int32]bool{}
+	for step := 0; step < 100 && env.Step(env.SampleActions()); step++ {
+		for _, action := range env.SampleActions() {
+			seen[action] = true
+		}
+	}
+	if env.Batch.SequenceNumber != 101 || len(seen) != 15 || seen[-1] {
+		t.Error(env.Batch.SequenceNumber, seen)
+	}
+	must(t, env.Close())
+	_, err := connected(t, Options{}).GetPool(testContext(t), name, PoolOptions{})
+	expectError(t, err, codes.NotFound)
+}
+
+func TestVectorEnvKeepsTheFirstError(t *testing.T) {
+	none := NewVectorEnv(testContext(t), server.Address, "pong", 3)
+	if none.Step(none.SampleActions()) {
+		t.Error("stepped what is not there")
+	}
+	expectError(t, none.Close(), codes.NotFound, "pong")
+
+	wrong := NewVectorEnv(testContext(t), server.Address, "maze", 3)
+	if wrong.Step(make([]int32, 4)) || wrong.Step(wrong.SampleActions()) {
+		t.Error("went on after an error")
+	}
+	expectError(t, wrong.Close(), codes.InvalidArgument, "4 actions")
+
+	ctx, cancel := context.WithCancel(testContext(t))
+	cancel()
+	expectError(t, NewVectorEnv(ctx, server.Address, "maze", 3).Close(), codes.Canceled)
+}
