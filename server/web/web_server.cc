@@ -49,7 +49,7 @@ PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* fee
   context.asks_token = options.asks_token;
   context.viewers_max = options.viewers_max;
   context.connect = [channel = options.channel](const std::string& token) {
-    return procgen_client::Client::OfChannel(channel, token, kCallTimeout);
+    return procgen_client::Client::FromChannel(channel, token, kCallTimeout);
   };
   context.feed = feed;
   context.watch_threads = watch_threads;

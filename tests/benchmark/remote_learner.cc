@@ -87,7 +87,7 @@ absl::Status RemoteLearner::SendAhead() {
 }
 
 absl::Status RemoteLearner::Exchange() {
-  batch_.LetGo();
+  batch_.Release();
   absl::Status status = stream_->SendStep(actions_.Next()).status();
   return status.ok() ? stream_->Receive(&batch_) : status;
 }

@@ -155,7 +155,7 @@ void CallOthers(procgen_client::Client* client) {
 }  // namespace
 
 void RunLearner(const std::shared_ptr<grpc::Channel>& channel, LearnerOptions options) {
-  const auto client = procgen_client::Client::OfChannel(channel, "");
+  const auto client = procgen_client::Client::FromChannel(channel, "");
   IsDocumented(client->CreatePool(SpecFor(options), kPoolId).status());
   if (!options.uses_stream) {
     return CallOthers(client.get());

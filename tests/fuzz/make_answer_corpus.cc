@@ -66,7 +66,7 @@ std::vector<Piece> AnswersTo(const std::string& address, LearnerOptions options)
       address, grpc::InsecureChannelCredentials(), grpc::ChannelArguments(), std::move(recorders));
   RunLearner(channel, options);
   const std::vector<Piece> answers = pieces;
-  procgen_client::Client::OfChannel(channel, "")->DeletePool(kPool).IgnoreError();
+  procgen_client::Client::FromChannel(channel, "")->DeletePool(kPool).IgnoreError();
   return answers;
 }
 

@@ -95,7 +95,7 @@ struct Dependencies {
                                   .viewers_max = 1,
                                   .connect =
                                       [](const std::string& token) {
-                                        return procgen_client::Client::OfChannel(
+                                        return procgen_client::Client::FromChannel(
                                             TheFuzzedServer().channel(), token);
                                       },
                                   .feed = &feed,
@@ -121,7 +121,7 @@ void Play(const std::vector<Piece>& pieces) {
   outbox->Await(count);
   page_session->Stop();
   thread.join();
-  const auto client = procgen_client::Client::OfChannel(TheFuzzedServer().channel(), "");
+  const auto client = procgen_client::Client::FromChannel(TheFuzzedServer().channel(), "");
   const auto pools = client->ListPools();
   Require(pools.ok() && pools->size() == 2, "a page leaves no pools");
 }

@@ -77,7 +77,7 @@ class Batch {
   // Has done with what it shows of shared memory, which is empty from now on: the server may write
   // there again from the next request on. Otherwise it may with the request after that, as the next
   // answer is received before it, so that one batch more goes in and out of the caches.
-  void LetGo() { shared_ = nullptr; }
+  void Release() { shared_ = nullptr; }
 
  private:
   friend class StepStream;

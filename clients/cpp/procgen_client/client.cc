@@ -131,8 +131,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   return connect();
 }
 
-std::unique_ptr<Client> Client::OfChannel(const std::shared_ptr<grpc::Channel>& channel,
-                                          std::string token, absl::Duration call_timeout) {
+std::unique_ptr<Client> Client::FromChannel(const std::shared_ptr<grpc::Channel>& channel,
+                                            std::string token, absl::Duration call_timeout) {
   return std::unique_ptr<Client>(new Client(channel, std::move(token), call_timeout));
 }
 

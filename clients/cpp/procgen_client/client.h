@@ -65,9 +65,9 @@ class Client {
 
   // A client on a channel that there is, such as one within a server's own process; `token`: empty,
   // none; `call_timeout`: as in ConnectOptions.
-  static std::unique_ptr<Client> OfChannel(const std::shared_ptr<grpc::Channel>& channel,
-                                           std::string token,
-                                           absl::Duration call_timeout = absl::InfiniteDuration());
+  static std::unique_ptr<Client> FromChannel(
+      const std::shared_ptr<grpc::Channel>& channel, std::string token,
+      absl::Duration call_timeout = absl::InfiniteDuration());
 
   // What the server offers, and how busy it is.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();

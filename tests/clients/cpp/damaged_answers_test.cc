@@ -169,7 +169,7 @@ TEST_F(DamagedAnswersTest, WatchWhoseResponsesAreNoMessagesEnds) {
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
   builder.RegisterCallbackGenericService(&mumbler);
   const auto server = builder.BuildAndStart();
-  const auto client = procgen_client::Client::OfChannel(
+  const auto client = procgen_client::Client::FromChannel(
       grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()),
       "");
   const auto watch = client->Watch({});

@@ -150,14 +150,14 @@ TEST_F(SharedMemoryTest, WhatIsHeldIsNotWrittenAndTooMuchIsToldBeforeItIsSent) {
   }
 }
 
-TEST_F(SharedMemoryTest, WhatIsLetGoIsWrittenByTheNextRequest) {
+TEST_F(SharedMemoryTest, WhatIsReleasedIsWrittenByTheNextRequest) {
   const auto stream = Attach(CreatePool(SharedSpec(MazeSpec(2))));
   ASSERT_NE(stream, nullptr);
   ASSERT_THAT(stream->SendStep({7, 1}), IsOk());
   procgen_client::Batch batch;
   std::set<const uint8_t*> places;
   for (int step = 0; step < 20; ++step) {
-    batch.LetGo();
+    batch.Release();
     EXPECT_TRUE(batch.observations().empty());
     ASSERT_THAT(stream->SendStep({7, 1}), IsOk());
     ASSERT_THAT(stream->Receive(&batch), IsOk());
