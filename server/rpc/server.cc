@@ -21,7 +21,7 @@
 #include "server/rpc/services/services.h"
 #include "server/rpc/step/resume_replay.h"
 #include "server/session/pool_supervisor.h"
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 #include "server/wire/convert_pool.h"
 
 namespace procgen {
@@ -100,7 +100,7 @@ ServerGauges GaugesOf(const Load& load) {
 
 class GrpcServer final : public Server {
  public:
-  GrpcServer(const ServerOptions& options, std::unique_ptr<DirectLines> direct_lines)
+  GrpcServer(const ServerOptions& options, std::unique_ptr<PipeListener> pipe_listener)
       : tls_(options.tls != nullptr ? std::make_unique<TlsCredentials>(options.tls) : nullptr),
         is_fleet_(options.make_backend_factory != nullptr),
         supervisor_(options.limits, options.worker_count, &metrics_, options.art, SteadyNow,
@@ -115,8 +115,8 @@ class GrpcServer final : public Server {
             options.limits.attach_timeout, connections_.get(), &supervisor_.quotas(), &metrics_),
         cluster_(options.cluster != nullptr ? options.cluster
                                             : Cluster::Alone(ClusterOptions().node_id)),
-        direct_lines_(std::move(direct_lines)),
-        services_(&supervisor_, cluster_.get(), &accounting_, direct_lines_.get(),
+        pipe_listener_(std::move(pipe_listener)),
+        services_(&supervisor_, cluster_.get(), &accounting_, pipe_listener_.get(),
                   options.clone_source_allowlist) {
     metrics_.ReadGaugesFrom([this] { return GaugesOf(supervisor_.load()); });
   }
@@ -277,7 +277,7 @@ class GrpcServer final : public Server {
   const std::shared_ptr<Connections> connections_;  // from outside the process
   const CallAccounting accounting_;
   const std::shared_ptr<Cluster> cluster_;
-  const std::unique_ptr<DirectLines> direct_lines_;  // null: no pool shares memory
+  const std::unique_ptr<PipeListener> pipe_listener_;  // null: no pool shares memory
   Services services_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;  // hands its connections to server_
@@ -291,15 +291,15 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   if (absl::Status status = CheckThreadLimit(options.worker_count + kThreadCount); !status.ok()) {
     return status;
   }
-  std::unique_ptr<DirectLines> direct_lines;
+  std::unique_ptr<PipeListener> pipe_listener;
   if (options.shared_folder != nullptr) {
-    auto opened = DirectLines::Open(static_cast<size_t>(options.limits.request_bytes_max));
+    auto opened = PipeListener::Open(static_cast<size_t>(options.limits.request_bytes_max));
     if (!opened.ok()) {
       return opened.status();
     }
-    direct_lines = *std::move(opened);
+    pipe_listener = *std::move(opened);
   }
-  auto server = std::make_unique<GrpcServer>(options, std::move(direct_lines));
+  auto server = std::make_unique<GrpcServer>(options, std::move(pipe_listener));
   if (absl::Status status = server->Listen(options); !status.ok()) {
     return status;
   }

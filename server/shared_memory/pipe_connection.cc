@@ -1,4 +1,4 @@
-#include "server/shared_memory/direct_line.h"
+#include "server/shared_memory/pipe_connection.h"
 
 #include <fcntl.h>
 #include <sys/epoll.h>
@@ -22,21 +22,21 @@ constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Enough for the requests of some hundred environments; larger ones make room.
 constexpr size_t kBufferBytes = 4096;
 
-absl::Status Ended() { return absl::CancelledError("the direct line has ended"); }
+absl::Status Ended() { return absl::CancelledError("the pipe transport has ended"); }
 
 }  // namespace
 
-std::unique_ptr<DirectLine> DirectLine::Make(size_t message_bytes_max) {
-  std::unique_ptr<DirectLine> line(new DirectLine(message_bytes_max));
-  return line->MakePipes() && line->WatchPipes() ? std::move(line) : nullptr;
+std::unique_ptr<PipeConnection> PipeConnection::Make(size_t message_bytes_max) {
+  std::unique_ptr<PipeConnection> pipes(new PipeConnection(message_bytes_max));
+  return pipes->MakePipes() && pipes->WatchPipes() ? std::move(pipes) : nullptr;
 }
 
-DirectLine::DirectLine(size_t message_bytes_max)
+PipeConnection::PipeConnection(size_t message_bytes_max)
     : message_bytes_max_(message_bytes_max), buffer_(kBufferBytes) {}
 
-DirectLine::~DirectLine() = default;
+PipeConnection::~PipeConnection() = default;
 
-bool DirectLine::MakePipes() {
+bool PipeConnection::MakePipes() {
   std::array<int, 2> requests = {-1, -1};
   std::array<int, 2> responses = {-1, -1};
   const bool made =
@@ -50,7 +50,7 @@ bool DirectLine::MakePipes() {
          fcntl(responses_.number(), F_SETFL, O_NONBLOCK) == 0;
 }
 
-bool DirectLine::WatchPipes() {
+bool PipeConnection::WatchPipes() {
   responses_read_ = FileDescriptor(fcntl(learners_responses_.number(), F_DUPFD_CLOEXEC, 0));
   watch_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
   epoll_event end_only = {};
@@ -60,7 +60,7 @@ bool DirectLine::WatchPipes() {
          epoll_ctl(watch_.number(), EPOLL_CTL_ADD, responses_read_.number(), &end_only) == 0;
 }
 
-bool DirectLine::HandOver(int socket) {
+bool PipeConnection::HandOver(int socket) {
   const FileDescriptor requests = std::move(learners_requests_);
   const FileDescriptor responses = std::move(learners_responses_);
   const std::array<int, 2> ends = {requests.number(), responses.number()};
@@ -80,7 +80,7 @@ bool DirectLine::HandOver(int socket) {
   return sendmsg(socket, &message, MSG_NOSIGNAL) == 1;
 }
 
-absl::StatusOr<std::optional<absl::string_view>> DirectLine::Receive() {
+absl::StatusOr<std::optional<absl::string_view>> PipeConnection::Receive() {
   uint32_t length = 0;
   Filled filled = Fill(kLengthBytes);
   if (filled == Filled::kYes) {
@@ -102,7 +102,7 @@ absl::StatusOr<std::optional<absl::string_view>> DirectLine::Receive() {
   return message;
 }
 
-DirectLine::Filled DirectLine::Fill(size_t count) {
+PipeConnection::Filled PipeConnection::Fill(size_t count) {
   if (begin_ == end_) {
     begin_ = end_ = 0;
   }
@@ -127,20 +127,20 @@ DirectLine::Filled DirectLine::Fill(size_t count) {
   return Filled::kYes;
 }
 
-void DirectLine::Watch() {
+void PipeConnection::Watch() {
   epoll_event input = {};
   input.events = EPOLLIN | EPOLLONESHOT;
   epoll_ctl(watch_.number(), EPOLL_CTL_MOD, requests_.number(), &input);
 }
 
-bool DirectLine::AwaitInput() {
+bool PipeConnection::AwaitInput() {
   epoll_event input = {};
   while (!hung_up_ && epoll_wait(watch_.number(), &input, 1, -1) < 0 && errno == EINTR) {
   }
   return !hung_up_;
 }
 
-bool DirectLine::Send(const std::vector<absl::string_view>& pieces) {
+bool PipeConnection::Send(const std::vector<absl::string_view>& pieces) {
   outgoing_.assign(kLengthBytes, '\0');
   for (const absl::string_view piece : pieces) {
     absl::StrAppend(&outgoing_, piece);
@@ -156,7 +156,7 @@ bool DirectLine::Send(const std::vector<absl::string_view>& pieces) {
   return sent == static_cast<ssize_t>(outgoing_.size());
 }
 
-void DirectLine::HangUp() {
+void PipeConnection::HangUp() {
   hung_up_ = true;
   // Closes the end that is written to, at once and for every thread, without its number becoming
   // another file's: what cannot be written to takes its place.

@@ -1,4 +1,4 @@
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 
 #include <sys/random.h>
 #include <sys/socket.h>
@@ -59,7 +59,7 @@ bool BindTo(int socket, absl::string_view name) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<DirectLines>> DirectLines::Open(size_t message_bytes_max) {
+absl::StatusOr<std::unique_ptr<PipeListener>> PipeListener::Open(size_t message_bytes_max) {
   const std::string name =
       absl::StrCat("procgen-server-", absl::BytesToHexString(RandomBytes(kKeyBytes)));
   const int listening = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -72,16 +72,16 @@ absl::StatusOr<std::unique_ptr<DirectLines>> DirectLines::Open(size_t message_by
     }
     return status;
   }
-  return std::unique_ptr<DirectLines>(new DirectLines(listening, name, message_bytes_max));
+  return std::unique_ptr<PipeListener>(new PipeListener(listening, name, message_bytes_max));
 }
 
-DirectLines::DirectLines(int socket, std::string socket_name, size_t message_bytes_max)
+PipeListener::PipeListener(int socket, std::string socket_name, size_t message_bytes_max)
     : socket_(socket),
       socket_name_(std::move(socket_name)),
       message_bytes_max_(message_bytes_max),
       accepting_([this] { AcceptUntilStopped(); }) {}
 
-DirectLines::~DirectLines() {
+PipeListener::~PipeListener() {
   {
     absl::MutexLock lock(&mutex_);
     stopping_ = true;
@@ -96,8 +96,8 @@ DirectLines::~DirectLines() {
       if (visit.connection.is_open()) {
         shutdown(visit.connection.number(), SHUT_RDWR);
       }
-      if (visit.line != nullptr) {
-        visit.line->HangUp();
+      if (visit.pipes != nullptr) {
+        visit.pipes->HangUp();
       }
     }
   }
@@ -107,30 +107,30 @@ DirectLines::~DirectLines() {
   close(socket_);
 }
 
-std::string DirectLines::Expect(std::weak_ptr<DirectLineUser> user) {
+std::string PipeListener::Expect(std::weak_ptr<PipeConnectionUser> user) {
   std::string key = RandomBytes(kKeyBytes);
   absl::MutexLock lock(&mutex_);
   expected_[key] = std::move(user);
   return key;
 }
 
-void DirectLines::Forget(const std::string& key) {
+void PipeListener::Forget(const std::string& key) {
   absl::MutexLock lock(&mutex_);
   expected_.erase(key);
 }
 
-std::shared_ptr<DirectLineUser> DirectLines::Claim(absl::string_view key) {
+std::shared_ptr<PipeConnectionUser> PipeListener::Claim(absl::string_view key) {
   absl::MutexLock lock(&mutex_);
   const auto place = expected_.find(std::string(key));
   if (place == expected_.end()) {
     return nullptr;
   }
-  const std::weak_ptr<DirectLineUser> user = std::move(place->second);
+  const std::weak_ptr<PipeConnectionUser> user = std::move(place->second);
   expected_.erase(place);
   return user.lock();
 }
 
-void DirectLines::AcceptUntilStopped() {
+void PipeListener::AcceptUntilStopped() {
   while (true) {
     FileDescriptor connection(accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC));
     const int error = connection.is_open() ? 0 : errno;
@@ -149,7 +149,7 @@ void DirectLines::AcceptUntilStopped() {
   }
 }
 
-void DirectLines::Begin(FileDescriptor connection) {
+void PipeListener::Begin(FileDescriptor connection) {
   absl::MutexLock lock(&mutex_);
   if (stopping_ || unknown_count_ >= kUnknownMax || !IsOfThisUser(connection.number())) {
     return;
@@ -160,7 +160,7 @@ void DirectLines::Begin(FileDescriptor connection) {
     Receive(&visit);
     absl::MutexLock over(&mutex_);
     visit.is_over = true;
-    visit.line = nullptr;
+    visit.pipes = nullptr;
   });
   if (!thread.ok()) {
     visits_.pop_back();  // the learner finds its connection closed, and goes by gRPC's stream
@@ -170,7 +170,7 @@ void DirectLines::Begin(FileDescriptor connection) {
   visit.thread = *std::move(thread);
 }
 
-std::shared_ptr<DirectLineUser> DirectLines::Identify(int connection) {
+std::shared_ptr<PipeConnectionUser> PipeListener::Identify(int connection) {
   SetReceiveTimeout(connection, kKeySeconds);
   std::array<char, kKeyBytes> key = {};
   const ssize_t received = recv(connection, key.data(), key.size(), MSG_WAITALL);
@@ -179,39 +179,39 @@ std::shared_ptr<DirectLineUser> DirectLines::Identify(int connection) {
              : nullptr;
 }
 
-std::shared_ptr<DirectLine> DirectLines::MakeLine(Visit* visit) {
-  std::shared_ptr<DirectLine> line = DirectLine::Make(message_bytes_max_);
-  if (line == nullptr || !line->HandOver(visit->connection.number())) {
+std::shared_ptr<PipeConnection> PipeListener::OpenPipes(Visit* visit) {
+  std::shared_ptr<PipeConnection> pipes = PipeConnection::Make(message_bytes_max_);
+  if (pipes == nullptr || !pipes->HandOver(visit->connection.number())) {
     return nullptr;
   }
   absl::MutexLock lock(&mutex_);
   if (stopping_) {
     return nullptr;
   }
-  visit->line = line;
-  return line;
+  visit->pipes = pipes;
+  return pipes;
 }
 
-void DirectLines::Receive(Visit* visit) {
-  const std::shared_ptr<DirectLineUser> user = Identify(visit->connection.number());
-  const std::shared_ptr<DirectLine> line = user == nullptr ? nullptr : MakeLine(visit);
+void PipeListener::Receive(Visit* visit) {
+  const std::shared_ptr<PipeConnectionUser> user = Identify(visit->connection.number());
+  const std::shared_ptr<PipeConnection> pipes = user == nullptr ? nullptr : OpenPipes(visit);
   {
     absl::MutexLock lock(&mutex_);
     --unknown_count_;
     visit->connection = FileDescriptor();
   }
-  if (line == nullptr) {
+  if (pipes == nullptr) {
     return;
   }
-  user->OnLineOpened(line);
+  user->OnPipesOpened(pipes);
   bool is_open = true;
   while (is_open) {
-    is_open = line->AwaitInput();
-    user->OnLineInput();
+    is_open = pipes->AwaitInput();
+    user->OnPipesInput();
   }
 }
 
-void DirectLines::Reap() {
+void PipeListener::Reap() {
   std::list<Visit> over;
   {
     absl::MutexLock lock(&mutex_);

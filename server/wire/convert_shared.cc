@@ -44,12 +44,12 @@ void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message) {
   }
 }
 
-void FillDirectLine(const DirectLines& lines, const std::string& key,
-                    v1::StepPoolResponse* response) {
-  v1::DirectLine* line =
-      response->mutable_attached()->mutable_shared_memory()->mutable_direct_line();
-  line->set_socket_name(lines.socket_name());
-  line->set_key(key);
+void FillPipeTransport(const PipeListener& listener, const std::string& key,
+                       v1::StepPoolResponse* response) {
+  v1::PipeTransport* offer =
+      response->mutable_attached()->mutable_shared_memory()->mutable_pipe_transport();
+  offer->set_socket_name(listener.socket_name());
+  offer->set_key(key);
 }
 
 Batch PrepareSharedResponse(const Request& request, const SharedBatchSlots& slots,

@@ -5,7 +5,7 @@
 
 #include "procgen/v1/step.pb.h"
 #include "server/session/pool/pool_session.h"
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 #include "server/shared_memory/shared_batch_slots.h"
 
 namespace procgen {
@@ -13,9 +13,9 @@ namespace procgen {
 // Tells clients of the memory that a pool shares. REQUIRES: it has a batch.
 void FillSharedMemory(const PoolSession& pool, v1::SharedMemory* message);
 
-// Offers the learner of a stream that was just attached the direct line that `key` opens.
-void FillDirectLine(const DirectLines& lines, const std::string& key,
-                    v1::StepPoolResponse* response);
+// Offers the learner of a stream that was just attached the pipes that `key` opens.
+void FillPipeTransport(const PipeListener& listener, const std::string& key,
+                       v1::StepPoolResponse* response);
 
 // Makes `response` the whole answer to `request`, and returns where its values are to be written:
 // in the batch of shared memory that it was given.

@@ -85,7 +85,7 @@ class EncodedLine final : public Line {
   procgen_client::ObservationDecoder decoder_ = MakeDecoder();
 };
 
-std::unique_ptr<Line> MakeLine(Way way) {
+std::unique_ptr<Line> OpenPipes(Way way) {
   if (way == Way::kRaw) {
     return std::make_unique<RawLine>();
   }
@@ -136,7 +136,7 @@ class Trip {
  public:
   Trip(LocalLearner learner, Way way)
       : learner_(std::move(learner)),
-        line_(MakeLine(way)),
+        line_(OpenPipes(way)),
         decoded_(learner_.observations().size()) {
     if (way != Way::kRaw) {
       plain_.emplace();

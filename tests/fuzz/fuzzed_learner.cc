@@ -163,7 +163,7 @@ void RunLearner(const std::shared_ptr<grpc::Channel>& channel, LearnerOptions op
   const auto stream = client->Attach(
       kPool, {.reconnect_timeout = options.resumes ? absl::Seconds(1) : absl::ZeroDuration(),
               .chunk_count = 1,
-              .direct_line = false});
+              .pipe_transport = false});
   if (IsDocumented(stream.status())) {
     Step(stream->get());
   }

@@ -27,7 +27,7 @@ FuzzedServer::FuzzedServer()
       connections_(SmallLimits().connection_count_max, SmallLimits().attach_timeout),
       accounting_(Authenticator(nullptr, /*certificates_tell=*/false), SmallLimits().attach_timeout,
                   &connections_, &supervisor_.quotas(), &metrics_),
-      services_(&supervisor_, cluster_.get(), &accounting_, /*direct_lines=*/nullptr,
+      services_(&supervisor_, cluster_.get(), &accounting_, /*pipe_listener=*/nullptr,
                 CloneSourceAllowlist()) {
   // Not by gRPC's transport within a process, which no client of ours comes by, and which keeps
   // streams that were ended while their client wrote.

@@ -81,7 +81,7 @@ void MoveSharedMemory(std::vector<Piece>* pieces) {
         response.ParseFromString(piece.bytes) && response.attached().has_shared_memory()) {
       v1::SharedMemory* const memory = response.mutable_attached()->mutable_shared_memory();
       memory->set_path(kSharedPath);
-      memory->clear_direct_line();
+      memory->clear_pipe_transport();
       piece.bytes = response.SerializeAsString();
     }
   }

@@ -1,4 +1,4 @@
-#include "procgen_client/direct_line.h"
+#include "procgen_client/pipe_transport.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -57,8 +57,8 @@ int ConnectedTo(const std::string& name) {
 
 }  // namespace
 
-std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offer,
-                                             int64_t response_bytes_max) {
+std::unique_ptr<PipeTransport> PipeTransport::Open(const procgen::v1::PipeTransport& offer,
+                                                   int64_t response_bytes_max) {
   const int connection = ConnectedTo(offer.socket_name());
   if (connection < 0) {
     return nullptr;
@@ -66,12 +66,12 @@ std::unique_ptr<DirectLine> DirectLine::Open(const procgen::v1::DirectLine& offe
   const absl::Cleanup disconnect = [connection] { close(connection); };
   const std::string& key = offer.key();
   const ssize_t shown = send(connection, key.data(), key.size(), MSG_NOSIGNAL);
-  std::unique_ptr<DirectLine> line(new DirectLine(response_bytes_max));
-  return shown == static_cast<ssize_t>(key.size()) && line->TakeEnds(connection) ? std::move(line)
-                                                                                 : nullptr;
+  std::unique_ptr<PipeTransport> pipes(new PipeTransport(response_bytes_max));
+  return shown == static_cast<ssize_t>(key.size()) && pipes->TakeEnds(connection) ? std::move(pipes)
+                                                                                  : nullptr;
 }
 
-bool DirectLine::TakeEnds(int socket) {
+bool PipeTransport::TakeEnds(int socket) {
   std::array<int, 2> ends = {-1, -1};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ends))> control = {};
   char nothing = 0;
@@ -100,7 +100,7 @@ bool DirectLine::TakeEnds(int socket) {
   return requests_read_ >= 0 && fcntl(requests_, F_SETFL, O_NONBLOCK) == 0;
 }
 
-DirectLine::~DirectLine() {
+PipeTransport::~PipeTransport() {
   for (const int end : {requests_, requests_read_, responses_}) {
     if (end >= 0) {
       close(end);
@@ -108,7 +108,7 @@ DirectLine::~DirectLine() {
   }
 }
 
-bool DirectLine::Send(const procgen::v1::StepPoolRequest& request) {
+bool PipeTransport::Send(const procgen::v1::StepPoolRequest& request) {
   outgoing_.assign(kLengthBytes, '\0');
   request.AppendToString(&outgoing_);
   const auto length = static_cast<uint32_t>(outgoing_.size() - kLengthBytes);
@@ -125,14 +125,14 @@ bool DirectLine::Send(const procgen::v1::StepPoolRequest& request) {
   return true;
 }
 
-bool DirectLine::AwaitRoom() const {
+bool PipeTransport::AwaitRoom() const {
   std::array<pollfd, 2> ends = {{{.fd = requests_, .events = POLLOUT, .revents = 0},
                                  {.fd = responses_, .events = 0, .revents = 0}}};
   poll(ends.data(), ends.size(), -1);
   return (ends[1].revents & POLLHUP) == 0;
 }
 
-bool DirectLine::Receive(procgen::v1::StepPoolResponse* response) {
+bool PipeTransport::Receive(procgen::v1::StepPoolResponse* response) {
   if (!Fill(kLengthBytes)) {
     return false;
   }
@@ -151,7 +151,7 @@ bool DirectLine::Receive(procgen::v1::StepPoolResponse* response) {
   return !is_damaged_;
 }
 
-bool DirectLine::Fill(size_t count) {
+bool PipeTransport::Fill(size_t count) {
   if (begin_ == end_) {
     begin_ = end_ = 0;
   }
@@ -175,7 +175,7 @@ bool DirectLine::Fill(size_t count) {
   return true;
 }
 
-void DirectLine::HangUp() const {
+void PipeTransport::HangUp() const {
   // Closes the end that is written to, at once and for every thread, without its number becoming
   // another file's: what cannot be written to takes its place.
   dup3(requests_read_, requests_, O_CLOEXEC);

@@ -1,5 +1,5 @@
-#ifndef PROCGEN_CLIENT_DIRECT_LINE_H_
-#define PROCGEN_CLIENT_DIRECT_LINE_H_
+#ifndef PROCGEN_CLIENT_PIPE_TRANSPORT_H_
+#define PROCGEN_CLIENT_PIPE_TRANSPORT_H_
 
 #include <cstddef>
 #include <memory>
@@ -10,19 +10,19 @@
 
 namespace procgen_client {
 
-// The learner's side of a direct line (procgen.v1.DirectLine): two pipes that bear the messages of
+// The learner's side of procgen.v1.PipeTransport: two pipes that bear the messages of
 // a stream in place of gRPC. Threads: one may send while another receives; HangUp from any.
-class DirectLine {
+class PipeTransport {
  public:
   // Connects; null: that cannot be done from here, and gRPC's stream does as well.
   // `response_bytes_max`: of responses.
-  static std::unique_ptr<DirectLine> Open(const procgen::v1::DirectLine& offer,
-                                          int64_t response_bytes_max);
-  ~DirectLine();
-  DirectLine(const DirectLine&) = delete;
-  DirectLine& operator=(const DirectLine&) = delete;
+  static std::unique_ptr<PipeTransport> Open(const procgen::v1::PipeTransport& offer,
+                                             int64_t response_bytes_max);
+  ~PipeTransport();
+  PipeTransport(const PipeTransport&) = delete;
+  PipeTransport& operator=(const PipeTransport&) = delete;
 
-  // Waits while the line is full. False: it has ended, and gRPC's stream tells why.
+  // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why.
   bool Send(const procgen::v1::StepPoolRequest& request);
   // Waits for the next response. False: as for Send.
   bool Receive(procgen::v1::StepPoolResponse* response);
@@ -32,10 +32,10 @@ class DirectLine {
   void HangUp() const;
 
  private:
-  explicit DirectLine(int64_t response_bytes_max) : response_bytes_max_(response_bytes_max) {}
+  explicit PipeTransport(int64_t response_bytes_max) : response_bytes_max_(response_bytes_max) {}
   // Receives the ends of the pipes.
   bool TakeEnds(int socket);
-  // Waits until there is room for a request. False: the line has ended.
+  // Waits until there is room for a request. False: the pipes have ended.
   bool AwaitRoom() const;
   // Waits until `count` bytes are there from begin_ on.
   bool Fill(size_t count);
@@ -54,4 +54,4 @@ class DirectLine {
 
 }  // namespace procgen_client
 
-#endif  // PROCGEN_CLIENT_DIRECT_LINE_H_
+#endif  // PROCGEN_CLIENT_PIPE_TRANSPORT_H_

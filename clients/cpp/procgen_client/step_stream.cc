@@ -65,7 +65,7 @@ StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
       token_(std::move(token)),
       attach_timeout_(attach_timeout),
       reconnect_timeout_(options.reconnect_timeout),
-      wants_direct_line_(options.direct_line),
+      wants_pipe_transport_(options.pipe_transport),
       chunk_count_(options.chunk_count) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
@@ -133,9 +133,9 @@ absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* att
     connection->stream->Finish();
     return status;
   }
-  if (wants_direct_line_) {
-    connection->line = DirectLine::Open(response.attached().shared_memory().direct_line(),
-                                        response.attached().response_bytes_max());
+  if (wants_pipe_transport_) {
+    connection->pipes = PipeTransport::Open(response.attached().shared_memory().pipe_transport(),
+                                            response.attached().response_bytes_max());
   }
   {
     absl::MutexLock lock(&mutex_);
@@ -450,8 +450,8 @@ absl::Status StepStream::Close() {
     status_ = absl::FailedPreconditionError("the stream is closed");
   }
   const std::shared_ptr<StreamConnection> connection = this->connection();
-  if (connection->line != nullptr) {
-    connection->line->HangUp();
+  if (connection->pipes != nullptr) {
+    connection->pipes->HangUp();
   }
   connection->stream->WritesDone();
   grpc::Status end;

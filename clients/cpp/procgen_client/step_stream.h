@@ -43,7 +43,7 @@ struct StreamOptions {
   int32_t held_batches_max = 0;
   // Of such a pool: messages go past gRPC by two pipes, where the server can give them, which costs
   // less than half. False: by gRPC's stream, where its interceptors see them.
-  bool direct_line = true;
+  bool pipe_transport = true;
 };
 
 // One learner's hold of one pool. Made by Client::Attach, which it must not outlive.
@@ -160,7 +160,7 @@ class StepStream {
   const std::string token_;  // empty: none
   const absl::Duration attach_timeout_;
   const absl::Duration reconnect_timeout_;
-  const bool wants_direct_line_;
+  const bool wants_pipe_transport_;
   int32_t chunk_count_;  // 0: until it is attached
   procgen::v1::StepPoolRequest attach_;
   procgen::v1::Attached attached_;  // at first

@@ -12,18 +12,18 @@ constexpr int kNoticesMax = 1000;
 }  // namespace
 
 bool StreamConnection::Write(const procgen::v1::StepPoolRequest& request) const {
-  return line == nullptr ? stream->Write(request) : line->Send(request);
+  return pipes == nullptr ? stream->Write(request) : pipes->Send(request);
 }
 
 bool StreamConnection::Read(procgen::v1::StepPoolResponse* response) const {
-  return line == nullptr ? stream->Read(response) : line->Receive(response);
+  return pipes == nullptr ? stream->Read(response) : pipes->Receive(response);
 }
 
 absl::StatusOr<bool> StreamConnection::ReadAnswer(int64_t number,
                                                   procgen::v1::StepPoolResponse* response) const {
   for (int notices = 0; notices <= kNoticesMax; ++notices) {
     if (!Read(response)) {
-      if (line != nullptr && line->is_damaged()) {
+      if (pipes != nullptr && pipes->is_damaged()) {
         return absl::DataLossError(absl::StrCat("the server's answer to request ", number,
                                                 ": what came by the pipe is no response"));
       }

@@ -9,7 +9,7 @@
 #include "grpcpp/client_context.h"
 #include "grpcpp/support/sync_stream.h"
 #include "procgen/v1/step.grpc.pb.h"
-#include "procgen_client/direct_line.h"
+#include "procgen_client/pipe_transport.h"
 
 namespace procgen_client {
 
@@ -20,7 +20,7 @@ struct StreamConnection {
       grpc::ClientReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>>
       stream;
   // Bears the messages after attach; null: the stream does.
-  std::unique_ptr<DirectLine> line;
+  std::unique_ptr<PipeTransport> pipes;
 
   // False: it has ended.
   bool Write(const procgen::v1::StepPoolRequest& request) const;

@@ -80,7 +80,7 @@ absl::Status Shard::Fill(Placement* placement) {
   procgen_client::StreamOptions options;
   options.requests_in_flight_max = std::min(kRepeatedAhead, limits.requests_in_flight_max());
   options.response_bytes_max = limits.response_bytes_max();
-  options.direct_line = false;  // pools of a fleet share no memory, whatever a node says
+  options.pipe_transport = false;  // pools of a fleet share no memory, whatever a node says
   // Whatever breaks ends an epoch; the node need keep no answers.
   options.reconnect_timeout = absl::ZeroDuration();
   auto stream = client->Attach(placement->pool, options);

@@ -21,7 +21,7 @@
 #include "server/rpc/services/state_service.h"
 #include "server/rpc/step/step_service.h"
 #include "server/session/pool_supervisor.h"
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 
 namespace procgen {
 
@@ -29,13 +29,13 @@ namespace procgen {
 // those of its members; it must outlive the gRPC server.
 class Services {
  public:
-  // `direct_lines`: of pools that share memory; null: none. What is pointed to must outlive this.
+  // `pipe_listener`: of pools that share memory; null: none. What is pointed to must outlive this.
   Services(PoolSupervisor* supervisor, Cluster* cluster, const CallAccounting* accounting,
-           DirectLines* direct_lines, const CloneSourceAllowlist& clone_source_allowlist)
+           PipeListener* pipe_listener, const CloneSourceAllowlist& clone_source_allowlist)
       : catalog_(supervisor, accounting),
         cluster_(cluster, accounting),
         pool_(supervisor, accounting),
-        step_(supervisor, accounting, direct_lines),
+        step_(supervisor, accounting, pipe_listener),
         state_(supervisor, accounting, clone_source_allowlist),
         render_(supervisor, accounting),
         dm_env_rpc_(supervisor, accounting),

@@ -19,12 +19,12 @@ constexpr int kPollsSkipped = 64;
 
 }  // namespace
 
-PipeTransport::PipeTransport(std::shared_ptr<DirectLine> line, StreamTransportUser* user,
+PipeTransport::PipeTransport(std::shared_ptr<PipeConnection> pipes, StreamTransportUser* user,
                              Metrics* metrics)
-    : line_(std::move(line)), user_(user), metrics_(metrics) {}
+    : pipes_(std::move(pipes)), user_(user), metrics_(metrics) {}
 
 bool PipeTransport::Poll() {
-  received_ = line_->Receive();
+  received_ = pipes_->Receive();
   if (received_.ok() && !received_->has_value()) {
     return false;
   }
@@ -52,7 +52,7 @@ void PipeTransport::Await() {
 
 void PipeTransport::Watch() {
   is_watched_ = true;
-  line_->Watch();
+  pipes_->Watch();
 }
 
 void PipeTransport::OnInput() {
@@ -86,7 +86,7 @@ void PipeTransport::Write(Outgoing* outgoing) {
     bytes += piece.size();
   }
   metrics_->AddSentBytes(static_cast<int64_t>(bytes));
-  user_->OnWritten(line_->Send(pieces));
+  user_->OnWritten(pipes_->Send(pieces));
 }
 
 }  // namespace procgen

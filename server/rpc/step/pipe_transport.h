@@ -10,7 +10,7 @@
 #include "absl/strings/string_view.h"
 #include "server/metrics/metrics.h"
 #include "server/rpc/step/stream_transport.h"
-#include "server/shared_memory/direct_line.h"
+#include "server/shared_memory/pipe_connection.h"
 
 namespace procgen {
 
@@ -21,12 +21,12 @@ namespace procgen {
 class PipeTransport final : public StreamTransport {
  public:
   // `user` and `metrics` must outlive it.
-  PipeTransport(std::shared_ptr<DirectLine> line, StreamTransportUser* user, Metrics* metrics);
+  PipeTransport(std::shared_ptr<PipeConnection> pipes, StreamTransportUser* user, Metrics* metrics);
 
-  // As that of DirectLineUser: there may be input for a read that was awaited.
+  // As that of PipeConnectionUser: there may be input for a read that was awaited.
   void OnInput();
   // Ends the pipes for both sides.
-  void HangUp() { line_->HangUp(); }
+  void HangUp() { pipes_->HangUp(); }
 
   bool Read() override;
   void Await() override;
@@ -39,7 +39,7 @@ class PipeTransport final : public StreamTransport {
   // Has OnInput called when there is one.
   void Watch();
 
-  const std::shared_ptr<DirectLine> line_;
+  const std::shared_ptr<PipeConnection> pipes_;
   StreamTransportUser* const user_;
   Metrics* const metrics_;
   // Of the read that is under way:

@@ -13,13 +13,13 @@
 namespace procgen {
 
 StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor,
-                                        const CallAccounting* accounting, DirectLines* direct_lines,
+                                        const CallAccounting* accounting, PipeListener* pipe_listener,
                                         grpc::CallbackServerContext* context, Caller caller) {
   auto* const reactor = new StepPoolReactor(supervisor, accounting, context);
   reactor->stream_ = std::make_shared<StepStream>(
       StepStream::Context{.supervisor = supervisor,
                           .accounting = accounting,
-                          .direct_lines = direct_lines,
+                          .pipe_listener = pipe_listener,
                           .peer = context->peer(),
                           .transport = reactor,
                           .end = [reactor](const absl::Status& status) { reactor->End(status); }},

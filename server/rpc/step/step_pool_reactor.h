@@ -10,7 +10,7 @@
 #include "server/rpc/step/step_stream.h"
 #include "server/rpc/step/stream_transport.h"
 #include "server/session/pool_supervisor.h"
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 
 namespace procgen {
 
@@ -18,10 +18,10 @@ namespace procgen {
 // Deletes itself when gRPC has done with it.
 class StepPoolReactor final : public ByteStream, public StreamTransport {
  public:
-  // Begins to serve a stream; it ends itself. `direct_lines`: null: no pipes are offered. What is
+  // Begins to serve a stream; it ends itself. `pipe_listener`: null: no pipes are offered. What is
   // pointed to must outlive it.
   static StepPoolReactor* Start(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                                DirectLines* direct_lines, grpc::CallbackServerContext* context,
+                                PipeListener* pipe_listener, grpc::CallbackServerContext* context,
                                 Caller caller);
 
  private:

@@ -10,8 +10,8 @@
 namespace procgen {
 
 StepServiceImpl::StepServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
-                                 DirectLines* direct_lines)
-    : supervisor_(supervisor), accounting_(accounting), direct_lines_(direct_lines) {
+                                 PipeListener* pipe_listener)
+    : supervisor_(supervisor), accounting_(accounting), pipe_listener_(pipe_listener) {
   AddByteMethod<v1::StepPoolRequest>([this](auto* context) { return StepPool(context); });
 }
 
@@ -21,7 +21,7 @@ ByteStream* StepServiceImpl::StepPool(grpc::CallbackServerContext* context) {
     return new RefusedStream(
         accounting_->EndCall(MethodNameOf<v1::StepPoolRequest>(), caller.status()));
   }
-  return StepPoolReactor::Start(supervisor_, accounting_, direct_lines_, context,
+  return StepPoolReactor::Start(supervisor_, accounting_, pipe_listener_, context,
                                 *std::move(caller));
 }
 

@@ -155,7 +155,7 @@ void StepStream::OnRead(StreamTransport* transport, const absl::Status& status) 
     }
     if (is_beside || !status.ok()) {
       EndAfterInbox(status.ok() ? absl::InvalidArgumentError("a request came by the stream, "
-                                                             "allowed while its direct line is "
+                                                             "allowed while its pipe transport is "
                                                              "open: there")
                     : absl::IsCancelled(status) ? absl::OkStatus()
                                                 : status);
@@ -264,8 +264,8 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
     pool_name_ = pool_->name();
     stream_options_ = attachment->stream_options;
     caller_.reservation = Quotas::Reservation();
-    if (context_.direct_lines != nullptr && pool_->shared_batch_slots() != nullptr) {
-      pipe_key_ = context_.direct_lines->Expect(weak_from_this());
+    if (context_.pipe_listener != nullptr && pool_->shared_batch_slots() != nullptr) {
+      pipe_key_ = context_.pipe_listener->Expect(weak_from_this());
     }
   }
   {
@@ -280,7 +280,7 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
       Response* response = responses_.Take();
       FillAttached(*pool_, stream_options_, &response->message);
       if (!pipe_key_.empty()) {
-        FillDirectLine(*context_.direct_lines, pipe_key_, &response->message);
+        FillPipeTransport(*context_.pipe_listener, pipe_key_, &response->message);
       }
       responses_.Push({response, {}, requests_.front()});
     }
@@ -288,15 +288,15 @@ void StepStream::OnAttached(absl::StatusOr<Attachment> attachment) {
   Drive();
 }
 
-void StepStream::OnLineOpened(std::shared_ptr<DirectLine> line) {
+void StepStream::OnPipesOpened(std::shared_ptr<PipeConnection> connection) {
   auto pipes =
-      std::make_unique<PipeTransport>(std::move(line), this, &context_.supervisor->metrics());
+      std::make_unique<PipeTransport>(std::move(connection), this, &context_.supervisor->metrics());
   {
     absl::MutexLock lock(&mutex_);
     pipes_ = std::move(pipes);
     requests_.AbandonRead();
     if (phase_ == Phase::kEnded) {
-      pipes_->HangUp();  // of which OnLineInput reports
+      pipes_->HangUp();  // of which OnPipesInput reports
     }
   }
   Drive();
@@ -470,7 +470,7 @@ void StepStream::End() {
     }
   }
   if (!pipe_key_.empty()) {
-    context_.direct_lines->Forget(pipe_key_);
+    context_.pipe_listener->Forget(pipe_key_);
   }
   if (!pool_name_.empty()) {
     LogEvent(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "stream_ended",

@@ -21,8 +21,8 @@
 #include "server/rpc/step/stream_transport.h"
 #include "server/session/pool/pool_session.h"
 #include "server/session/pool_supervisor.h"
-#include "server/shared_memory/direct_line.h"
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_connection.h"
+#include "server/shared_memory/pipe_listener.h"
 #include "server/wire/convert_step.h"
 
 namespace procgen {
@@ -50,15 +50,15 @@ namespace procgen {
 // Threads: any method from any thread. Lock order: mutex_ is held during none of the calls out.
 class StepStream final : public ResponseSink,
                          public StreamTransportUser,
-                         public DirectLineUser,
+                         public PipeConnectionUser,
                          public std::enable_shared_from_this<StepStream> {
  public:
   struct Context {
     PoolSupervisor* supervisor = nullptr;
     const CallAccounting* accounting = nullptr;
-    DirectLines* direct_lines = nullptr;   // null: no pipes are offered
-    std::string peer;                      // as gRPC names it
-    StreamTransport* transport = nullptr;  // gRPC's stream; not used after `end`
+    PipeListener* pipe_listener = nullptr;  // null: no pipes are offered
+    std::string peer;                       // as gRPC names it
+    StreamTransport* transport = nullptr;   // gRPC's stream; not used after `end`
     // Ends gRPC's stream; called once.
     std::function<void(const absl::Status&)> end;
   };
@@ -72,8 +72,8 @@ class StepStream final : public ResponseSink,
 
   void OnRead(StreamTransport* transport, const absl::Status& status) override;
   void OnWritten(bool ok) override;
-  void OnLineOpened(std::shared_ptr<DirectLine> line) override;
-  void OnLineInput() override { pipes_->OnInput(); }
+  void OnPipesOpened(std::shared_ptr<PipeConnection> connection) override;
+  void OnPipesInput() override { pipes_->OnInput(); }
 
   bool IsWanted() override;
   absl::StatusOr<std::optional<Batch>> PreparePart(Part part) override;

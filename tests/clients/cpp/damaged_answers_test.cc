@@ -226,7 +226,7 @@ TEST_F(DamagedSharedAnswersTest, LearnerThatComesBackHasTheBatchesThatAnotherAsk
   const auto client = procgen_client::Client::Connect(absl::StrCat("127.0.0.1:", port));
   ASSERT_THAT(client, IsOk());
   const auto stream = (*client)->Attach(
-      pool, {.requests_in_flight_max = 1, .held_batches_max = 1, .direct_line = false});
+      pool, {.requests_in_flight_max = 1, .held_batches_max = 1, .pipe_transport = false});
   ASSERT_THAT(stream, IsOk());
   std::vector<procgen_client::Batch> held(8);  // of 2, and of 11 after that
   for (size_t i = 0; i < held.size(); ++i) {
@@ -254,7 +254,7 @@ TEST_F(DamagedSharedAnswersTest, BatchesThatThereAreNotAreNotRead) {
     DamagingServer between(channel, 2, damage);
     const auto client = procgen_client::Client::Connect(between.address());
     ASSERT_THAT(client, IsOk());
-    const auto stream = (*client)->Attach(pool, {.direct_line = false});
+    const auto stream = (*client)->Attach(pool, {.pipe_transport = false});
     ASSERT_THAT(stream, IsOk());
     procgen_client::Batch first;
     ASSERT_THAT((*stream)->Step({4, 4}, &first), IsOk());

@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// The learner's ends of a direct line, byte by byte.
+// The learner's ends of a PipeConnection, byte by byte.
 struct LearnersEnds {
   FileDescriptor requests;
   FileDescriptor responses;

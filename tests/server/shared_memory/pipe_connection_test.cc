@@ -1,4 +1,4 @@
-#include "server/shared_memory/direct_line.h"
+#include "server/shared_memory/pipe_connection.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -26,17 +26,17 @@ using testing::HasSubstr;
 
 constexpr size_t kMessageBytesMax = 10'000;
 
-// A line and the learner's ends of it.
-class DirectLineTest : public testing::Test {
+// A PipeConnection and the learner's ends of it.
+class PipeConnectionTest : public testing::Test {
  protected:
   void SetUp() override {
-    line_ = DirectLine::Make(kMessageBytesMax);
-    ASSERT_NE(line_, nullptr);
+    pipes_ = PipeConnection::Make(kMessageBytesMax);
+    ASSERT_NE(pipes_, nullptr);
     std::array<int, 2> sockets = {};
     ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets.data()), 0);
     const FileDescriptor ours(sockets[0]);
     const FileDescriptor theirs(sockets[1]);
-    ASSERT_TRUE(line_->HandOver(ours.number()));
+    ASSERT_TRUE(pipes_->HandOver(ours.number()));
     other_ = LearnersEnds::Receive(theirs.number());
     ASSERT_TRUE(other_.has_value());
   }
@@ -44,7 +44,7 @@ class DirectLineTest : public testing::Test {
   void Say(const std::string& bytes) const {
     ASSERT_EQ(write(other_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
-  // All that comes until the line ends.
+  // All that comes until the pipes end.
   std::string Heard() const {
     std::string heard;
     char byte = 0;
@@ -56,7 +56,7 @@ class DirectLineTest : public testing::Test {
   void Leave() { other_.reset(); }
   // The next message; none: it is not there.
   std::optional<absl::string_view> Received() {
-    const auto message = line_->Receive();
+    const auto message = pipes_->Receive();
     EXPECT_THAT(message, IsOk());
     return message.value_or(std::nullopt);
   }
@@ -67,11 +67,11 @@ class DirectLineTest : public testing::Test {
     return bytes + message;
   }
 
-  std::unique_ptr<DirectLine> line_;
+  std::unique_ptr<PipeConnection> pipes_;
   std::optional<LearnersEnds> other_;
 };
 
-TEST_F(DirectLineTest, NobodyWaitsForWhatIsNotThere) {
+TEST_F(PipeConnectionTest, NobodyWaitsForWhatIsNotThere) {
   EXPECT_EQ(Received(), std::nullopt);
   const std::string bytes = Framed("one") + Framed("two");
   for (size_t i = 0; i < Framed("one").size() - 1; ++i) {
@@ -84,68 +84,68 @@ TEST_F(DirectLineTest, NobodyWaitsForWhatIsNotThere) {
   EXPECT_EQ(Received(), std::nullopt);
 }
 
-TEST_F(DirectLineTest, WhatIsWatchedIsToldWheneverItCame) {
+TEST_F(PipeConnectionTest, WhatIsWatchedIsToldWheneverItCame) {
   Say(Framed("before"));
-  line_->Watch();
-  EXPECT_TRUE(line_->AwaitInput());
+  pipes_->Watch();
+  EXPECT_TRUE(pipes_->AwaitInput());
   EXPECT_EQ(Received(), "before");
-  line_->Watch();
+  pipes_->Watch();
   std::thread later([this] { Say(Framed("after")); });
-  EXPECT_TRUE(line_->AwaitInput());
+  EXPECT_TRUE(pipes_->AwaitInput());
   later.join();
   EXPECT_EQ(Received(), "after");
 }
 
-TEST_F(DirectLineTest, TheOthersEndIsTold) {
+TEST_F(PipeConnectionTest, TheOthersEndIsTold) {
   Say(Framed("last").substr(0, 6));
   EXPECT_EQ(Received(), std::nullopt);
-  line_->Watch();
+  pipes_->Watch();
   Leave();
-  EXPECT_TRUE(line_->AwaitInput());
-  EXPECT_THAT(line_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+  EXPECT_TRUE(pipes_->AwaitInput());
+  EXPECT_THAT(pipes_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(DirectLineTest, NoSignalEndsWhoAnswersALearnerThatIsGone) {
+TEST_F(PipeConnectionTest, NoSignalEndsWhoAnswersALearnerThatIsGone) {
   Leave();
-  EXPECT_TRUE(line_->Send({"nobody reads this"}));
+  EXPECT_TRUE(pipes_->Send({"nobody reads this"}));
 }
 
-TEST_F(DirectLineTest, NobodyWaitsForALearnerThatReadsNothing) {
+TEST_F(PipeConnectionTest, NobodyWaitsForALearnerThatReadsNothing) {
   const std::string large(kMessageBytesMax, 'x');
   int sent = 0;
-  while (line_->Send({large})) {
+  while (pipes_->Send({large})) {
     ++sent;
   }
   EXPECT_GT(sent, 0);
 }
 
-TEST_F(DirectLineTest, WhoHangsUpWaitsNoMore) {
+TEST_F(PipeConnectionTest, WhoHangsUpWaitsNoMore) {
   Say(Framed("unwatched"));
   bool is_open = true;
-  std::thread waiting([&] { is_open = line_->AwaitInput(); });
-  line_->HangUp();
+  std::thread waiting([&] { is_open = pipes_->AwaitInput(); });
+  pipes_->HangUp();
   waiting.join();
   EXPECT_FALSE(is_open);
-  EXPECT_FALSE(line_->AwaitInput());
-  EXPECT_FALSE(line_->Send({"?"}));
+  EXPECT_FALSE(pipes_->AwaitInput());
+  EXPECT_FALSE(pipes_->Send({"?"}));
   EXPECT_EQ(Received(), "unwatched");
-  EXPECT_THAT(line_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+  EXPECT_THAT(pipes_->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(DirectLineTest, WhatWasSentBeforeHangingUpIsStillReceived) {
-  EXPECT_TRUE(line_->Send({"la", "st"}));
-  line_->HangUp();
+TEST_F(PipeConnectionTest, WhatWasSentBeforeHangingUpIsStillReceived) {
+  EXPECT_TRUE(pipes_->Send({"la", "st"}));
+  pipes_->HangUp();
   EXPECT_EQ(Heard(), Framed("last"));
 }
 
-TEST_F(DirectLineTest, ALearnerThatIsGoneIsNotHandedOver) {
+TEST_F(PipeConnectionTest, ALearnerThatIsGoneIsNotHandedOver) {
   std::array<int, 2> sockets = {};
   ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, sockets.data()), 0);
   const FileDescriptor ours(sockets[0]);
   close(sockets[1]);
-  const auto line = DirectLine::Make(kMessageBytesMax);
-  EXPECT_FALSE(line->HandOver(ours.number()));
-  EXPECT_THAT(line->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
+  const auto pipes = PipeConnection::Make(kMessageBytesMax);
+  EXPECT_FALSE(pipes->HandOver(ours.number()));
+  EXPECT_THAT(pipes->Receive(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
 }  // namespace

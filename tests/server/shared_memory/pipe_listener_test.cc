@@ -1,4 +1,4 @@
-#include "server/shared_memory/direct_lines.h"
+#include "server/shared_memory/pipe_listener.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -46,11 +46,11 @@ std::string Framed(const std::string& message) {
 // A learner's side, byte by byte.
 class Visitor {
  public:
-  explicit Visitor(const DirectLines& lines)
+  explicit Visitor(const PipeListener& listener)
       : socket_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_un address = {};
     address.sun_family = AF_UNIX;
-    const std::string& name = lines.socket_name();
+    const std::string& name = listener.socket_name();
     std::copy(name.begin(), name.end(), address.sun_path + 1);
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
     connected_ = connect(socket_.number(), reinterpret_cast<const sockaddr*>(&address), size) == 0;
@@ -72,7 +72,7 @@ class Visitor {
   void Say(const std::string& bytes) const {
     ASSERT_EQ(write(ends_->requests.number(), bytes.data(), bytes.size()), ssize_t(bytes.size()));
   }
-  // All that comes until the line ends or `count` bytes are there.
+  // All that comes until the pipes end or `count` bytes are there.
   std::string Hear(size_t count = SIZE_MAX) const {
     std::string heard;
     char byte = 0;
@@ -89,32 +89,32 @@ class Visitor {
 };
 
 // Notes what comes, and answers it with "re: " before it; hangs up after the tenth.
-class Stream final : public DirectLineUser {
+class Stream final : public PipeConnectionUser {
  public:
-  void OnLineOpened(std::shared_ptr<DirectLine> line) override {
+  void OnPipesOpened(std::shared_ptr<PipeConnection> pipes) override {
     {
       absl::MutexLock lock(&mutex_);
-      line_ = std::move(line);
+      pipes_ = std::move(pipes);
     }
-    OnLineInput();
+    OnPipesInput();
   }
-  void OnLineInput() override {
+  void OnPipesInput() override {
     absl::MutexLock lock(&mutex_);
-    while (line_ != nullptr) {
-      const auto message = line_->Receive();
+    while (pipes_ != nullptr) {
+      const auto message = pipes_->Receive();
       if (message.ok() && !message->has_value()) {
-        line_->Watch();
+        pipes_->Watch();
         return;
       }
       if (message.ok()) {
         heard_.emplace_back(**message);
-        line_->Send({"re: ", **message});
+        pipes_->Send({"re: ", **message});
       } else {
         end_ = message.status();
       }
       if (!message.ok() || heard_.size() == 10) {
-        line_->HangUp();
-        line_ = nullptr;
+        pipes_->HangUp();
+        pipes_ = nullptr;
       }
     }
   }
@@ -123,7 +123,7 @@ class Stream final : public DirectLineUser {
     absl::MutexLock lock(&mutex_);
     return heard_;
   }
-  // Why the line ended, once it has.
+  // Why the pipes ended, once they have.
   absl::Status WaitForEnd() {
     const auto has_ended = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !end_.ok(); };
     absl::MutexLock lock(&mutex_, absl::Condition(&has_ended));
@@ -132,23 +132,23 @@ class Stream final : public DirectLineUser {
 
  private:
   absl::Mutex mutex_;
-  std::shared_ptr<DirectLine> line_ ABSL_GUARDED_BY(mutex_);
+  std::shared_ptr<PipeConnection> pipes_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> heard_ ABSL_GUARDED_BY(mutex_);
   absl::Status end_ ABSL_GUARDED_BY(mutex_);
 };
 
-class DirectLinesTest : public testing::Test {
+class PipeListenerTest : public testing::Test {
  protected:
-  std::unique_ptr<DirectLines> lines_ = *DirectLines::Open(kMessageBytesMax);
+  std::unique_ptr<PipeListener> listener_ = *PipeListener::Open(kMessageBytesMax);
   std::shared_ptr<Stream> stream_ = std::make_shared<Stream>();
 };
 
-TEST_F(DirectLinesTest, MessagesGoBothWays) {
-  const std::string key = lines_->Expect(stream_);
-  EXPECT_EQ(key.size(), DirectLines::kKeyBytes);
+TEST_F(PipeListenerTest, MessagesGoBothWays) {
+  const std::string key = listener_->Expect(stream_);
+  EXPECT_EQ(key.size(), PipeListener::kKeyBytes);
   const std::string large(kMessageBytesMax, 'x');
   {
-    Visitor visitor(*lines_);
+    Visitor visitor(*listener_);
     ASSERT_TRUE(visitor.Enter(key));
     visitor.Say(Framed("one") + Framed("") + Framed("two").substr(0, 5));
     const std::string first = Framed("re: one") + Framed("re: ");
@@ -161,39 +161,40 @@ TEST_F(DirectLinesTest, MessagesGoBothWays) {
   EXPECT_THAT(stream_->heard(), ElementsAre("one", "", "two", large));
 }
 
-TEST_F(DirectLinesTest, WhoShowsNoKeyIsNotHeard) {
-  const std::string key = lines_->Expect(stream_);
-  for (const std::string& wrong : {std::string(DirectLines::kKeyBytes, 'x'), key.substr(1) + "x"}) {
-    Visitor visitor(*lines_);
+TEST_F(PipeListenerTest, WhoShowsNoKeyIsNotHeard) {
+  const std::string key = listener_->Expect(stream_);
+  for (const std::string& wrong :
+       {std::string(PipeListener::kKeyBytes, 'x'), key.substr(1) + "x"}) {
+    Visitor visitor(*listener_);
     EXPECT_FALSE(visitor.Enter(wrong));
   }
   EXPECT_THAT(stream_->heard(), IsEmpty());
 }
 
-TEST_F(DirectLinesTest, AKeyIsGoodForOne) {
-  const std::string key = lines_->Expect(stream_);
-  Visitor first(*lines_);
+TEST_F(PipeListenerTest, AKeyIsGoodForOne) {
+  const std::string key = listener_->Expect(stream_);
+  Visitor first(*listener_);
   ASSERT_TRUE(first.Enter(key));
   first.Say(Framed("first"));
   EXPECT_EQ(first.Hear(8), Framed("re: first").substr(0, 8));
-  Visitor second(*lines_);
+  Visitor second(*listener_);
   EXPECT_FALSE(second.Enter(key));
   EXPECT_THAT(stream_->heard(), ElementsAre("first"));
 }
 
-TEST_F(DirectLinesTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
-  const std::string forgotten = lines_->Expect(stream_);
-  lines_->Forget(forgotten);
-  const std::string of_nobody = lines_->Expect(std::weak_ptr<Stream>());
+TEST_F(PipeListenerTest, KeysOfStreamsThatHaveEndedAreWorthNothing) {
+  const std::string forgotten = listener_->Expect(stream_);
+  listener_->Forget(forgotten);
+  const std::string of_nobody = listener_->Expect(std::weak_ptr<Stream>());
   for (const std::string& key : {forgotten, of_nobody}) {
-    Visitor visitor(*lines_);
+    Visitor visitor(*listener_);
     EXPECT_FALSE(visitor.Enter(key));
   }
 }
 
-TEST_F(DirectLinesTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
-  Visitor visitor(*lines_);
-  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
+TEST_F(PipeListenerTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
+  Visitor visitor(*listener_);
+  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
   visitor.Say(Framed(std::string(kMessageBytesMax + 1, 'x')).substr(0, 4));
   EXPECT_THAT(stream_->WaitForEnd(),
               StatusIs(absl::StatusCode::kResourceExhausted,
@@ -201,9 +202,9 @@ TEST_F(DirectLinesTest, MessagesThatAreTooLargeAreToldFromTheirLength) {
   EXPECT_EQ(visitor.Hear(), "");
 }
 
-TEST_F(DirectLinesTest, AStreamThatWantsNoMoreEndsTheLine) {
-  Visitor visitor(*lines_);
-  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
+TEST_F(PipeListenerTest, AStreamThatWantsNoMoreEndsThePipes) {
+  Visitor visitor(*listener_);
+  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
   for (int i = 0; i < 10; ++i) {
     visitor.Say(Framed("?"));
   }
@@ -211,19 +212,19 @@ TEST_F(DirectLinesTest, AStreamThatWantsNoMoreEndsTheLine) {
   EXPECT_EQ(stream_->heard().size(), 10);
 }
 
-TEST_F(DirectLinesTest, WhoSaysNothingKeepsNobodyOutForLong) {
+TEST_F(PipeListenerTest, WhoSaysNothingKeepsNobodyOutForLong) {
   std::vector<std::unique_ptr<Visitor>> silent;
   silent.reserve(kCrowd);
   for (int i = 0; i < kCrowd; ++i) {
-    silent.push_back(std::make_unique<Visitor>(*lines_));
+    silent.push_back(std::make_unique<Visitor>(*listener_));
   }
   // Those beyond the limit were sent away at once; the others go when they like.
   EXPECT_TRUE(silent.back()->IsSentAway());
   silent.clear();
-  const std::string key = lines_->Expect(stream_);
+  const std::string key = listener_->Expect(stream_);
   bool is_in = false;
   while (!is_in) {
-    Visitor visitor(*lines_);
+    Visitor visitor(*listener_);
     is_in = visitor.Enter(key);
     if (is_in) {
       visitor.Say(Framed("now?"));
@@ -233,19 +234,19 @@ TEST_F(DirectLinesTest, WhoSaysNothingKeepsNobodyOutForLong) {
   EXPECT_THAT(stream_->heard(), ElementsAre("now?"));
 }
 
-TEST_F(DirectLinesTest, AllLinesEndWithIt) {
-  Visitor visitor(*lines_);
-  ASSERT_TRUE(visitor.Enter(lines_->Expect(stream_)));
+TEST_F(PipeListenerTest, AllPipesEndWithIt) {
+  Visitor visitor(*listener_);
+  ASSERT_TRUE(visitor.Enter(listener_->Expect(stream_)));
   visitor.Say(Framed("?"));
   EXPECT_EQ(visitor.Hear(9).size(), 9);
-  const Visitor silent(*lines_);
-  lines_ = nullptr;
+  const Visitor silent(*listener_);
+  listener_ = nullptr;
   EXPECT_EQ(visitor.Hear(), "");
   EXPECT_TRUE(silent.IsSentAway());
   EXPECT_THAT(stream_->WaitForEnd(), StatusIs(absl::StatusCode::kCancelled, HasSubstr("ended")));
 }
 
-TEST_F(DirectLinesTest, OtherUsersAreNotLetIn) {
+TEST_F(PipeListenerTest, OtherUsersAreNotLetIn) {
   if (geteuid() != 0) {
     GTEST_SKIP() << "only root can try it as another user";
   }
@@ -254,7 +255,7 @@ TEST_F(DirectLinesTest, OtherUsersAreNotLetIn) {
     if (setuid(65534) != 0) {
       _exit(1);
     }
-    const Visitor visitor(*lines_);
+    const Visitor visitor(*listener_);
     _exit(visitor.connected() && visitor.IsSentAway() ? 0 : 2);
   }
   int status = -1;

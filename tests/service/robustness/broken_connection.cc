@@ -82,7 +82,7 @@ FaultProxy::Options BadNetwork(const std::string& target, uint32_t seed, const C
   if (carriage.transport == v1::TRANSPORT_SHARED_MEMORY) {
     options.bytes_between_faults = kSharedBytesBetweenFaults;
     // What goes past gRPC goes past the network, too.
-    options.silence_max = carriage.direct_line ? kSilenceMax : std::chrono::milliseconds::zero();
+    options.silence_max = carriage.pipe_transport ? kSilenceMax : std::chrono::milliseconds::zero();
   } else if (carriage.encoding != v1::ENCODING_RAW) {
     options.bytes_between_faults = kEncodedBytesBetweenFaults;
   }
@@ -108,7 +108,7 @@ std::vector<size_t> TraceAt(const std::string& address, const std::string& pool,
   EXPECT_THAT(client, IsOk());
   const auto stream = (*client)->Attach(pool, {.requests_in_flight_max = 3,
                                                .response_bytes_max = kResponseBytes,
-                                               .direct_line = carriage.direct_line});
+                                               .pipe_transport = carriage.pipe_transport});
   EXPECT_THAT(stream, IsOk());
   when_attached();
   return Play(stream->get(), goes_on);

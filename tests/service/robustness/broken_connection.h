@@ -17,7 +17,7 @@ namespace procgen {
 struct Carriage {
   v1::Transport transport = v1::TRANSPORT_STREAM;
   v1::Encoding encoding = v1::ENCODING_RAW;
-  bool direct_line = true;  // past gRPC, where that can be
+  bool pipe_transport = true;  // past gRPC, where that can be
 };
 
 // All that there are.
@@ -25,7 +25,7 @@ inline constexpr std::array<Carriage, 4> kCarriages = {{
     {v1::TRANSPORT_STREAM, v1::ENCODING_RAW},
     {v1::TRANSPORT_STREAM, v1::ENCODING_DELTA_ZSTD},
     {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW},
-    {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW, /*direct_line=*/false},
+    {v1::TRANSPORT_SHARED_MEMORY, v1::ENCODING_RAW, /*pipe_transport=*/false},
 }};
 
 // Twelve environments of two games.

@@ -18,7 +18,7 @@ INSTANTIATE_TEST_SUITE_P(Carriages, BrokenConnectionSlowTest, testing::ValuesIn(
                          [](const testing::TestParamInfo<Carriage>& carriage) {
                            return v1::Transport_Name(carriage.param.transport) + "_" +
                                   v1::Encoding_Name(carriage.param.encoding) +
-                                  (carriage.param.direct_line ? "" : "_BY_GRPC");
+                                  (carriage.param.pipe_transport ? "" : "_BY_GRPC");
                          });
 
 }  // namespace

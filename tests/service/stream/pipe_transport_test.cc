@@ -1,6 +1,6 @@
-// Direct lines: the messages of streams that share memory, past gRPC.
+// The pipe transport: the messages of streams that share memory, past gRPC.
 
-#include "procgen_client/direct_line.h"
+#include "procgen_client/pipe_transport.h"
 
 #include <cstdint>
 #include <memory>
@@ -22,8 +22,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// A stream and its direct line, written by hand.
-class DirectLineTest : public SharedMemoryTest {
+// A stream and its pipes, written by hand.
+class PipeTransportTest : public SharedMemoryTest {
  protected:
   void SetUp() override {
     SharedMemoryTest::SetUp();
@@ -36,12 +36,12 @@ class DirectLineTest : public SharedMemoryTest {
     v1::StepPoolResponse response;
     ASSERT_TRUE(stream_->Write(attach));
     ASSERT_TRUE(stream_->Read(&response));
-    line_ = procgen_client::DirectLine::Open(response.attached().shared_memory().direct_line(),
-                                             4 << 20);
-    ASSERT_NE(line_, nullptr);
-    // Answered, so the line is known to be open.
-    ASSERT_TRUE(line_->Send(Observe(1)));
-    ASSERT_TRUE(line_->Receive(&response));
+    pipes_ = procgen_client::PipeTransport::Open(
+        response.attached().shared_memory().pipe_transport(), 4 << 20);
+    ASSERT_NE(pipes_, nullptr);
+    // Answered, so the pipes are known to be open.
+    ASSERT_TRUE(pipes_->Send(Observe(1)));
+    ASSERT_TRUE(pipes_->Receive(&response));
     EXPECT_EQ(response.sequence_number(), 1);
     EXPECT_TRUE(response.batch().has_shared_batch());
   }
@@ -56,7 +56,7 @@ class DirectLineTest : public SharedMemoryTest {
   // How the stream ends.
   absl::Status End() {
     v1::StepPoolResponse response;
-    EXPECT_FALSE(line_->Receive(&response));
+    EXPECT_FALSE(pipes_->Receive(&response));
     EXPECT_FALSE(stream_->Read(&response));
     return procgen_client::ToAbslStatus(stream_->Finish());
   }
@@ -65,40 +65,40 @@ class DirectLineTest : public SharedMemoryTest {
   std::unique_ptr<v1::StepService::Stub> stub_;
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::StepPoolRequest, v1::StepPoolResponse>> stream_;
-  std::unique_ptr<procgen_client::DirectLine> line_;
+  std::unique_ptr<procgen_client::PipeTransport> pipes_;
 };
 
-TEST_F(DirectLineTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
-  ASSERT_TRUE(line_->Send(Observe(2)));
-  ASSERT_TRUE(line_->Send(Observe(99)));
+TEST_F(PipeTransportTest, ErrorsEndTheStreamAfterWhatWasAskedBefore) {
+  ASSERT_TRUE(pipes_->Send(Observe(2)));
+  ASSERT_TRUE(pipes_->Send(Observe(99)));
   v1::StepPoolResponse response;
-  ASSERT_TRUE(line_->Receive(&response));
+  ASSERT_TRUE(pipes_->Receive(&response));
   EXPECT_EQ(response.sequence_number(), 2);
   EXPECT_THAT(End(), StatusIs(absl::StatusCode::kInvalidArgument,
                               HasSubstr("sequence_number is 99, allowed: 3")));
 }
 
-TEST_F(DirectLineTest, RequestsByTheStreamAreRefusedBesideIt) {
+TEST_F(PipeTransportTest, RequestsByTheStreamAreRefusedBesideIt) {
   ASSERT_TRUE(stream_->Write(Observe(2)));
-  EXPECT_THAT(End(),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("its direct line is open")));
+  EXPECT_THAT(
+      End(), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("its pipe transport is open")));
 }
 
-TEST_F(DirectLineTest, WhoHangsUpEndsTheStream) {
-  line_->HangUp();
+TEST_F(PipeTransportTest, WhoHangsUpEndsTheStream) {
+  pipes_->HangUp();
   EXPECT_THAT(End(), IsOk());
   EXPECT_FALSE(client_->GetPool(pool_)->attached());
 }
 
-// Nobody watches the line then.
-TEST_F(DirectLineTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
+// Nobody watches the pipes then.
+TEST_F(PipeTransportTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
   v1::StepPoolRequest request = StepRequest({4, 4});
   request.set_sequence_number(2);
   request.mutable_step()->set_repeat_count(1000);
-  ASSERT_TRUE(line_->Send(request));
-  line_->HangUp();
+  ASSERT_TRUE(pipes_->Send(request));
+  pipes_->HangUp();
   v1::StepPoolResponse response;
-  while (line_->Receive(&response)) {
+  while (pipes_->Receive(&response)) {
   }
   EXPECT_FALSE(stream_->Read(&response));
   // As a rule cancelled, for the answer could not be sent.
@@ -108,36 +108,36 @@ TEST_F(DirectLineTest, WhoHangsUpWhileARequestRunsEndsTheStream) {
   EXPECT_EQ(client_->GetPool(pool_)->next_sequence_number(), 3) << "it was taken";
 }
 
-TEST_F(DirectLineTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
+TEST_F(PipeTransportTest, RequestsThatWaitForAnotherCallsTurnAreFoundAfterIt) {
   std::vector<int32_t> seen;
   for (int64_t number = 2; number < 200; number += 2) {
     v1::StepPoolRequest request = Observe(number);
     request.mutable_released_batches()->Assign(seen.begin(), seen.end());
     seen.clear();
     std::thread beside([this] { EXPECT_THAT(client_->SaveStates(pool_, {0, 1}), IsOk()); });
-    EXPECT_TRUE(line_->Send(request));
-    EXPECT_TRUE(line_->Send(Observe(number + 1)));
+    EXPECT_TRUE(pipes_->Send(request));
+    EXPECT_TRUE(pipes_->Send(Observe(number + 1)));
     beside.join();
     for (const int64_t answered : {number, number + 1}) {
       v1::StepPoolResponse response;
-      ASSERT_TRUE(line_->Receive(&response));
+      ASSERT_TRUE(pipes_->Receive(&response));
       EXPECT_EQ(response.sequence_number(), answered);
       seen.push_back(response.batch().shared_batch());
     }
   }
 }
 
-TEST_F(DirectLineTest, WhoEndsTheStreamEndsTheLine) {
+TEST_F(PipeTransportTest, WhoEndsTheStreamEndsThePipes) {
   ASSERT_TRUE(stream_->WritesDone());
   EXPECT_THAT(End(), IsOk());
 }
 
-TEST_F(DirectLineTest, ItEndsWithItsPool) {
+TEST_F(PipeTransportTest, ItEndsWithItsPool) {
   EXPECT_THAT(client_->DeletePool(pool_), IsOk());
   EXPECT_THAT(End(), StatusIs(absl::StatusCode::kAborted, HasSubstr("was deleted")));
 }
 
-TEST_F(DirectLineTest, ItEndsWithACancelledStream) {
+TEST_F(PipeTransportTest, ItEndsWithACancelledStream) {
   context_.TryCancel();
   EXPECT_EQ(End().code(), absl::StatusCode::kCancelled);
 }

@@ -218,7 +218,7 @@ TEST_F(SharedMemoryTest, HostileNumbersOfBatchesAreRefused) {
 TEST_F(SharedMemoryTest, NothingIsLostOnABadNetwork) {
   ExpectNothingIsLost(server_->address(), 5, 30, {.transport = v1::TRANSPORT_SHARED_MEMORY});
   ExpectNothingIsLost(server_->address(), 6, 30,
-                      {.transport = v1::TRANSPORT_SHARED_MEMORY, .direct_line = false});
+                      {.transport = v1::TRANSPORT_SHARED_MEMORY, .pipe_transport = false});
 }
 
 TEST_F(SharedMemoryTest, MoreThanTheLimitIsToldWhenAttaching) {

@@ -1,4 +1,4 @@
-"""A stream's messages past gRPC: the learner's side of procgen.v1.DirectLine."""
+"""A stream's messages past gRPC: the learner's side of procgen.v1.PipeTransport."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _RECEIVE_BYTES = 1 << 12
 _ANSWER_SECONDS = 2.0
 
 
-class DirectLine:
+class PipeTransport:
     """Two pipes that bear the messages of a stream whose pool shares memory.
 
     Threads: one may send while another receives.
     """
 
     @classmethod
-    def open(cls, offer: step_pb2.DirectLine, response_bytes_max: int) -> DirectLine | None:
+    def open(cls, offer: step_pb2.PipeTransport, response_bytes_max: int) -> PipeTransport | None:
         """Connects; None: that cannot be done from here, and gRPC's stream does as well."""
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(_ANSWER_SECONDS)
@@ -58,7 +58,7 @@ class DirectLine:
         _fork.bind(self)
 
     def send(self, message: bytes) -> None:
-        """Sends a serialised request; that the line has ended, only receive finds."""
+        """Sends a serialised request; that the pipes have ended, only receive finds."""
         left = _LENGTH.pack(len(message)) + message
         try:
             while left:
@@ -67,7 +67,7 @@ class DirectLine:
             pass
 
     def receive(self) -> bytes | None:
-        """Waits for the next serialised response. None: the line has ended."""
+        """Waits for the next serialised response. None: the pipes have ended."""
         while True:
             received = self._received
             if len(received) >= _LENGTH.size:

@@ -14,8 +14,8 @@ from google.protobuf.message import DecodeError
 
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import Request
-from procgen_client._transport.direct_line import DirectLine
 from procgen_client._transport.encoding import decode_parts, decoder_for
+from procgen_client._transport.pipe_transport import PipeTransport
 from procgen_client._transport.shared_memory import SharedMapping
 from procgen_client._transport.wire import Part, number_tag, read_response, varint
 from procgen_client._validation import Expected, check_attached, check_part
@@ -81,7 +81,7 @@ class Stream:
         attached: What the server answered to the first attach.
         mapping: The memory that the pool shares. None: values are received.
 
-    A pool that shares memory may offer a direct line, which bears the messages from then on; the
+    A pool that shares memory may offer a pipe transport, which bears the messages from then on; the
     call tells how the stream ended all the same.
     """
 
@@ -119,7 +119,7 @@ class Stream:
         self._attach.resumable = reconnect_timeout > 0
         self._unanswered: deque[Request] = deque()
         self._call: Call | None = None
-        self._line: DirectLine | None = None  # None: the call bears the messages
+        self._pipes: PipeTransport | None = None  # None: the call bears the messages
         try:
             self.attached = self._open()
         except BrokenConnectionError as broken:
@@ -190,8 +190,8 @@ class Stream:
 
     def drop(self) -> None:
         """Ends the stream at once."""
-        if self._line is not None:
-            self._line.hang_up()
+        if self._pipes is not None:
+            self._pipes.hang_up()
         if self._call is not None:
             self._call.cancel()
 
@@ -201,15 +201,15 @@ class Stream:
             # So that the batches of answers that have arrived are not kept for repetition.
             message += _ACKNOWLEDGED_TAG + varint(self._unanswered[0].sequence_number - 1)
             message += self.mapping.take_released()
-        bearer = self._call if self._line is None else self._line
+        bearer = self._call if self._pipes is None else self._pipes
         assert bearer is not None
         bearer.send(message)
 
     def _end_requests(self) -> None:
         assert self._call is not None
         self._call.end_requests()
-        if self._line is not None:
-            self._line.hang_up()
+        if self._pipes is not None:
+            self._pipes.hang_up()
 
     def _read_answer(self, request: Request) -> Batch | list[Part]:
         parts: list[Part] = []
@@ -245,7 +245,7 @@ class Stream:
     def _next_message(self) -> bytes | memoryview:
         assert self._call is not None
         try:
-            message = None if self._line is None else self._line.receive()
+            message = None if self._pipes is None else self._pipes.receive()
             message = self._call.receive() if message is None else message
         except grpc.RpcError as error:
             is_broken = is_broken_connection(error)
@@ -272,7 +272,7 @@ class Stream:
             raise InternalError(f"{self._attach.pool} answered no message: {error}") from None
 
     def _open(self, timeout: float | None = None) -> step_pb2.Attached:
-        self._line = None
+        self._pipes = None
         if self.mapping is not None:
             self._attach.held_batches[:] = self.mapping.take_held()
         attach = step_pb2.StepPoolRequest(attach=self._attach)
@@ -287,8 +287,8 @@ class Stream:
             self.drop()
             raise
         if attached.HasField("shared_memory"):
-            self._line = DirectLine.open(
-                attached.shared_memory.direct_line, attached.response_bytes_max
+            self._pipes = PipeTransport.open(
+                attached.shared_memory.pipe_transport, attached.response_bytes_max
             )
         return attached
 

@@ -59,18 +59,18 @@ def test_a_page_for_which_there_is_no_thread_is_told_to_come_again(tmp_path: Pat
         assert server.stop() == 0
 
 
-def test_a_direct_line_for_which_there_is_no_thread_is_closed_and_the_stream_goes_on(
+def test_a_pipe_transport_for_which_there_is_no_thread_is_closed_and_the_stream_goes_on(
     tmp_path: Path,
 ) -> None:
     with run("--workers=1", log_path=tmp_path / "log", prefix=_AS_USER) as server:
         with shared_pool(server) as pool, pool.attach() as learner:
-            line = learner.attached.shared_memory.direct_line
+            offer = learner.attached.shared_memory.pipe_transport
             server.allow_threads(0)
             with _as_user(), socket.socket(socket.AF_UNIX) as connection:
                 connection.settimeout(20)
-                connection.connect("\0" + line.socket_name)
+                connection.connect("\0" + offer.socket_name)
                 with contextlib.suppress(BrokenPipeError, ConnectionResetError):
-                    connection.sendall(line.key)
+                    connection.sendall(offer.key)
                     assert connection.recv(1) == b""
             server.allow_threads(None)
             assert learner.step().last
