@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Plays the server of the recorded conversation, and checks that a client asks what was recorded.
+"""Plays the server of the wire fixtures, and checks that a client asks what was recorded.
 
-Usage: clients/conversation/check.py raw|zstd
+Usage: clients/wire_fixtures/check.py raw|zstd
 Prints `listening on HOST:PORT`; answers GetCatalog, CreatePool, GetPool, DeletePool and StepPool
 with what was recorded until its standard input ends, then tells what it saw.
 Exit status: 0 all requests came as recorded, 1 not, 2 wrong usage.

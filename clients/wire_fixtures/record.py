@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Records the conversation anew, from a real server.
+"""Records the wire fixtures anew, from a real server.
 
-Usage: clients/conversation/record.py [ADDRESS]
+Usage: clients/wire_fixtures/record.py [ADDRESS]
 Without ADDRESS a server is started: what PROCGEN_SERVER_BINARY says, else procgen-server in PATH.
 """
 
@@ -27,10 +27,10 @@ from procgen_client._proto import catalog_pb2, pools_pb2, step_pb2
 from procgen_client._proto import catalog_pb2_grpc, pools_pb2_grpc, step_pb2_grpc
 
 
-def converse(
+def play_script(
     channel: grpc.Channel, encoding: str
 ) -> tuple[pools_pb2.Pool, list[list[step_pb2.StepPoolResponse]]]:
-    """Plays the conversation: the pool, and the responses to each request."""
+    """Plays the script: the pool, and the responses to each request."""
     pools = pools_pb2_grpc.PoolServiceStub(channel)
     pool = pools.CreatePool(create_pool_request(encoding))
     pool.ClearField("create_time")
@@ -55,7 +55,7 @@ def record(address: str, folder: Path = FOLDER) -> None:
         catalog = catalogs.GetCatalog(catalog_pb2.GetCatalogRequest())
         (folder / CATALOG).write_bytes(catalog.SerializeToString())
         for encoding in ENCODINGS:
-            pool, answers = converse(channel, encoding)
+            pool, answers = play_script(channel, encoding)
             _write(folder / encoding, pool, answers)
             expected.append(list(expected_values(answers)))
     if any(values != expected[0] for values in expected):

@@ -1,4 +1,4 @@
-"""The conversation that is recorded: what its learner asks for, where its messages lie."""
+"""The script of the wire fixtures: what their learner asks for, where their messages lie."""
 
 from __future__ import annotations
 

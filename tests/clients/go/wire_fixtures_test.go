@@ -1,6 +1,6 @@
 package procgenclient
 
-// This client asks and understands as the recorded conversation has it (clients/conversation).
+// This client asks and understands as the wire fixtures have it (clients/wire_fixtures).
 
 import (
 	"bufio"
@@ -56,8 +56,8 @@ func valuesOf(batch *Batch) *expectedValues {
 	}
 }
 
-// What the conversation's learner asks for.
-func converse(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
+// What the fixtures' learner asks for.
+func playScript(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	t.Helper()
 	ctx := testContext(t)
 	spec := easy(2, "maze")
@@ -88,10 +88,10 @@ func converse(t *testing.T, client *Client, encoding pb.Encoding) []*Batch {
 	return batches
 }
 
-func TestConversationIsPlayedAndUnderstood(t *testing.T) {
-	folder := os.Getenv("PROCGEN_CONVERSATION")
+func TestWireFixturesArePlayedAndUnderstood(t *testing.T) {
+	folder := os.Getenv("PROCGEN_WIRE_FIXTURES")
 	if folder == "" {
-		t.Skip("set PROCGEN_CONVERSATION to clients/conversation")
+		t.Skip("set PROCGEN_WIRE_FIXTURES to clients/wire_fixtures")
 	}
 	text, err := os.ReadFile(filepath.Join(folder, "expected.json"))
 	must(t, err)
@@ -111,7 +111,7 @@ func TestConversationIsPlayedAndUnderstood(t *testing.T) {
 			lines.Scan()
 			client, err := Connect(testContext(t), strings.TrimPrefix(lines.Text(), "listening on "), Options{})
 			must(t, err)
-			for i, batch := range converse(t, client, encoding) {
+			for i, batch := range playScript(t, client, encoding) {
 				if batch != nil && !reflect.DeepEqual(valuesOf(batch), expected[i+1]) {
 					t.Errorf("request %d: %+v, where %+v is expected", i+1, valuesOf(batch), expected[i+1])
 				}

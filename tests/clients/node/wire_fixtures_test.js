@@ -1,4 +1,4 @@
-// This client asks and understands as the recorded conversation has it (clients/conversation).
+// This client asks and understands as the wire fixtures have it (clients/wire_fixtures).
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -10,7 +10,7 @@ import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { Color, connect, DistributionMode, Encoding } from "../../../clients/node/dist/index.js";
 
-const folder = fileURLToPath(new URL("../../../clients/conversation/", import.meta.url));
+const folder = fileURLToPath(new URL("../../../clients/wire_fixtures/", import.meta.url));
 const expected = JSON.parse(readFileSync(`${folder}expected.json`, "utf8"));
 
 class Check {
@@ -57,7 +57,7 @@ function check(batch, values) {
 }
 
 for (const [name, encoding] of [["raw", Encoding.RAW], ["zstd", Encoding.DELTA_ZSTD]]) {
-  test(`the conversation is played and understood: ${name}`, async (t) => {
+  test(`the wire fixtures are played and understood: ${name}`, async (t) => {
     const checking = new Check(name);
     t.after(() => checking.process.kill());
     const client = await connect(await checking.address());

@@ -1,4 +1,4 @@
-"""The recorded conversation is what a server says today; its check finds who asks otherwise."""
+"""The wire fixtures are what a server says today; their check finds who asks otherwise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-_FOLDER = Path(__file__).resolve().parents[3] / "clients/conversation"
+_FOLDER = Path(__file__).resolve().parents[3] / "clients/wire_fixtures"
 sys.path.append(str(_FOLDER))
 
 from record import record  # noqa: E402
@@ -30,7 +30,7 @@ def test_a_server_of_today_says_the_same(tmp_path: Path) -> None:
     assert recorded == {path.relative_to(tmp_path) for path in tmp_path.glob("*/*.bin")}
     for path in [*recorded, EXPECTED]:
         same = (tmp_path / path).read_bytes() == (_FOLDER / path).read_bytes()
-        assert same, f"{path} is another: clients/conversation/record.py records anew"
+        assert same, f"{path} is another: clients/wire_fixtures/record.py records anew"
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
