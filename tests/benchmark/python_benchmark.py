@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Tells how the Python client's rate stands to what C++ gets, in one run.
 
-Usage: python_benchmark.py SERVER CONTESTANT [--games GAME...] [--environments N] [--rounds N]
+Usage: python_benchmark.py SERVER WORKER [--games GAME...] [--environments N] [--rounds N]
                            [--summary]
 
-SERVER and CONTESTANT are the programs procgen-server and procgen-benchmark-contestant of one build
+SERVER and WORKER are the programs procgen-server and procgen-benchmark-worker of one build
 (preset release). Of each game contestants take turns of 50 ms each, so that all are from the same
 minutes, and of each the best turn counts, for what else runs on a machine makes a turn slower,
 never faster. README.md beside this file says what is compared.
@@ -153,7 +153,7 @@ def warm_up(pool: Pool, actions: Actions) -> None:
         pool.step(actions.next())
 
 
-def contestant(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
+def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
     """A learner in C++: of a pool in its own process, unless `how` has a server's address."""
     process = stack.enter_context(
         subprocess.Popen(
@@ -178,12 +178,12 @@ def contestant(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
     return turn
 
 
-def contestants(stack: ExitStack, program: str, client: Client, case: Case) -> dict[str, Turn]:
+def all_turns(stack: ExitStack, program: str, client: Client, case: Case) -> dict[str, Turn]:
     """Gives who competes, each with a pool of its own."""
     turns = {
-        _IN_PROCESS: contestant(stack, program, case),
-        "C++, shared memory": contestant(stack, program, case, client.address, "shared_memory"),
-        _CPP_TCP: contestant(stack, program, case, client.address),
+        _IN_PROCESS: worker(stack, program, case),
+        "C++, shared memory": worker(stack, program, case, client.address, "shared_memory"),
+        _CPP_TCP: worker(stack, program, case, client.address),
     }
     for name, transport in (("shared memory", "shared_memory"), ("TCP", "stream")):
         turns[f"Python, {name}, two in flight"] = pool_ahead(stack, client, case, transport)
@@ -229,7 +229,7 @@ def main() -> None:
     """Reads the arguments, lets the contestants compete and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("server", help="the program procgen-server")
-    parser.add_argument("contestant", help="the program procgen-benchmark-contestant")
+    parser.add_argument("worker", help="the program procgen-benchmark-worker")
     parser.add_argument("--games", nargs="+", metavar="GAME", help="default: all")
     parser.add_argument("--environments", type=int, default=64, help="default: %(default)s")
     # In its first turns the pool in process still prepares the pictures of its levels.
@@ -245,7 +245,7 @@ def main() -> None:
         for game in arguments.games or [game.name for game in client.catalog().games]:
             with ExitStack() as stack:
                 case = Case(game, count)
-                turns = contestants(stack, arguments.contestant, client, case)
+                turns = all_turns(stack, arguments.worker, client, case)
                 costs[game] = compete(turns, arguments.rounds)
     if not arguments.summary:
         print_games(costs, count)

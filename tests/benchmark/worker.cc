@@ -1,4 +1,4 @@
-// procgen-benchmark-contestant: a learner in C++ that takes turns with one in another program
+// procgen-benchmark-worker: a learner in C++ that takes turns with one in another program
 // (python_benchmark.py). README.md beside this file says what for.
 #include <cstdint>
 #include <iostream>
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   if (argc < 3 || argc > 5 || (argc == 5 && !shares_memory) ||
       !absl::SimpleAtoi(argv[2], &env_count) || env_count < 1) {
     std::cerr
-        << "Usage: procgen-benchmark-contestant GAME ENVIRONMENTS [SERVER [shared_memory]]\n"
+        << "Usage: procgen-benchmark-worker GAME ENVIRONMENTS [SERVER [shared_memory]]\n"
            "Steps a pool in easy mode, of its own or on a server, for a while for each line of "
            "standard input;\nprints what a step took, in microseconds.\n";
     return 2;
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
                                                  .requests_in_flight = procgen::kRequestsInFlight,
                                                  .shares_memory = shares_memory});
   if (!status.ok()) {
-    std::cerr << "procgen-benchmark-contestant: " << status << "\n";
+    std::cerr << "procgen-benchmark-worker: " << status << "\n";
     return 1;
   }
   return 0;

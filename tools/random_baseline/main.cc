@@ -1,4 +1,4 @@
-// procgen-random-returns: what a random agent gets in each game, as a table. README.md beside this
+// procgen-random-baseline: what a random agent gets in each game, as a table. README.md beside this
 // file says which episodes count.
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include "absl/strings/str_format.h"
 #include "tools/game_mode.h"
 #include "tools/progress.h"
-#include "tools/random_returns/random_returns.h"
+#include "tools/random_baseline/random_baseline.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to play, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::vector<std::string>, modes, std::vector<std::string>({"easy", "hard"}),
@@ -59,7 +59,7 @@ std::string CommandError(const std::vector<char*>& arguments) {
 }
 
 int Fail(absl::string_view error) {
-  std::cerr << "procgen-random-returns: " << error << "\n";
+  std::cerr << "procgen-random-baseline: " << error << "\n";
   return 2;
 }
 
@@ -104,7 +104,7 @@ int Main(const std::vector<char*>& arguments) {
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Plays episodes with random actions and prints what they return.\n"
-      "usage: procgen-random-returns [--games NAME,...] [--modes NAME,...] [--environments N] "
+      "usage: procgen-random-baseline [--games NAME,...] [--modes NAME,...] [--environments N] "
       "[--episodes N] [--workers N] [--seed N]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

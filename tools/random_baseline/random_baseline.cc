@@ -1,4 +1,4 @@
-#include "tools/random_returns/random_returns.h"
+#include "tools/random_baseline/random_baseline.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#ifndef TOOLS_RANDOM_RETURNS_RANDOM_RETURNS_H_
-#define TOOLS_RANDOM_RETURNS_RANDOM_RETURNS_H_
+#ifndef TOOLS_RANDOM_BASELINE_RANDOM_BASELINE_H_
+#define TOOLS_RANDOM_BASELINE_RANDOM_BASELINE_H_
 
 #include <cstdint>
 
@@ -34,4 +34,4 @@ absl::StatusOr<ReturnStatistics> PlayRandomly(const GameMode& game_mode, const R
 
 }  // namespace procgen
 
-#endif  // TOOLS_RANDOM_RETURNS_RANDOM_RETURNS_H_
+#endif  // TOOLS_RANDOM_BASELINE_RANDOM_BASELINE_H_

@@ -1,4 +1,4 @@
-// procgen-search: looks for a way to complete each of many levels, proves each by playing it again,
+// procgen-solve: looks for a way to complete each of many levels, proves each by playing it again,
 // and tells which levels it found none for. README.md beside this file says how it searches.
 
 #include <atomic>
@@ -222,7 +222,7 @@ bool Print(const std::vector<Summary>& summaries) {
 }
 
 int Fail(absl::string_view error) {
-  std::cerr << "procgen-search: " << error << "\n";
+  std::cerr << "procgen-solve: " << error << "\n";
   return 2;
 }
 
@@ -269,7 +269,7 @@ int Main(const std::vector<char*>& arguments) {
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
       "Looks for a way to complete each level, and proves each by playing it again.\n"
-      "usage: procgen-search [--games NAME,...] [--modes NAME,...] [--first_level N] [--levels N] "
+      "usage: procgen-solve [--games NAME,...] [--modes NAME,...] [--first_level N] [--levels N] "
       "[--workers N] [--bursts N] [--ways FILE]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

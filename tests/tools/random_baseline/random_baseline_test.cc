@@ -1,4 +1,4 @@
-#include "tools/random_returns/random_returns.h"
+#include "tools/random_baseline/random_baseline.h"
 
 #include <algorithm>
 #include <memory>
@@ -28,7 +28,7 @@ ReturnStatistics Play(const GameMode& game_mode, const RandomPlay& play) {
 
 const GameMode kCoinRun = {.game = FindGame("coinrun"), .mode = DistributionMode::kEasy};
 
-TEST(RandomReturnsTest, AnyNumberOfWorkersGetsTheSame) {
+TEST(RandomBaselineTest, AnyNumberOfWorkersGetsTheSame) {
   RandomPlay play = {.env_count = 4, .episodes_per_environment = 3, .worker_count = 1, .seed = 7};
   const ReturnStatistics alone = Play(kCoinRun, play);
   play.worker_count = 3;
@@ -63,7 +63,7 @@ std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_c
   return lengths;
 }
 
-TEST(RandomReturnsTest, FirstEpisodesOfEachEnvironmentCountHoweverLong) {
+TEST(RandomBaselineTest, FirstEpisodesOfEachEnvironmentCountHoweverLong) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 1, .worker_count = 1, .seed = 0};
   const std::vector<int32_t> lengths = FirstEpisodeLengths(kCoinRun, 10);
@@ -72,7 +72,7 @@ TEST(RandomReturnsTest, FirstEpisodesOfEachEnvironmentCountHoweverLong) {
 }
 
 // Of returns that are 10 or 0 with mean m, the variance is m (10 - m).
-TEST(RandomReturnsTest, TheErrorIsThatOfTheMean) {
+TEST(RandomBaselineTest, TheErrorIsThatOfTheMean) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 10, .worker_count = 1, .seed = 1};
   const ReturnStatistics statistics = Play(kCoinRun, play);
@@ -81,18 +81,18 @@ TEST(RandomReturnsTest, TheErrorIsThatOfTheMean) {
   EXPECT_NEAR(statistics.return_error * statistics.return_error, m * (10 - m) / 99, 1e-9);
 }
 
-TEST(ProcgenRandomReturnsTest, PrintsARowForEachGameAndMode) {
-  const ProgramRun run = RunProgram(PROCGEN_RANDOM_RETURNS
+TEST(ProcgenRandomBaselineTest, PrintsARowForEachGameAndMode) {
+  const ProgramRun run = RunProgram(PROCGEN_RANDOM_BASELINE
                                     " --games leaper --environments 2 --episodes 2 --workers 1");
   EXPECT_EQ(run.exit_status, 0);
   EXPECT_THAT(run.output, HasSubstr("| leaper | easy | "));
   EXPECT_THAT(run.output, HasSubstr("| leaper | hard | "));
 }
 
-TEST(ProcgenRandomReturnsTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
-  EXPECT_THAT(RunProgram(PROCGEN_RANDOM_RETURNS " --episodes 0").output,
+TEST(ProcgenRandomBaselineTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+  EXPECT_THAT(RunProgram(PROCGEN_RANDOM_BASELINE " --episodes 0").output,
               HasSubstr("--episodes 0: both must be at least 1"));
-  EXPECT_EQ(RunProgram(PROCGEN_RANDOM_RETURNS " --games pong").exit_status, 2);
+  EXPECT_EQ(RunProgram(PROCGEN_RANDOM_BASELINE " --games pong").exit_status, 2);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The program procgen-search: what it prints, and its exit status.
+// The program procgen-solve: what it prints, and its exit status.
 
 #include <fstream>
 #include <iterator>
@@ -17,10 +17,10 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 ProgramRun Search(const std::string& flags) {
-  return RunProgram(absl::StrCat(PROCGEN_SEARCH, " ", flags));
+  return RunProgram(absl::StrCat(PROCGEN_SOLVE, " ", flags));
 }
 
-TEST(ProcgenSearchTest, TellsSolvedLevelsAndThoseWithoutAWay) {
+TEST(ProcgenSolveTest, TellsSolvedLevelsAndThoseWithoutAWay) {
   const ProgramRun run = Search("--games maze,jumper --first_level 4 --levels 2");
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output,
@@ -30,7 +30,7 @@ TEST(ProcgenSearchTest, TellsSolvedLevelsAndThoseWithoutAWay) {
                               "5\n")));
 }
 
-TEST(ProcgenSearchTest, ALevelThatIsGivenUpIsNamedAndAFailure) {
+TEST(ProcgenSolveTest, ALevelThatIsGivenUpIsNamedAndAFailure) {
   const ProgramRun run = Search("--games climber --levels 1 --bursts 1");
   EXPECT_EQ(run.exit_status, 1);
   EXPECT_THAT(run.output, HasSubstr("climber easy: given up: 0\n"));
@@ -44,13 +44,13 @@ std::string WaysWithWorkers(int worker_count) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(ProcgenSearchTest, AnyNumberOfWorkersFindsTheSameWays) {
+TEST(ProcgenSolveTest, AnyNumberOfWorkersFindsTheSameWays) {
   const std::string alone = WaysWithWorkers(1);
   EXPECT_THAT(alone, HasSubstr("\nleaper easy 5: "));
   EXPECT_EQ(WaysWithWorkers(3), alone);
 }
 
-TEST(ProcgenSearchTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenSolveTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
   EXPECT_EQ(Search("--levels 0").exit_status, 2);
   EXPECT_THAT(Search("--workers 0").output, HasSubstr("--workers 0: must be at least 1"));
   EXPECT_THAT(Search("--games bigfish").output,
