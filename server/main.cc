@@ -202,7 +202,7 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> StartWebServer(const Config& con
                                 .allowed_hosts = config.web_allowed_hosts,
                                 .viewers_max = config.web_viewers_max,
                                 .tls = config.server.tls,
-                                .asks_token = config.server.tokens != nullptr,
+                                .requires_token = config.server.tokens != nullptr,
                                 .version = PROCGEN_SERVER_VERSION,
                                 .channel = server.MakeChannel(),
                                 .list_pools = [&server] { return server.ListAllPools(); }});

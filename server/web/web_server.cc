@@ -46,7 +46,7 @@ PageSessionContext PageSessionContextOf(const WebOptions& options, PoolFeed* fee
                                         ThreadGroup* watch_threads) {
   PageSessionContext context;
   context.version = options.version;
-  context.asks_token = options.asks_token;
+  context.requires_token = options.requires_token;
   context.viewers_max = options.viewers_max;
   context.connect = [channel = options.channel](const std::string& token) {
     return procgen_client::Client::FromChannel(channel, token, kCallTimeout);

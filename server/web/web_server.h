@@ -18,7 +18,7 @@ struct WebOptions {
   std::vector<std::string> allowed_hosts;  // further names by which pages may be asked for
   int32_t viewers_max = 64;                // pages that are open at a time
   std::shared_ptr<TlsFiles> tls;           // null: plain text
-  bool asks_token = false;                 // the server asks its callers for tokens
+  bool requires_token = false;             // the server asks its callers for tokens
   std::string version;                     // of the server
   // To the server itself, within the process.
   std::shared_ptr<grpc::Channel> channel;

@@ -91,7 +91,7 @@ struct Dependencies {
   web::PoolFeed feed{[] { return std::vector<v1::Pool>(); }};
   ThreadGroup watch_threads{kThreadsMax};
   web::PageSessionContext context{.version = "fuzzed",
-                                  .asks_token = false,
+                                  .requires_token = false,
                                   .viewers_max = 1,
                                   .connect =
                                       [](const std::string& token) {

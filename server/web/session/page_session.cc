@@ -163,7 +163,7 @@ absl::StatusOr<Answer> PageSession::Hello(const Request& request) {
     return node["name"] == nodes->local_node() && node["role"] == "fleet";
   });
   return Answer{{{"version", context_.version},
-                 {"asks_token", context_.asks_token},
+                 {"requires_token", context_.requires_token},
                  {"is_fleet", is_fleet},
                  {"cluster", nodes->cluster()},
                  {"node", nodes->local_node()},
@@ -192,7 +192,7 @@ absl::StatusOr<Answer> PageSession::FollowPools(const Request& request) {
     if (event.ok()) {
       outbox->TellLatest("pools", EncodeEvent(*event));
     } else {
-      outbox->Tell(EncodeEvent(EndedEvent("pools_ended", event.status())));
+      outbox->Tell(EncodeEvent(EndedEvent("pools_closed", event.status())));
     }
   };
   after_answer_ = [this, tell] { context_.feed->Follow(this, token_, client_, tell); };

@@ -39,7 +39,7 @@ inline constexpr int32_t kHelloAttemptsMax = 5;
 // What is the same for all page sessions.
 struct PageSessionContext {
   std::string version;
-  bool asks_token = false;
+  bool requires_token = false;
   int32_t viewers_max = 0;
   // A client of this server that shows `token`; empty: none.
   std::function<std::unique_ptr<procgen_client::Client>(const std::string& token)> connect;

@@ -72,7 +72,7 @@ def test_without_a_token_that_is_one_there_is_nothing(tokens: Path, tmp_path: Pa
                 with pytest.raises(PageError, match="hello must come first"):
                     await page.call("pools.follow")
             # The fourth is right, and tells that one was needed.
-            assert (await page.call("hello", token=_ALICE)).result["asks_token"] is True
+            assert (await page.call("hello", token=_ALICE)).result["requires_token"] is True
             await page.call("pools.unfollow")
         async with open_page(url, says_hello=False) as page:
             for _ in range(5):
@@ -93,7 +93,7 @@ def test_a_token_that_is_withdrawn_shows_nothing_more(tokens: Path, tmp_path: Pa
             await page.call("pools.follow")
             await page.event("pools")
             file.write_text(f"alice {_ALICE}\n")
-            assert (await page.event("pools_ended")).result["code"] == "UNAUTHENTICATED"
+            assert (await page.event("pools_closed")).result["code"] == "UNAUTHENTICATED"
             with pytest.raises(PageError) as refused:
                 await page.call("play.start", game="maze", mode="easy", level_seed=1)
             assert refused.value.code == "UNAUTHENTICATED"

@@ -22,7 +22,7 @@ def test_hello_tells_what_there_is(server: WebServer) -> None:
     async def test() -> None:
         async with open_page(server.url, says_hello=False) as page:
             told = (await page.call("hello")).result
-        assert told["asks_token"] is False and told["is_fleet"] is False
+        assert told["requires_token"] is False and told["is_fleet"] is False
         assert told["version"] and told["node"].startswith("nodes/")
         games = {game["name"]: game for game in told["catalog"]["games"]}
         assert len(games) == 16 and "coinrun" in games

@@ -46,7 +46,7 @@ def test_pages_are_answered_and_told_of_pools(jump_s: int, tmp_path: Path) -> No
             begun = time.monotonic()
             while time.monotonic() - begun < _NOTICED_S + 2:
                 await page.event("pools")
-            assert not page.has_event("pools_ended")
+            assert not page.has_event("pools_closed")
             # More than a page may save up, so that some must wait for their turn.
             await asyncio.gather(*[page.call("pools.unfollow") for _ in range(250)])
             assert time.monotonic() - begun < 30
