@@ -147,9 +147,8 @@ std::vector<PoolSupervisor::Resumed> PoolSupervisor::Resume() {
     Resumed session = {MakeSession(create_options, std::move(resumed.pool)),
                        std::move(resumed.requests)};
     session.pool->ResumeAt(resumed.next_sequence_number);
-    absl::StatusOr<Quotas::Reservation> reservation =
-        quotas_.Reserve(create_options.owner,
-                        {.pool_count = 1, .env_count = create_options.options.env_count});
+    absl::StatusOr<Quotas::Reservation> reservation = quotas_.Reserve(
+        create_options.owner, {.pool_count = 1, .env_count = create_options.options.env_count});
     all.push_back(session);
     pools_.Add(session.pool, {capacity_.Count(create_options.options.env_count,
                                               FrameBytes(create_options.options)),

@@ -24,7 +24,8 @@ class Rasteriser {
   // Draws what the agent sees; at 64 x 64 pixel by pixel as Procgen 0.10.7 does where the
   // art is the same, and by the same rules at any other side: nothing is rescaled. `static_layer`:
   // what this environment's scenes showed before, of the same art and at the same side; null:
-  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.size_px <= kFrameSizePxMax and frame.size() == format.bytes().
+  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.size_px <= kFrameSizePxMax
+  // and frame.size() == format.bytes().
   void DrawAgentView(const Scene& scene, const GameArt& art, StaticLayerCache* static_layer,
                      const FrameFormat& format, absl::Span<uint8_t> frame);
   // Draws the same scene for the eye, antialiased. `frame`: uint8 [size_px, size_px, 3], red,

@@ -159,7 +159,8 @@ void CloneFrom(const SharedPool& source, const SharedPool& target, ClonedEnviron
 }
 
 // Where a caller may have this server connect to.
-absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSourceAllowlist& allowlist) {
+absl::StatusOr<Address> SourceAddress(const std::string& server,
+                                      const CloneSourceAllowlist& allowlist) {
   if (server.size() > kServerLengthMax) {
     return absl::InvalidArgumentError(absl::StrCat(
         "source_server has ", server.size(), " characters, allowed: at most ", kServerLengthMax));
@@ -179,8 +180,9 @@ absl::StatusOr<Address> SourceAddress(const std::string& server, const CloneSour
 }
 
 // Clones from a pool of another server, without a turn while that is asked.
-void CloneFromServer(const grpc::CallbackServerContext& context, const CloneSourceAllowlist& allowlist,
-                     const SharedPool& target, ClonedEnvironments environments, CloneCall* call) {
+void CloneFromServer(const grpc::CallbackServerContext& context,
+                     const CloneSourceAllowlist& allowlist, const SharedPool& target,
+                     ClonedEnvironments environments, CloneCall* call) {
   const v1::CloneStatesRequest& request = call->request();
   const absl::StatusOr<Address> address = SourceAddress(request.source_server(), allowlist);
   if (!address.ok()) {
@@ -282,7 +284,9 @@ void ReadTheEpisode(const SharedPool& pool, int64_t bytes_max, BackgroundExecuto
 
 StateServiceImpl::StateServiceImpl(PoolSupervisor* supervisor, const CallAccounting* accounting,
                                    CloneSourceAllowlist clone_source_allowlist)
-    : supervisor_(supervisor), accounting_(accounting), clone_source_allowlist_(std::move(clone_source_allowlist)) {
+    : supervisor_(supervisor),
+      accounting_(accounting),
+      clone_source_allowlist_(std::move(clone_source_allowlist)) {
   AddByteMethod<v1::SaveStatesRequest>([this](auto* context) { return SaveStates(context); });
   AddByteMethod<v1::RestoreStatesRequest>([this](auto* context) { return RestoreStates(context); });
   AddByteMethod<v1::CloneStatesRequest>([this](auto* context) { return CloneStates(context); });

@@ -13,7 +13,8 @@
 namespace procgen {
 
 StepPoolReactor* StepPoolReactor::Start(PoolSupervisor* supervisor,
-                                        const CallAccounting* accounting, PipeListener* pipe_listener,
+                                        const CallAccounting* accounting,
+                                        PipeListener* pipe_listener,
                                         grpc::CallbackServerContext* context, Caller caller) {
   auto* const reactor = new StepPoolReactor(supervisor, accounting, context);
   reactor->stream_ = std::make_shared<StepStream>(

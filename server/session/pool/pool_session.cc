@@ -146,7 +146,7 @@ void PoolSession::RestoreStates(std::vector<StateToRestore> states, Done done) {
   observers_.OnInvalidated();
   std::vector<StateToRestore> restored = states;
   backend_->RestoreStates(std::move(states), [this, restored = std::move(restored),
-                                           done = std::move(done)](absl::Status status) mutable {
+                                              done = std::move(done)](absl::Status status) mutable {
     if (status.ok()) {
       observers_.OnRestore(restored);
     }
@@ -159,7 +159,7 @@ void PoolSession::CloneStates(std::vector<StateToClone> pairs, Done done) {
   observers_.OnInvalidated();
   std::vector<StateToClone> cloned = pairs;
   backend_->CloneStates(std::move(pairs), [this, cloned = std::move(cloned),
-                                        done = std::move(done)](absl::Status status) mutable {
+                                           done = std::move(done)](absl::Status status) mutable {
     if (status.ok()) {
       observers_.OnClone(cloned);
     }

@@ -21,7 +21,8 @@ class LivingEnvironment {
  public:
   explicit LivingEnvironment(const EnvironmentOptions& options = {},
                              AutoresetMode autoreset_mode = AutoresetMode::kSameStep)
-      : spec_(ScriptedSpec(kStepLimit)), environment_(spec_, options, kStreamSeed, autoreset_mode) {}
+      : spec_(ScriptedSpec(kStepLimit)),
+        environment_(spec_, options, kStreamSeed, autoreset_mode) {}
 
   const StepResult& Step(int32_t action, int32_t repeat = 1) {
     environment_.Step(action, repeat, [this] {

@@ -117,11 +117,10 @@ INSTANTIATE_TEST_SUITE_P(
     Cases, EqualTest,
     testing::Values(
         Case{.name = "Bigfish", .games = {"bigfish"}},
-        Case{
-            .name = "NextStep", .games = {"maze"}, .autoreset_mode = v1::AUTORESET_MODE_NEXT_STEP},
+        Case{.name = "NextStep", .games = {"maze"}, .autoreset_mode = v1::AUTORESET_MODE_NEXT_STEP},
         Case{.name = "Disabled",
-               .games = {"coinrun"},
-               .autoreset_mode = v1::AUTORESET_MODE_DISABLED},
+             .games = {"coinrun"},
+             .autoreset_mode = v1::AUTORESET_MODE_DISABLED},
         Case{.name = "Stacks", .games = {"starpilot", "maze", "coinrun"}, .small_stacks = true}),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 

@@ -21,8 +21,8 @@ Limits SmallQuotas() {
 
 TEST(QuotasTest, EachQuotaIsNamedWithItsOwnerAndValues) {
   Quotas quotas(SmallQuotas());
-  const auto held =
-      quotas.Reserve("alice", {.pool_count = 2, .env_count = 9, .stream_count = 1, .call_count = 3});
+  const auto held = quotas.Reserve(
+      "alice", {.pool_count = 2, .env_count = 9, .stream_count = 1, .call_count = 3});
   ASSERT_THAT(held, IsOk());
   EXPECT_THAT(quotas.Reserve("alice", {.pool_count = 1}),
               StatusIs(absl::StatusCode::kResourceExhausted,
