@@ -299,16 +299,14 @@ void FleetPool::StepAsync(const StepInput& part, const Batch& batch, Done done) 
 
 void FleetPool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler, Done done) {
   // BeginRequest has it in the log.
-  StepAsync(
-      {}, {},
-      [this, sampler = std::move(level_sampler),
-       done = std::move(done)](absl::Status status) mutable {
-        if (status.ok()) {
-          held_sampler_ = std::move(sampler);
-        }
-        done(std::move(status));
-      },
-      nullptr);
+  StepAsync({}, {},
+            [this, sampler = std::move(level_sampler),
+             done = std::move(done)](absl::Status status) mutable {
+              if (status.ok()) {
+                held_sampler_ = std::move(sampler);
+              }
+              done(std::move(status));
+            });
 }
 
 void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {

@@ -104,7 +104,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   for (int i = 0; i < 20; ++i) {
     look_until_done([&](PoolBackend::Done done) {
       pool.BeginRequest(request, {});
-      pool.StepAsync({.count = request.count}, {}, std::move(done), nullptr);
+      pool.StepAsync({.count = request.count}, {}, std::move(done));
     });
   }
   others_wait = false;
