@@ -21,7 +21,7 @@ from learner_process import LearnerError
 from learner_script import Script
 from learner_trace import difference
 from network import NotPermittedError
-from stage import TIMEOUT_S, Stage, single_server_trace
+from testbed import TIMEOUT_S, Testbed, single_server_trace
 
 _SKIPPED = 77
 
@@ -37,12 +37,12 @@ def play(
     schedule = draw(seed, request_count, theme)
     try:
         # Nodes find each other in both ways, in turn.
-        with Stage(
+        with Testbed(
             folder, multicast=seed % 2 == 0, disk=theme == "disk", clocks=theme == "clock"
-        ) as stage:
+        ) as testbed:
             announced = tuple(fault.request for fault in schedule)
-            learner = stage.learner(script, announce=announced)
-            FaultDriver(stage).run(schedule, learner)
+            learner = testbed.learner(script, announce=announced)
+            FaultDriver(testbed).run(schedule, learner)
             actual = learner.trace(TIMEOUT_S)
     except (LearnerError, TimeoutError) as error:
         return str(error), 0.0

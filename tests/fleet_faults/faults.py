@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fleet import FLEET
 from learner_process import LearnerProcess
 from network import Direction
-from stage import NODES, SPARE, TIMEOUT_S, Stage
+from testbed import NODES, SPARE, TIMEOUT_S, Testbed
 
 _CUTS: dict[str, Direction] = {"cut to": "to", "cut from": "from", "cut both": "both"}
 # Drains are for nodes alone: a fleet server that drains ends its learners' streams.
@@ -74,9 +74,9 @@ def draw(seed: int, request_count: int, theme: str | None = None) -> list[Fault]
 class FaultDriver:
     """Brings a schedule about."""
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, testbed: Testbed) -> None:
         """Begins with everything in order."""
-        self._stage = stage
+        self._testbed = testbed
         self._order = itertools.count()
         self._undone: list[tuple[float, int, Fault]] = []  # A heap, by when.
         self._faulty: dict[str, Fault] = {}
@@ -111,7 +111,7 @@ class FaultDriver:
         # One at a time on a host.
         if fault.host in self._faulty:
             self.undo(fault.host)
-        fleet, network = self._stage.fleet, self._stage.network
+        fleet, network = self._testbed.fleet, self._testbed.network
         if fault.kind == "add":
             if not fleet.is_started(fault.host):
                 fleet.start(fault.host)
@@ -144,7 +144,7 @@ class FaultDriver:
 
     def undo(self, host: str) -> None:
         """Puts in order what is not on that host; without waiting for the time of the fault."""
-        fleet, network = self._stage.fleet, self._stage.network
+        fleet, network = self._testbed.fleet, self._testbed.network
         fault = self._faulty.pop(host)
         if fault.kind == "kill":
             fleet.start(host)

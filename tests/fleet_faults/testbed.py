@@ -51,13 +51,15 @@ def wall_clock_library() -> Path:
     return library
 
 
-class Stage:
+class Testbed:
     """Three nodes, a fleet server and a learner; a spare host. All is gone on leaving.
 
     Attributes:
         network: The hosts.
         fleet: What runs on them.
     """
+
+    __test__ = False  # pytest collects classes whose names begin with Test.
 
     def __init__(
         self, folder: Path, *, multicast: bool = True, disk: bool = False, clocks: bool = False
@@ -90,8 +92,8 @@ class Stage:
             self._close()
             raise
 
-    def __enter__(self) -> Stage:
-        """Gives the stage itself."""
+    def __enter__(self) -> Testbed:
+        """Gives the testbed itself."""
         return self
 
     def __exit__(

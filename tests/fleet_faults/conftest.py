@@ -1,4 +1,4 @@
-"""Fixtures: stages, and the trace that all scenarios are held to."""
+"""Fixtures: testbeds, and the trace that all scenarios are held to."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import pytest
 from learner_script import Script
 from learner_trace import Trace
 from network import NotPermittedError
-from stage import Stage, single_server_trace
+from testbed import Testbed, single_server_trace
 
 # How many requests a scenario has; 20,000 in full.
-_REQUESTS_VARIABLE = "PROCGEN_HOSTS_REQUESTS"
+_REQUESTS_VARIABLE = "PROCGEN_FLEET_FAULTS_REQUESTS"
 _REQUESTS_DEFAULT = 2000
 
 
@@ -39,10 +39,10 @@ def expected(script: Script, tmp_path_factory: pytest.TempPathFactory) -> Trace:
 
 
 @pytest.fixture
-def stage(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Stage]:
+def testbed(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Testbed]:
     """A fleet whose servers find each other by multicast; not so with the marker `peers`."""
     try:
-        made = Stage(tmp_path, multicast=request.node.get_closest_marker("peers") is None)
+        made = Testbed(tmp_path, multicast=request.node.get_closest_marker("peers") is None)
     except NotPermittedError as error:
         pytest.skip(str(error))
     with made:

@@ -54,7 +54,7 @@ class LearnerProcess:
         self._log_path = folder / "learner.log"
         command = [
             sys.executable,
-            os.fspath(_ROOT / "tests/hosts/learner.py"),
+            os.fspath(_ROOT / "tests/fleet_faults/learner.py"),
             f"--server={server}",
             f"--node_count={node_count}",
             f"--script={json.dumps(dataclasses.asdict(script))}",

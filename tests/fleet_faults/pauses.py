@@ -16,7 +16,7 @@ from faults import KINDS, Fault, FaultDriver
 from fleet import FLEET
 from learner_script import Script
 from learner_trace import Trace, difference
-from stage import NODES, TIMEOUT_S, Stage, single_server_trace
+from testbed import NODES, TIMEOUT_S, Testbed, single_server_trace
 
 _ENV_COUNT = 256
 _APART = 60  # Requests between a fault and what undoes it, and again to the next.
@@ -29,17 +29,17 @@ def measure(kind: str, script: Script, folder: Path) -> tuple[Trace, list[float]
     hits = range(_APART, script.request_count - _APART, 2 * _APART)
     turns = set(hits) | {hit + _APART for hit in hits}
     moved: dict[int, bool] = {}
-    with Stage(folder) as stage:
-        driver = FaultDriver(stage)
-        learner = stage.learner(script, announce=tuple(turns))
+    with Testbed(folder) as testbed:
+        driver = FaultDriver(testbed)
+        learner = testbed.learner(script, announce=tuple(turns))
         hit, lost_before, host = 0, 0, FLEET
         while (request := learner.next_announced(TIMEOUT_S)) is not None:
             if request not in hits:
-                moved[hit] = kind == _RESTART or stage.fleet.log().count(_LOST) > lost_before
+                moved[hit] = kind == _RESTART or testbed.fleet.log().count(_LOST) > lost_before
                 if kind != _RESTART:
                     driver.undo(host)
                 continue
-            hit, lost_before = request, stage.fleet.log().count(_LOST)
+            hit, lost_before = request, testbed.fleet.log().count(_LOST)
             if kind == _RESTART:
                 driver.begin(Fault(request, FLEET, "kill"))
                 driver.undo(FLEET)
