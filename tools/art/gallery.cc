@@ -1,4 +1,4 @@
-#include "tools/pictures/gallery.h"
+#include "tools/art/gallery.h"
 
 #include <memory>
 #include <utility>
@@ -7,9 +7,9 @@
 #include "absl/strings/str_cat.h"
 #include "envcore/games/game.h"
 #include "envcore/scene/scene.h"
-#include "tools/pictures/images.h"
-#include "tools/pictures/played_level.h"
-#include "tools/pictures/sprite_card.h"
+#include "tools/art/images.h"
+#include "tools/art/played_level.h"
+#include "tools/art/sprite_sheet.h"
 
 namespace procgen {
 namespace {
@@ -95,7 +95,7 @@ absl::Status Gallery::AddSprites(const std::string& name, absl::Span<const ArtSl
     const MipmappedImage& picture = *art.SpriteOf(slot.kind, slot.theme, false).picture;
     const std::string caption = absl::StrCat(slot.name, "_", slot.theme);
     if (absl::Status status =
-            Write(SpriteCard(picture), absl::StrCat(name, "_", slot.kind, "_", caption), caption,
+            Write(SpriteSheet(picture), absl::StrCat(name, "_", slot.kind, "_", caption), caption,
                   &rows.back()["pictures"]);
         !status.ok()) {
       return status;

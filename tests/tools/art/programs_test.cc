@@ -75,8 +75,9 @@ TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {
   EXPECT_EQ(run.exit_status, 0);
   EXPECT_THAT(run.output, HasSubstr("\n## maze\n\n| distance | part |"));
   EXPECT_THAT(run.output, HasSubstr("\n| **"));
-  EXPECT_THAT(run.output, AllOf(HasSubstr("| mouse | agent | cheese | pays | 0.0 | 2.0 |"),
-                                HasSubstr("| wall | blocks | the ground | ground | 51.0 | – |")));
+  EXPECT_THAT(run.output,
+              AllOf(HasSubstr("| mouse | agent | cheese | pays | 0.0 | 2.0 |"),
+                    HasSubstr("| wall | blocks | the backdrop | backdrop | 51.0 | – |")));
 }
 
 TEST(ProcgenLegibilityTest, APairBelowTheMinimumIsAFailure) {
@@ -91,7 +92,7 @@ TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
   const std::string folder = temporary.At("crops");
   EXPECT_EQ(Legibility(absl::StrCat("--games maze --crops ", folder)).exit_status, 0);
   EXPECT_EQ(SizeOf(folder + "/maze_mouse_cheese.png"), "490x240");
-  EXPECT_EQ(SizeOf(folder + "/maze_wall_the-ground.png"), "490x240");
+  EXPECT_EQ(SizeOf(folder + "/maze_wall_the-backdrop.png"), "490x240");
 }
 
 TEST(ProcgenLegibilityTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {

@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_LAB_COLOR_H_
-#define TOOLS_PICTURES_LAB_COLOR_H_
+#ifndef TOOLS_ART_LAB_COLOR_H_
+#define TOOLS_ART_LAB_COLOR_H_
 
 #include <cmath>
 
@@ -28,4 +28,4 @@ inline float ColorDifference(const LabColor& first, const LabColor& second) {
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_LAB_COLOR_H_
+#endif  // TOOLS_ART_LAB_COLOR_H_

@@ -1,4 +1,4 @@
-#include "tools/pictures/cast.h"
+#include "tools/art/roles.h"
 
 #include <algorithm>
 #include <memory>
@@ -17,12 +17,12 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAreArray;
 
-TEST(CastTest, EachGameHasOneInAModeOfIts) {
+TEST(RolesTest, EachGameHasOneInAModeOfIts) {
   std::vector<absl::string_view> games;
-  for (const Cast& cast : Casts()) {
-    games.push_back(cast.game);
-    EXPECT_TRUE(FindGame(cast.game)->HasMode(cast.mode)) << cast.game;
-    EXPECT_EQ(&CastOf(cast.game), &cast);
+  for (const Roles& roles : AllRoles()) {
+    games.push_back(roles.game);
+    EXPECT_TRUE(FindGame(roles.game)->HasMode(roles.mode)) << roles.game;
+    EXPECT_EQ(&RolesOf(roles.game), &roles);
   }
   std::vector<absl::string_view> catalog;
   for (const GameSpec& spec : GameCatalog()) {
@@ -31,26 +31,26 @@ TEST(CastTest, EachGameHasOneInAModeOfIts) {
   EXPECT_THAT(games, ElementsAreArray(catalog));
 }
 
-TEST(CastTest, PartsAndGroundsShowPicturesThatTheirGameHas) {
-  for (const Cast& cast : Casts()) {
-    const std::unique_ptr<Game> game = FindGame(cast.game)->make(GameOptions());
-    std::vector<int> kinds = {kDotImage, kBackgroundGround};
+TEST(RolesTest, PartsAndBackdropsShowPicturesThatTheirGameHas) {
+  for (const Roles& roles : AllRoles()) {
+    const std::unique_ptr<Game> game = FindGame(roles.game)->make(GameOptions());
+    std::vector<int> kinds = {kDotImage, kBackgroundBackdrop};
     for (const ArtSlot& slot : game->art().slots) {
       kinds.push_back(slot.kind);
     }
-    for (const Part& part : cast.parts) {
-      EXPECT_NE(part.image_kinds.begin(), part.image_kinds.end()) << cast.game << part.name;
+    for (const Part& part : roles.parts) {
+      EXPECT_NE(part.image_kinds.begin(), part.image_kinds.end()) << roles.game << part.name;
       for (const int kind : part.image_kinds) {
-        EXPECT_THAT(kinds, Contains(kind)) << cast.game << " " << part.name;
+        EXPECT_THAT(kinds, Contains(kind)) << roles.game << " " << part.name;
       }
-      for (const int kind : part.grounds) {
-        EXPECT_THAT(kinds, Contains(kind)) << cast.game << " " << part.name;
+      for (const int kind : part.backdrops) {
+        EXPECT_THAT(kinds, Contains(kind)) << roles.game << " " << part.name;
       }
     }
   }
 }
 
-TEST(CastTest, PartsOfOneRoleNeedNotDifferUnlessTheyAreNamed) {
+TEST(RolesTest, PartsOfOneRoleNeedNotDifferUnlessTheyAreNamed) {
   const Part agent = {.name = "agent", .role = Role::kAgent};
   const Part saw = {.name = "saw", .role = Role::kKills};
   const Part lava = {.name = "lava", .role = Role::kKills};

@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_PLAYED_LEVEL_H_
-#define TOOLS_PICTURES_PLAYED_LEVEL_H_
+#ifndef TOOLS_ART_PLAYED_LEVEL_H_
+#define TOOLS_ART_PLAYED_LEVEL_H_
 
 #include <cstdint>
 #include <memory>
@@ -15,4 +15,4 @@ std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, i
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_PLAYED_LEVEL_H_
+#endif  // TOOLS_ART_PLAYED_LEVEL_H_

@@ -1,7 +1,7 @@
 // Who plays which role: facts of the games, from their specification. Sizes are those that entities
 // and cells have on the screen.
 
-#include "tools/pictures/cast.h"
+#include "tools/art/roles.h"
 
 #include <algorithm>
 #include <iterator>
@@ -115,20 +115,20 @@ constexpr Part kLeaper[] = {
      .width = 1.25F,
      .height = 1.25F,
      .keeps_ratio = true,
-     .grounds = {kBackgroundGround, kLeaperRoad, kLeaperLog}},
+     .backdrops = {kBackgroundBackdrop, kLeaperRoad, kLeaperLog}},
     {.name = "log",
      .role = Role::kHarmless,
      .image_kinds = {kLeaperLog},
      .width = 0.9F,
      .height = 0.9F,
-     .grounds = {kLeaperWater}},
+     .backdrops = {kLeaperWater}},
     {"road", Role::kHarmless, {kLeaperRoad}},
     {"water", Role::kKills, {kLeaperWater}},
     {.name = "car",
      .role = Role::kKills,
      .image_kinds = {4},
      .keeps_ratio = true,
-     .grounds = {kLeaperRoad}},
+     .backdrops = {kLeaperRoad}},
     {"finish", Role::kPays, {5}},
 };
 
@@ -173,7 +173,7 @@ constexpr Part kStarPilot[] = {
     {"rocket", Role::kPays, {9}, 16, 16, true},
 };
 
-constexpr Cast kCasts[] = {
+constexpr Roles kRoles[] = {
     {"bigfish", DistributionMode::kHard, kBigFish},
     {"bossfight", DistributionMode::kHard, kBossFight},
     {"caveflyer", DistributionMode::kHard, kCaveFlyer},
@@ -212,11 +212,11 @@ absl::string_view RoleName(Role role) {
   return "";
 }
 
-absl::Span<const Cast> Casts() { return kCasts; }
+absl::Span<const Roles> AllRoles() { return kRoles; }
 
-const Cast& CastOf(absl::string_view game) {
-  return *std::find_if(std::begin(kCasts), std::end(kCasts),
-                       [&](const Cast& cast) { return cast.game == game; });
+const Roles& RolesOf(absl::string_view game) {
+  return *std::find_if(std::begin(kRoles), std::end(kRoles),
+                       [&](const Roles& roles) { return roles.game == game; });
 }
 
 bool MustDiffer(const Part& a, const Part& b) { return a.role != b.role || a.role == Role::kNamed; }

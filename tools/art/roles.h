@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_CAST_H_
-#define TOOLS_PICTURES_CAST_H_
+#ifndef TOOLS_ART_ROLES_H_
+#define TOOLS_ART_ROLES_H_
 
 #include <array>
 #include <cstddef>
@@ -46,8 +46,8 @@ class ImageKinds {
 
 // In the place of an image kind: the flat square of CellDots.
 inline constexpr int kDotImage = -1;
-// In the place of a ground's image kind: the game's background pictures.
-inline constexpr int kBackgroundGround = -1;
+// In the place of a backdrop's image kind: the game's background pictures.
+inline constexpr int kBackgroundBackdrop = -1;
 
 // A thing that plays a part in a game.
 struct Part {
@@ -59,26 +59,26 @@ struct Part {
   bool keeps_ratio = false;  // the picture keeps its ratio and fits in the box, else it fills it
   int first_theme = 0;
   int last_theme = std::numeric_limits<int>::max();  // or the last that there is
-  ImageKinds grounds = {kBackgroundGround};          // what it may be seen on
+  ImageKinds backdrops = {kBackgroundBackdrop};      // what it may be seen on
 };
 
 // The parts of a game, with their sizes in the mode that shows them smallest.
-struct Cast {
+struct Roles {
   absl::string_view game;
   DistributionMode mode = DistributionMode::kHard;
   absl::Span<const Part> parts;
 };
 
 // One for each game, sorted by name.
-absl::Span<const Cast> Casts();
+absl::Span<const Roles> AllRoles();
 
 // That of a game. REQUIRES: the suite has it.
-const Cast& CastOf(absl::string_view game);
+const Roles& RolesOf(absl::string_view game);
 
 // Whether a player must tell one from the other: they play different roles, or matter by which one
-// they are. (That each part must be told from the ground behind it is not said here.)
+// they are. (That each part must be told from the backdrop behind it is not said here.)
 bool MustDiffer(const Part& a, const Part& b);
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_CAST_H_
+#endif  // TOOLS_ART_ROLES_H_

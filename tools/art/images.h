@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_IMAGES_H_
-#define TOOLS_PICTURES_IMAGES_H_
+#ifndef TOOLS_ART_IMAGES_H_
+#define TOOLS_ART_IMAGES_H_
 
 #include <string>
 
@@ -20,4 +20,4 @@ void Paste(const Image& source, int left, int top, Image* target);
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_IMAGES_H_
+#endif  // TOOLS_ART_IMAGES_H_

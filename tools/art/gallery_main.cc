@@ -18,8 +18,8 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "envcore/games/game_catalog.h"
-#include "tools/pictures/gallery.h"
-#include "tools/pictures/requests.h"
+#include "tools/art/gallery.h"
+#include "tools/art/requests.h"
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");

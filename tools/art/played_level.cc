@@ -1,4 +1,4 @@
-#include "tools/pictures/played_level.h"
+#include "tools/art/played_level.h"
 
 #include <iterator>
 #include <string>

@@ -14,9 +14,9 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "envcore/pool/shared_art.h"
-#include "tools/pictures/images.h"
-#include "tools/pictures/legibility.h"
-#include "tools/pictures/requests.h"
+#include "tools/art/images.h"
+#include "tools/art/legibility.h"
+#include "tools/art/requests.h"
 #include "tools/progress.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
@@ -37,11 +37,11 @@ int Fail(absl::string_view error) {
 }
 
 absl::string_view SecondName(const Likeness& likeness) {
-  return likeness.second == nullptr ? "the ground" : likeness.second->name;
+  return likeness.second == nullptr ? "the backdrop" : likeness.second->name;
 }
 
 absl::string_view SecondRole(const Likeness& likeness) {
-  return likeness.second == nullptr ? "ground" : RoleName(likeness.second->role);
+  return likeness.second == nullptr ? "backdrop" : RoleName(likeness.second->role);
 }
 
 std::string AppearanceName(const Part* part, const Appearance& appearance) {
@@ -65,7 +65,7 @@ absl::Status WriteCrop(const Likeness& likeness, const std::string& path) {
   return WritePng(crop, path);
 }
 
-absl::Status WriteCrops(const Cast& cast, const std::vector<Likeness>& likenesses) {
+absl::Status WriteCrops(const Roles& roles, const std::vector<Likeness>& likenesses) {
   const std::string folder = absl::GetFlag(FLAGS_crops);
   if (folder.empty()) {
     return absl::OkStatus();
@@ -75,7 +75,7 @@ absl::Status WriteCrops(const Cast& cast, const std::vector<Likeness>& likenesse
   }
   for (const Likeness& likeness : likenesses) {
     const std::string name = absl::StrReplaceAll(
-        absl::StrCat(cast.game, "_", likeness.first->name, "_", SecondName(likeness)),
+        absl::StrCat(roles.game, "_", likeness.first->name, "_", SecondName(likeness)),
         {{" ", "-"}, {"'", ""}});
     if (absl::Status status = WriteCrop(likeness, absl::StrCat(folder, "/", name, ".png"));
         !status.ok()) {
@@ -86,8 +86,8 @@ absl::Status WriteCrops(const Cast& cast, const std::vector<Likeness>& likenesse
 }
 
 // The table of a game; the least pair is in bold type.
-void PrintTable(const Cast& cast, const std::vector<Likeness>& likenesses) {
-  std::cout << "\n## " << cast.game
+void PrintTable(const Roles& roles, const std::vector<Likeness>& likenesses) {
+  std::cout << "\n## " << roles.game
             << "\n\n| distance | part | role | told from | role | shows | shows | on |\n"
                "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
   bool least = true;
@@ -98,7 +98,7 @@ void PrintTable(const Cast& cast, const std::vector<Likeness>& likenesses) {
               << SecondName(likeness) << " | " << SecondRole(likeness) << " | "
               << AppearanceName(likeness.first, likeness.first_appearance) << " | "
               << AppearanceName(likeness.second, likeness.second_appearance) << " | "
-              << likeness.ground << " |\n";
+              << likeness.backdrop << " |\n";
     least = false;
   }
 }
@@ -131,13 +131,13 @@ int Main(const std::vector<char*>& arguments) {
   Progress progress(request->games.size());
   int64_t weak_count = 0;
   for (const GameSpec* game : request->games) {
-    const Cast& cast = CastOf(game->name);
+    const Roles& roles = RolesOf(game->name);
     const std::vector<Likeness> likenesses =
-        CompareParts(cast, *request->art,
-                     [&](int64_t done, int64_t total) { progress.Show(cast.game, done, total); });
-    progress.Finish(cast.game, absl::StrFormat("%.1f", likenesses.front().distance));
-    PrintTable(cast, likenesses);
-    if (absl::Status status = WriteCrops(cast, likenesses); !status.ok()) {
+        CompareParts(roles, *request->art,
+                     [&](int64_t done, int64_t total) { progress.Show(roles.game, done, total); });
+    progress.Finish(roles.game, absl::StrFormat("%.1f", likenesses.front().distance));
+    PrintTable(roles, likenesses);
+    if (absl::Status status = WriteCrops(roles, likenesses); !status.ok()) {
       return Fail(status.message());
     }
     weak_count += WeakCount(likenesses);

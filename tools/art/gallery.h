@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_GALLERY_H_
-#define TOOLS_PICTURES_GALLERY_H_
+#ifndef TOOLS_ART_GALLERY_H_
+#define TOOLS_ART_GALLERY_H_
 
 #include <cstdint>
 #include <string>
@@ -56,4 +56,4 @@ class Gallery {
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_GALLERY_H_
+#endif  // TOOLS_ART_GALLERY_H_

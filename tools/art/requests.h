@@ -1,5 +1,5 @@
-#ifndef TOOLS_PICTURES_REQUESTS_H_
-#define TOOLS_PICTURES_REQUESTS_H_
+#ifndef TOOLS_ART_REQUESTS_H_
+#define TOOLS_ART_REQUESTS_H_
 
 #include <memory>
 #include <string>
@@ -30,4 +30,4 @@ absl::Status MakeFolder(const std::string& folder);
 
 }  // namespace procgen
 
-#endif  // TOOLS_PICTURES_REQUESTS_H_
+#endif  // TOOLS_ART_REQUESTS_H_

@@ -1,4 +1,4 @@
-#include "tools/pictures/images.h"
+#include "tools/art/images.h"
 
 #include <algorithm>
 

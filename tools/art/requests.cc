@@ -1,4 +1,4 @@
-#include "tools/pictures/requests.h"
+#include "tools/art/requests.h"
 
 #include <filesystem>
 #include <system_error>

@@ -1,16 +1,16 @@
-#include "tools/pictures/sprite_card.h"
+#include "tools/art/sprite_sheet.h"
 
 #include <algorithm>
 
 #include "envcore/render/art/antialiased_sampling.h"
 #include "envcore/render/art/nearest_sampling.h"
 #include "envcore/render/output/frame.h"
-#include "tools/pictures/images.h"
+#include "tools/art/images.h"
 
 namespace procgen {
 namespace {
 
-constexpr Rgba kGrounds[] = {{226, 224, 214, 255}, {44, 48, 60, 255}};
+constexpr Rgba kBackdropColors[] = {{226, 224, 214, 255}, {44, 48, 60, 255}};
 constexpr int kLargeSizePx = 168;
 constexpr int kMarginPx = 4;
 constexpr int kSmallSidesPx[] = {4, 6, 9};
@@ -27,7 +27,7 @@ ScreenRect InMiddle(const MipmappedImage& picture, int size_px, double length_px
 }
 
 // A square of one colour.
-Image Ground(int size_px, const Rgba& color) {
+Image PlainBackdrop(int size_px, const Rgba& color) {
   Image image(size_px, size_px);
   std::fill_n(image.Row(0), size_px * size_px, color);
   return image;
@@ -35,27 +35,27 @@ Image Ground(int size_px, const Rgba& color) {
 
 }  // namespace
 
-Image SpriteCard(const MipmappedImage& picture) {
-  Image card(2 * kLargeSizePx, kLargeSizePx + kSmallHeightPx);
+Image SpriteSheet(const MipmappedImage& picture) {
+  Image sheet(2 * kLargeSizePx, kLargeSizePx + kSmallHeightPx);
   int left = 0;
-  for (const Rgba& color : kGrounds) {
-    Image large = Ground(kLargeSizePx, color);
+  for (const Rgba& color : kBackdropColors) {
+    Image large = PlainBackdrop(kLargeSizePx, color);
     DrawAntialiased(picture, InMiddle(picture, kLargeSizePx, kLargeSizePx - 2 * kMarginPx), 0, 1,
                     {large.Row(0), kLargeSizePx});
-    Paste(large, left, 0, &card);
+    Paste(large, left, 0, &sheet);
     for (int y = 0; y < kSmallHeightPx; ++y) {
-      std::fill_n(card.Row(kLargeSizePx + y) + left, kLargeSizePx, color);
+      std::fill_n(sheet.Row(kLargeSizePx + y) + left, kLargeSizePx, color);
     }
     int small_left = left + kMarginPx;
     for (const int side : kSmallSidesPx) {
-      Image small = Ground(side, color);
+      Image small = PlainBackdrop(side, color);
       DrawNearest(picture, InMiddle(picture, side, side), 0, 1, {small.Row(0), side});
-      Paste(Enlarged(small, kSmallFactor), small_left, kLargeSizePx + kMarginPx, &card);
+      Paste(Enlarged(small, kSmallFactor), small_left, kLargeSizePx + kMarginPx, &sheet);
       small_left += side * kSmallFactor + kMarginPx;
     }
     left += kLargeSizePx;
   }
-  return card;
+  return sheet;
 }
 
 }  // namespace procgen

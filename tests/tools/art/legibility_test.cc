@@ -1,6 +1,6 @@
 // Measured with art of flat colours, whose distances are known.
 
-#include "tools/pictures/legibility.h"
+#include "tools/art/legibility.h"
 
 #include <algorithm>
 #include <memory>
@@ -79,9 +79,9 @@ TEST(LegibilityTest, PartsThatDifferInSizeAloneAreApart) {
   EXPECT_THAT(DistanceOf(likenesses, &parts[0], &parts[1]), FloatNear(800, 1));
 }
 
-TEST(LegibilityTest, PartsThatAreNeverSeenOnTheSameGroundAreNotCompared) {
+TEST(LegibilityTest, PartsThatAreNeverSeenOnTheSameBackdropAreNotCompared) {
   Part cheese = kCheese;
-  cheese.grounds = {0};  // on a floor of mice
+  cheese.backdrops = {0};  // on a floor of mice
   const Part parts[] = {kMouse, cheese};
   const auto likenesses = FlatArt(kWhite, kGrey).Compare(parts);
   EXPECT_EQ(DistanceOf(likenesses, &parts[0], &parts[1]), -1);

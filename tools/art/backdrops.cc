@@ -1,4 +1,4 @@
-#include "tools/pictures/grounds.h"
+#include "tools/art/backdrops.h"
 
 #include <algorithm>
 #include <array>
@@ -54,9 +54,10 @@ float CenterInside(float share, int world_cells, float view_cells) {
   return std::clamp(share * length, view_cells / 2, length - view_cells / 2);
 }
 
-Ground BackgroundGround(const Game& stage, const GameArt& art, int index, Rasteriser* rasteriser) {
-  Ground ground;
-  ground.name = absl::StrCat("background ", index);
+Backdrop BackgroundBackdrop(const Game& stage, const GameArt& art, int index,
+                            Rasteriser* rasteriser) {
+  Backdrop backdrop;
+  backdrop.name = absl::StrCat("background ", index);
   Scene scene;
   stage.FillScene(&scene);
   scene.Clear();
@@ -69,18 +70,18 @@ Ground BackgroundGround(const Game& stage, const GameArt& art, int index, Raster
     scene.background.offset = place.offset;
     scene.background.scrolled_steps = scene.background.scrolls ? place.scrolled_steps : 0;
     rasteriser->DrawAgentView(scene, art, nullptr, kUpstreamFrameFormat, absl::MakeSpan(view));
-    CutWindows(view, &ground.windows);
+    CutWindows(view, &backdrop.windows);
   }
-  return ground;
+  return backdrop;
 }
 
-// A ground of cells side by side.
-Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels_per_cell) {
-  Ground ground;
-  ground.image_kind = image_kind;
-  ground.name = absl::StrCat("image kind ", image_kind, " theme ", theme);
+// A backdrop of cells side by side.
+Backdrop PictureBackdrop(const GameArt& art, int image_kind, int theme, float pixels_per_cell) {
+  Backdrop backdrop;
+  backdrop.image_kind = image_kind;
+  backdrop.name = absl::StrCat("image kind ", image_kind, " theme ", theme);
   const MipmappedImage& picture = *art.SpriteOf(image_kind, theme, false).picture;
-  Window& window = ground.windows.emplace_back();
+  Window& window = backdrop.windows.emplace_back();
   window.fill({0, 0, 0, 255});
   const Frame frame = {window.data(), kWindowSizePx};
   const double side = pixels_per_cell;
@@ -90,40 +91,40 @@ Ground PictureGround(const GameArt& art, int image_kind, int theme, float pixels
       DrawNearest(picture, {column * side, row * side, side, side}, 0, 1, frame);
     }
   }
-  return ground;
+  return backdrop;
 }
 
 }  // namespace
 
-std::unique_ptr<Game> StageOf(const Cast& cast) {
+std::unique_ptr<Game> StageOf(const Roles& roles) {
   EnvironmentOptions options;
-  options.distribution_mode = cast.mode;
+  options.distribution_mode = roles.mode;
   std::unique_ptr<Game> game =
-      FindGame(cast.game)->make(ResolveOptions(cast.game, options).value());
+      FindGame(roles.game)->make(ResolveOptions(roles.game, options).value());
   game->StartLevel(0);
   return game;
 }
 
-std::vector<Ground> GroundsOf(const Cast& cast, const Game& stage, const GameArt& art) {
+std::vector<Backdrop> BackdropsOf(const Roles& roles, const Game& stage, const GameArt& art) {
   std::set<int> image_kinds;
-  for (const Part& part : cast.parts) {
-    image_kinds.insert(part.grounds.begin(), part.grounds.end());
+  for (const Part& part : roles.parts) {
+    image_kinds.insert(part.backdrops.begin(), part.backdrops.end());
   }
   Scene scene;
   stage.FillScene(&scene);
   const float pixels_per_cell = kUpstreamFrameFormat.size_px / scene.camera.cells;
   Rasteriser rasteriser;
-  std::vector<Ground> grounds;
+  std::vector<Backdrop> backdrops;
   for (const int kind : image_kinds) {
-    const bool is_background = kind == kBackgroundGround;
+    const bool is_background = kind == kBackgroundBackdrop;
     const int count = is_background ? static_cast<int>(BackgroundsOf(scene.background.group).size())
                                     : ThemeCountOf(stage, kind);
     for (int i = 0; i < count; ++i) {
-      grounds.push_back(is_background ? BackgroundGround(stage, art, i, &rasteriser)
-                                      : PictureGround(art, kind, i, pixels_per_cell));
+      backdrops.push_back(is_background ? BackgroundBackdrop(stage, art, i, &rasteriser)
+                                        : PictureBackdrop(art, kind, i, pixels_per_cell));
     }
   }
-  return grounds;
+  return backdrops;
 }
 
 int ThemeCountOf(const Game& stage, int image_kind) {

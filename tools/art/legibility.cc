@@ -1,4 +1,4 @@
-#include "tools/pictures/legibility.h"
+#include "tools/art/legibility.h"
 
 #include <algorithm>
 #include <bitset>
@@ -13,8 +13,8 @@
 #include "envcore/render/raster/flat_rectangle.h"
 #include "envcore/render/scene/rasteriser.h"
 #include "envcore/scene/scene.h"
-#include "tools/pictures/grounds.h"
-#include "tools/pictures/lab_color.h"
+#include "tools/art/backdrops.h"
+#include "tools/art/lab_color.h"
 
 namespace procgen {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 constexpr size_t kPixelCount = kWindowSizePx * kWindowSizePx;
 // From this alpha on a pixel counts as covered.
 constexpr uint8_t kCoveredAlpha = 64;
-// A pair is as far apart as in all but this share of the places of a ground.
+// A pair is as far apart as in all but this share of the places of a backdrop.
 constexpr double kWorstShare = 0.1;
 
 // One appearance of a part.
@@ -30,14 +30,14 @@ struct Look {
   size_t part = 0;
   Appearance appearance;
   std::bitset<kPixelCount> covered;
-  // On one ground, in each of its windows.
+  // On one backdrop, in each of its windows.
   std::vector<std::array<LabColor, kPixelCount>> drawn;
 };
 
-// Draws the looks of a cast.
+// Draws the looks of a game's parts.
 class PartRenderer {
  public:
-  PartRenderer(const Cast& cast, const Game& stage, const GameArt& art) : cast_(cast), art_(art) {
+  PartRenderer(const Roles& roles, const Game& stage, const GameArt& art) : roles_(roles), art_(art) {
     stage.FillScene(&scene_);
     pixels_per_cell_ = kUpstreamFrameFormat.size_px / scene_.camera.cells;
   }
@@ -65,11 +65,11 @@ class PartRenderer {
     DrawNearest(picture, Middle(width, height), 0, 1, frame);
   }
 
-  // All looks of the cast, not drawn on any ground yet.
+  // All looks of the parts, not drawn on any backdrop yet.
   std::vector<Look> Looks(const Game& stage) const {
     std::vector<Look> looks;
-    for (size_t i = 0; i < cast_.parts.size(); ++i) {
-      const Part& part = cast_.parts[i];
+    for (size_t i = 0; i < roles_.parts.size(); ++i) {
+      const Part& part = roles_.parts[i];
       for (const int kind : part.image_kinds) {
         const int last = std::min(part.last_theme, ThemeCountOf(stage, kind) - 1);
         for (int theme = part.first_theme; theme <= last; ++theme) {
@@ -94,7 +94,7 @@ class PartRenderer {
             width, height};
   }
 
-  const Cast& cast_;
+  const Roles& roles_;
   const GameArt& art_;
   Scene scene_;
   float pixels_per_cell_ = 0;
@@ -116,7 +116,7 @@ std::vector<size_t> CoveredByEither(const Look& first, const Look& second) {
   return pixels;
 }
 
-// How many pixels the smaller look covers; the ground covers none and is as large as the other.
+// How many pixels the smaller look covers; the backdrop covers none and is as large as the other.
 size_t SmallerSize(const Look& first, const Look& second) {
   const size_t first_size = first.covered.count();
   const size_t second_size = second.covered.count();
@@ -134,7 +134,7 @@ float TotalDifference(const std::array<LabColor, kPixelCount>& first,
   return sum;
 }
 
-// The window of a ground that decides, and the distance there.
+// The window of a backdrop that decides, and the distance there.
 struct WorstWindow {
   size_t window = 0;
   float distance = 0;
@@ -154,36 +154,37 @@ WorstWindow Decide(const std::vector<float>& distances) {
   return *worst;
 }
 
-bool IsSeenOn(const Part& part, int ground_kind) {
-  return std::find(part.grounds.begin(), part.grounds.end(), ground_kind) != part.grounds.end();
+bool IsSeenOn(const Part& part, int backdrop_kind) {
+  return std::find(part.backdrops.begin(), part.backdrops.end(), backdrop_kind) !=
+         part.backdrops.end();
 }
 
-// Compares the looks of a cast, ground by ground.
+// Compares the looks of a game's parts, backdrop by backdrop.
 class Comparison {
  public:
-  Comparison(const Cast& cast, const PartRenderer& renderer, std::vector<Look> looks)
-      : cast_(cast), renderer_(renderer), looks_(std::move(looks)) {
-    // The ground counts as one part more.
-    const size_t count = cast.parts.size();
+  Comparison(const Roles& roles, const PartRenderer& renderer, std::vector<Look> looks)
+      : roles_(roles), renderer_(renderer), looks_(std::move(looks)) {
+    // The backdrop counts as one part more.
+    const size_t count = roles.parts.size();
     likenesses_.resize(count * (count + 1));
   }
 
-  void CompareOn(const Ground& ground) {
+  void CompareOn(const Backdrop& backdrop) {
     Look bare;
-    bare.part = cast_.parts.size();
-    DrawOn(ground, &bare);
+    bare.part = roles_.parts.size();
+    DrawOn(backdrop, &bare);
     for (Look& look : looks_) {
-      if (IsSeenOn(cast_.parts[look.part], ground.image_kind)) {
-        DrawOn(ground, &look);
+      if (IsSeenOn(roles_.parts[look.part], backdrop.image_kind)) {
+        DrawOn(backdrop, &look);
       } else {
         look.drawn.clear();
       }
     }
     for (size_t i = 0; i < looks_.size(); ++i) {
-      Compare(looks_[i], bare, ground);
+      Compare(looks_[i], bare, backdrop);
       for (size_t j = i + 1; j < looks_.size(); ++j) {
-        if (MustDiffer(cast_.parts[looks_[i].part], cast_.parts[looks_[j].part])) {
-          Compare(looks_[i], looks_[j], ground);
+        if (MustDiffer(roles_.parts[looks_[i].part], roles_.parts[looks_[j].part])) {
+          Compare(looks_[i], looks_[j], backdrop);
         }
       }
     }
@@ -200,49 +201,49 @@ class Comparison {
 
  private:
   const Part* PartOf(const Look& look) const {
-    return look.part < cast_.parts.size() ? &cast_.parts[look.part] : nullptr;
+    return look.part < roles_.parts.size() ? &roles_.parts[look.part] : nullptr;
   }
 
-  Window WindowOf(const Look& look, const Window& ground) const {
-    Window window = ground;
+  Window WindowOf(const Look& look, const Window& backdrop) const {
+    Window window = backdrop;
     if (const Part* part = PartOf(look); part != nullptr) {
       renderer_.Draw(*part, look.appearance, &window);
     }
     return window;
   }
 
-  void DrawOn(const Ground& ground, Look* look) const {
-    look->drawn.resize(ground.windows.size());
-    for (size_t i = 0; i < ground.windows.size(); ++i) {
-      ToLab(WindowOf(*look, ground.windows[i]), &look->drawn[i]);
+  void DrawOn(const Backdrop& backdrop, Look* look) const {
+    look->drawn.resize(backdrop.windows.size());
+    for (size_t i = 0; i < backdrop.windows.size(); ++i) {
+      ToLab(WindowOf(*look, backdrop.windows[i]), &look->drawn[i]);
     }
   }
 
-  void Compare(const Look& first, const Look& second, const Ground& ground) {
+  void Compare(const Look& first, const Look& second, const Backdrop& backdrop) {
     if (first.drawn.empty() || second.drawn.empty()) {
       return;  // one of them is never seen here
     }
     const std::vector<size_t> pixels = CoveredByEither(first, second);
     const auto size = static_cast<float>(std::max<size_t>(1, SmallerSize(first, second)));
-    std::vector<float> distances(ground.windows.size());
+    std::vector<float> distances(backdrop.windows.size());
     for (size_t i = 0; i < distances.size(); ++i) {
       distances[i] = TotalDifference(first.drawn[i], second.drawn[i], pixels) / size;
     }
     const WorstWindow worst = Decide(distances);
-    Likeness& likeness = likenesses_[first.part * (cast_.parts.size() + 1) + second.part];
+    Likeness& likeness = likenesses_[first.part * (roles_.parts.size() + 1) + second.part];
     if (likeness.first == nullptr || worst.distance < likeness.distance) {
       likeness = {.first = PartOf(first),
                   .second = PartOf(second),
                   .distance = worst.distance,
                   .first_appearance = first.appearance,
                   .second_appearance = second.appearance,
-                  .ground = ground.name,
-                  .first_window = WindowOf(first, ground.windows[worst.window]),
-                  .second_window = WindowOf(second, ground.windows[worst.window])};
+                  .backdrop = backdrop.name,
+                  .first_window = WindowOf(first, backdrop.windows[worst.window]),
+                  .second_window = WindowOf(second, backdrop.windows[worst.window])};
     }
   }
 
-  const Cast& cast_;
+  const Roles& roles_;
   const PartRenderer& renderer_;
   std::vector<Look> looks_;
   std::vector<Likeness> likenesses_;  // by first and second part; first == null: not compared
@@ -250,16 +251,16 @@ class Comparison {
 
 }  // namespace
 
-std::vector<Likeness> CompareParts(const Cast& cast, const SharedArt& art,
+std::vector<Likeness> CompareParts(const Roles& roles, const SharedArt& art,
                                    absl::FunctionRef<void(int64_t, int64_t)> show) {
-  const std::unique_ptr<Game> stage = StageOf(cast);
-  const auto game_art = art.Of(*FindGame(cast.game), stage->art());
-  const PartRenderer renderer(cast, *stage, *game_art);
-  Comparison comparison(cast, renderer, renderer.Looks(*stage));
-  const std::vector<Ground> grounds = GroundsOf(cast, *stage, *game_art);
-  for (size_t i = 0; i < grounds.size(); ++i) {
-    comparison.CompareOn(grounds[i]);
-    show(static_cast<int64_t>(i) + 1, static_cast<int64_t>(grounds.size()));
+  const std::unique_ptr<Game> stage = StageOf(roles);
+  const auto game_art = art.Of(*FindGame(roles.game), stage->art());
+  const PartRenderer renderer(roles, *stage, *game_art);
+  Comparison comparison(roles, renderer, renderer.Looks(*stage));
+  const std::vector<Backdrop> backdrops = BackdropsOf(roles, *stage, *game_art);
+  for (size_t i = 0; i < backdrops.size(); ++i) {
+    comparison.CompareOn(backdrops[i]);
+    show(static_cast<int64_t>(i) + 1, static_cast<int64_t>(backdrops.size()));
   }
   return std::move(comparison).Result();
 }

@@ -1,4 +1,4 @@
-#include "tools/pictures/lab_color.h"
+#include "tools/art/lab_color.h"
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
