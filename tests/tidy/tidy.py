@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the rules of the house over all files of the repository and reports every violation.
+"""Checks the repository rules over all files of the repository and reports every violation.
 
 Usage: tests/tidy/tidy.py [ROOT]. Prints path:line: what is wrong and what to do about it.
 Exit status: 0 if nothing is wrong, otherwise 1.
