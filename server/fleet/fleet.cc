@@ -72,9 +72,9 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
 }
 
 absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& create_options) {
-  absl::StatusOr<std::unique_ptr<Pool>> model = FleetPool::Check(create_options.options);
-  if (!model.ok()) {
-    return model.status();
+  absl::StatusOr<StateValidator> validator = StateValidator::Create(create_options.options);
+  if (!validator.ok()) {
+    return validator.status();
   }
   int64_t number = 0;
   {
@@ -91,7 +91,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& 
   terms.leftovers = &leftovers_;
   terms.metrics = metrics_;
   terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
-  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(model), terms,
+  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(validator), terms,
                                           &executor_, [this](FleetPool* gone) {
                                             absl::MutexLock lock(&mutex_);
                                             pools_.erase(gone);
@@ -192,7 +192,7 @@ void Fleet::Watch() {
     changed_ = false;
     leftovers_.OnChange();  // which connects to new nodes, so that pools can be divided to them
     for (FleetPool* pool : pools_) {
-      pool->Look();
+      pool->OnNodesChanged();
     }
     wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.look_interval,
                       [this]()

@@ -31,8 +31,8 @@ class Fleet final : public PoolBackendFactory {
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
 
-  // Errors: those of FleetPool::Check; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes have
-  // too little room.
+  // Errors: those of StateValidator::Create; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes
+  // have too little room.
   void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
   bool keeps_pools() const override { return options_.state != nullptr; }
@@ -47,7 +47,7 @@ class Fleet final : public PoolBackendFactory {
   static absl::Status Keep(const CreatePoolOptions& create_options, const std::string& path,
                            FleetPool* pool);
   absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
-  // Has everybody look at the nodes when these have changed, and now and then.
+  // Calls OnNodesChanged of all pools when nodes have changed, and once per interval.
   void Watch();
 
   const FleetOptions options_;

@@ -5,10 +5,6 @@ although its path exists is itself reported, so that the list stays as short as 
 """
 
 EXCEPTIONS = (
-    ("check_class_length", "server/fleet/pool/fleet_pool.h",
-     "FleetPool: running requests, states and dividing share one set of shards"),
-    ("check_class_length", "server/fleet/pool/shard.h",
-     "Shard: each of its steps may lose the node, and goes back to the base then"),
     ("check_declared_names", "clients/python/procgen_client/errors.py",
      "DataLossError is named after the canonical code DATA_LOSS"),
     ("check_declared_names", "proto/dm_env_rpc/v1/dm_env_rpc.proto",

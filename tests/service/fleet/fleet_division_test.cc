@@ -79,7 +79,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   const auto pool_options = PoolOptionsOf(Script().spec);
   ASSERT_THAT(pool_options, IsOk());
   terms.spec = PoolSpecMessageOf(*pool_options);
-  FleetPool pool(*pool_options, FleetPool::Check(*pool_options).value(), terms, &executor,
+  FleetPool pool(*pool_options, StateValidator::Create(*pool_options).value(), terms, &executor,
                  [](FleetPool* /*gone*/) {});
   const auto look_until_done = [&](const std::function<void(PoolBackend::Done)>& begin) {
     absl::Notification done;
@@ -88,7 +88,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
       done.Notify();
     });
     while (!done.HasBeenNotified()) {
-      pool.Look();
+      pool.OnNodesChanged();
       ++look_count;
     }
   };

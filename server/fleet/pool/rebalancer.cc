@@ -1,0 +1,135 @@
+#include "server/fleet/pool/rebalancer.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/logging/event_log.h"
+
+namespace procgen {
+namespace {
+
+// Rebalancing is worth it where so large a part of the environments would move.
+constexpr double kMovedFractionMin = 0.15;
+// What nodes report of themselves may be old, so finding it once is not enough.
+constexpr int32_t kWorthItCountMin = 2;
+
+}  // namespace
+
+Rebalancer::Rebalancer(std::shared_ptr<const ShardTerms> terms, int32_t env_count, ShardSet* shards,
+                       BackgroundExecutor* executor)
+    : terms_(std::move(terms)), env_count_(env_count), shards_(shards), executor_(executor) {}
+
+void Rebalancer::OnNodesChanged() {
+  absl::MutexLock lock(&mutex_);
+  const std::vector<FleetNodes::Share> shares = shards_->OnNodesChanged();
+  worth_it_count_ = IsWorthIt(shares) ? worth_it_count_ + 1 : 0;
+  if (worth_it_count_ >= kWorthItCountMin) {
+    worth_it_count_ = 0;
+    is_due_ = true;
+  }
+}
+
+bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
+  std::map<std::string, int32_t> counts;
+  for (const FleetNodes::Share& share : shares) {
+    if (!terms_->nodes->IsUsable(share.node_id)) {
+      return false;  // the shard is about to move
+    }
+    counts[share.node_id] += share.env_count;
+  }
+  if (counts.empty()) {
+    return false;  // the shards are being replaced
+  }
+  const auto better = terms_->nodes->DivideAgain(env_count_, shares);
+  if (!better.ok()) {
+    return false;
+  }
+  int32_t moved_count = 0;
+  for (const FleetNodes::Share& share : *better) {
+    moved_count += std::max(0, share.env_count - counts[share.node_id]);
+  }
+  return moved_count >= kMovedFractionMin * env_count_;
+}
+
+void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSampler> sampler,
+                               absl::AnyInvocable<void()> run) {
+  if (is_due_.exchange(false) && !checkpoint_.has_value()) {
+    std::vector<int32_t> all(static_cast<size_t>(env_count_));
+    std::iota(all.begin(), all.end(), 0);
+    auto shared_run = std::make_shared<absl::AnyInvocable<void()>>(std::move(run));
+    shards_->Save(all, [this, number, sampler = std::move(sampler), run = std::move(shared_run)](
+                           absl::StatusOr<std::vector<std::string>> states) {
+      // Not on the thread of a shard, which may have to end.
+      executor_->Run(terms_->owner,
+                     [this, number, sampler, run, states = std::move(states)]() mutable {
+                       if (states.ok()) {
+                         checkpoint_ = SavedBase{std::make_shared<const ShardBase>(
+                             ShardBase{number - 1, *std::move(states), std::move(sampler)})};
+                       }
+                       if (CanRebalance(number)) {
+                         Rebalance();
+                       }
+                       (*run)();
+                     });
+    });
+  } else if (CanRebalance(number)) {
+    executor_->Run(terms_->owner, [this, run = std::move(run)]() mutable {
+      Rebalance();
+      run();
+    });
+  } else {
+    run();
+  }
+}
+
+bool Rebalancer::CanRebalance(int64_t number) {
+  if (!checkpoint_.has_value()) {
+    return false;
+  }
+  if (checkpoint_->IsUsable(terms_->log->requests(), {0, env_count_}, number,
+                            terms_->answers_kept)) {
+    return true;
+  }
+  if (number > checkpoint_->base->number + 2 * terms_->options->snapshot_requests) {
+    checkpoint_.reset();  // or else the log would have to reach back to it for good
+  }
+  return false;
+}
+
+void Rebalancer::Rebalance() {
+  const SavedBase checkpoint = *std::exchange(checkpoint_, std::nullopt);
+  const auto shares = terms_->nodes->DivideAgain(env_count_, shards_->shares());
+  if (!shares.ok()) {
+    return;  // nodes have gone in the meantime
+  }
+  auto shards = shards_->Make(SplitBase(*checkpoint.base, *shares), *shares);
+  if (!shards.ok()) {
+    LogEvent(LogLevel::kWarning, "pool_rebalance_failed",
+             {{"pool", terms_->label}, {"message", std::string(shards.status().message())}});
+    return;
+  }
+  ReplaceShards({});  // before the others go to nodes: they need the room
+  LogEvent(LogLevel::kInfo, "pool_rebalanced",
+           {{"pool", terms_->label},
+            {"shards", absl::StrCat(shares->size())},
+            {"from", absl::StrCat(checkpoint.base->number)}});
+  ReplaceShards(*std::move(shards));
+  terms_->log->SetBases(shards_->bases());
+}
+
+void Rebalancer::ReplaceShards(ShardSet::Shards shards) {
+  ShardSet::Shards replaced;  // they end after the lock is released
+  absl::MutexLock lock(&mutex_);
+  replaced = shards_->Replace(std::move(shards));
+  worth_it_count_ = 0;
+  is_due_ = false;
+}
+
+int64_t Rebalancer::checkpoint_number() const {
+  return checkpoint_.has_value() ? checkpoint_->base->number : INT64_MAX;
+}
+
+}  // namespace procgen

@@ -1,0 +1,186 @@
+#include "server/fleet/pool/shard_set.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "server/fleet/log/shard_request.h"
+#include "server/fleet/pool/countdown.h"
+
+namespace procgen {
+
+ShardBases SplitBase(const ShardBase& base, const std::vector<FleetNodes::Share>& shares) {
+  ShardBases bases;
+  Part range;
+  for (const FleetNodes::Share& share : shares) {
+    range = {range.first + range.count, share.env_count};
+    ShardBase own = {base.number, {}, base.sampler};
+    if (!base.states.empty()) {
+      const auto first = base.states.begin() + range.first;
+      own.states.assign(first, first + range.count);
+    }
+    bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(own))};
+  }
+  return bases;
+}
+
+absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardBases& bases,
+                                                const std::vector<FleetNodes::Share>& shares) {
+  Shards shards;
+  for (const auto& [first, base] : bases) {
+    const std::string node = shares.empty() ? "" : shares[shards.size()].node_id;
+    auto shard = Shard::Create(terms_, ++shard_number_, base.first, base.second, node);
+    if (!shard.ok()) {
+      return shard.status();
+    }
+    shards.push_back(*std::move(shard));
+  }
+  return shards;
+}
+
+ShardSet::Shards ShardSet::Replace(Shards shards) {
+  absl::MutexLock lock(&mutex_);
+  shards_.swap(shards);
+  return shards;
+}
+
+std::vector<FleetNodes::Share> ShardSet::shares() const {
+  std::vector<FleetNodes::Share> shares;
+  shares.reserve(shards_.size());
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    shares.push_back({shard->node_id(), shard->range().count});
+  }
+  return shares;
+}
+
+ShardBases ShardSet::bases() const {
+  ShardBases bases;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    bases[shard->range().first] = {shard->range(), shard->base()};
+  }
+  return bases;
+}
+
+int64_t ShardSet::base_number() const {
+  int64_t number = shards_.front()->base_number();
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    number = std::min(number, shard->base_number());
+  }
+  return number;
+}
+
+std::vector<Shard*> ShardSet::Overlapping(Part range) const {
+  std::vector<Shard*> shards;
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    if (Overlap(range, shard->range()).count > 0) {
+      shards.push_back(shard.get());
+    }
+  }
+  return shards;
+}
+
+std::vector<Shard*> ShardSet::Containing(const std::vector<int32_t>& environments) const {
+  std::set<size_t> indices;
+  for (const int32_t environment : environments) {
+    indices.insert(IndexOf(environment));
+  }
+  std::vector<Shard*> shards;
+  for (const size_t index : indices) {
+    shards.push_back(shards_[index].get());
+  }
+  return shards;
+}
+
+size_t ShardSet::IndexOf(int32_t environment) const {
+  size_t index = 0;
+  while (environment >= shards_[index]->range().first + shards_[index]->range().count) {
+    ++index;
+  }
+  return index;
+}
+
+std::vector<ShardSet::Selection> ShardSet::Select(const std::vector<int32_t>& environments) const {
+  std::vector<Selection> selections(shards_.size());
+  for (size_t place = 0; place < environments.size(); ++place) {
+    const size_t index = IndexOf(environments[place]);
+    Selection& selection = selections[index];
+    selection.shard = shards_[index].get();
+    selection.environments.push_back(environments[place] - selection.shard->range().first);
+    selection.places.push_back(place);
+  }
+  std::erase_if(selections, [](const Selection& each) { return each.shard == nullptr; });
+  return selections;
+}
+
+void ShardSet::Run(const std::vector<Shard*>& shards, int64_t number, Done done) {
+  auto countdown = std::make_shared<Countdown>(shards.size(), std::move(done));
+  for (Shard* const shard : shards) {
+    shard->Run(number, [countdown](const absl::Status& status) { countdown->Count(status); });
+  }
+}
+
+void ShardSet::Rollback(int64_t number) {
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    shard->Rollback(number);
+  }
+}
+
+void ShardSet::Save(const std::vector<int32_t>& environments, SaveDone done) {
+  if (environments.empty()) {
+    done(std::vector<std::string>());
+    return;
+  }
+  struct Saved {
+    std::vector<Selection> selections;
+    std::vector<std::vector<std::string>> snapshots;  // of each selection
+  };
+  auto saved = std::make_shared<Saved>();
+  saved->selections = Select(environments);
+  saved->snapshots.resize(saved->selections.size());
+  const auto finish = [saved, count = environments.size(),
+                       done = std::move(done)](absl::Status status) {
+    if (!status.ok()) {
+      done(std::move(status));
+      return;
+    }
+    std::vector<std::string> snapshots(count);
+    for (size_t i = 0; i < saved->selections.size(); ++i) {
+      const std::vector<size_t>& places = saved->selections[i].places;
+      for (size_t j = 0; j < places.size(); ++j) {
+        snapshots[places[j]] = std::move(saved->snapshots[i][j]);
+      }
+    }
+    done(std::move(snapshots));
+  };
+  auto countdown = std::make_shared<Countdown>(saved->selections.size(), finish);
+  for (size_t i = 0; i < saved->selections.size(); ++i) {
+    const Selection& selection = saved->selections[i];
+    selection.shard->Save(selection.environments, &saved->snapshots[i],
+                          [countdown](const absl::Status& status) { countdown->Count(status); });
+  }
+}
+
+void ShardSet::Render(const std::vector<int32_t>& environments, View view, int32_t size_px,
+                      const std::vector<absl::Span<uint8_t>>& frames, Done done) {
+  const std::vector<Selection> selections = Select(environments);
+  auto countdown = std::make_shared<Countdown>(selections.size(), std::move(done));
+  for (const Selection& selection : selections) {
+    std::vector<absl::Span<uint8_t>> own;
+    own.reserve(selection.places.size());
+    for (const size_t place : selection.places) {
+      own.push_back(frames[place]);
+    }
+    selection.shard->Render(selection.environments, view, size_px, std::move(own),
+                            [countdown](const absl::Status& status) { countdown->Count(status); });
+  }
+}
+
+std::vector<FleetNodes::Share> ShardSet::OnNodesChanged() {
+  absl::MutexLock lock(&mutex_);
+  for (const std::unique_ptr<Shard>& shard : shards_) {
+    shard->OnNodesChanged();
+  }
+  return shares();
+}
+
+}  // namespace procgen
