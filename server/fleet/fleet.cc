@@ -29,6 +29,7 @@ Fleet::Fleet(FleetOptions options, Metrics* metrics)
       process_(DrawName()),
       nodes_(options_),
       leftovers_(PrefixOf(name_), &nodes_),
+      threads_(options_.shard_threads_max),
       executor_(kBackgroundThreadCount),
       watch_([this] { Watch(); }),
       subscription_(options_.subscribe([this] { OnNodesChanged(); })) {}
@@ -46,14 +47,14 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
   executor_.Run(create_options.owner, [this, create_options = create_options,
                                        done = std::move(done)]() mutable {
     absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(create_options);
-    const auto shares = made.ok() ? nodes_.Divide(create_options.options.env_count) : made.status();
-    if (!shares.ok()) {
-      done(shares.status());
+    absl::StatusOr<Plan> plan = made.ok() ? MakePlan(create_options.options.env_count) : made.status();
+    if (!plan.ok()) {
+      done(plan.status());
       return;
     }
     FleetPool* const pool = made->get();
-    pool->Begin(*shares, [this, create_options = std::move(create_options), pool = *std::move(made),
-                          done = std::move(done)](absl::Status status) mutable {
+    auto finish = [this, create_options = std::move(create_options), pool = *std::move(made),
+                   done = std::move(done)](absl::Status status) mutable {
       // Elsewhere, as this is a shard's thread, and the pool may go.
       executor_.Run(create_options.owner,
                     [this, create_options, pool = std::move(pool), status = std::move(status),
@@ -67,8 +68,27 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
                         done(std::move(status));
                       }
                     });
-    });
+    };
+    pool->Begin(plan->shares, std::move(plan->threads), std::move(finish));
   });
+}
+
+absl::StatusOr<Fleet::Plan> Fleet::MakePlan(int32_t env_count) {
+  auto shares = nodes_.Divide(env_count);
+  if (!shares.ok()) {
+    return shares.status();
+  }
+  auto threads = threads_.Reserve(shares->size());
+  if (!threads.ok()) {
+    return threads.status();
+  }
+  if (threads->size() < shares->size()) {
+    shares = nodes_.Divide(env_count, threads->size());
+    if (!shares.ok()) {
+      return shares.status();
+    }
+  }
+  return Plan{*std::move(shares), *std::move(threads)};
 }
 
 absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& create_options) {
@@ -89,6 +109,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& 
   terms.options = &options_;
   terms.nodes = &nodes_;
   terms.leftovers = &leftovers_;
+  terms.threads = &threads_;
   terms.metrics = metrics_;
   terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
   auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(validator), terms,

@@ -16,6 +16,7 @@
 #include "server/fleet/nodes/fleet_options.h"
 #include "server/fleet/nodes/leftovers.h"
 #include "server/fleet/pool/fleet_pool.h"
+#include "server/fleet/pool/shard_thread_budget.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/pool_backend.h"
 
@@ -32,15 +33,22 @@ class Fleet final : public PoolBackendFactory {
   Fleet& operator=(const Fleet&) = delete;
 
   // Errors: those of StateValidator::Create; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes
-  // have too little room.
+  // have too little room, or no shard thread is left.
   void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
   bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
  private:
+  // Where the shards of a new pool go, and the threads that are reserved for them.
+  struct Plan {
+    std::vector<FleetNodes::Share> shares;
+    std::vector<ShardThreadBudget::Reservation> threads;  // one each, or more
+  };
+
   // Nodes may have changed. Does not block.
   void OnNodesChanged();
+  absl::StatusOr<Plan> MakePlan(int32_t env_count);
   // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const CreatePoolOptions& create_options);
   // Keeps it, if pools are kept.
@@ -56,6 +64,7 @@ class Fleet final : public PoolBackendFactory {
   const std::string process_;  // of this process in them
   FleetNodes nodes_;
   Leftovers leftovers_;
+  ShardThreadBudget threads_;
   BackgroundExecutor executor_;
 
   absl::Mutex mutex_;

@@ -135,39 +135,45 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
   return rooms;
 }
 
-absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(int32_t env_count) const {
+absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(int32_t env_count,
+                                                                  size_t node_count_max) const {
   std::vector<Room> rooms = Rooms({});
   const auto is_suspect = [](const Room& room) { return room.is_suspect; };
   if (!std::all_of(rooms.begin(), rooms.end(), is_suspect)) {
     std::erase_if(rooms, is_suspect);
   }
-  return DivideAmong(std::move(rooms), env_count);
+  return DivideAmong(std::move(rooms), env_count, node_count_max);
 }
 
 absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAgain(
     int32_t env_count, const std::vector<Share>& own) const {
   std::vector<Room> rooms = Rooms(own);
   std::erase_if(rooms, [](const Room& room) { return room.Rank() > 0; });
-  return DivideAmong(std::move(rooms), env_count);
+  return DivideAmong(std::move(rooms), env_count, SIZE_MAX);
 }
 
 absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAmong(std::vector<Room> rooms,
-                                                                       int32_t env_count) {
+                                                                       int32_t env_count,
+                                                                       size_t node_count_max) {
   if (rooms.empty()) {
     return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
   }
   const auto worth = static_cast<size_t>(std::max(1, env_count / kShareMin));
   int64_t free = 0;
   size_t room_count = 0;
-  while (room_count < rooms.size() && (room_count < worth || free < env_count)) {
+  while (room_count < std::min(rooms.size(), node_count_max) &&
+         (room_count < worth || free < env_count)) {
     free += std::max<int64_t>(rooms[room_count++].free, 0);
   }
-  rooms.resize(room_count);
   if (free < env_count) {
-    return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
-                                                     " and the fleet's nodes have room for ", free,
-                                                     " environments"));
+    const std::string nodes =
+        room_count == rooms.size()
+            ? "the fleet's nodes"
+            : absl::StrCat("the fleet has threads left for ", room_count, " shards, whose nodes");
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "spec.env_count is ", env_count, " and ", nodes, " have room for ", free, " environments"));
   }
+  rooms.resize(room_count);
   std::vector<Share> shares;
   int32_t left = env_count;
   for (const Room& room : rooms) {

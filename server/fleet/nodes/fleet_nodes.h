@@ -64,9 +64,11 @@ class FleetNodes {
 
   explicit FleetNodes(FleetOptions options);
 
-  // Divides the `env_count` environments of a new pool among the nodes by the room that they have.
+  // Divides the `env_count` environments of a new pool among the nodes by the room that they have,
+  // among at most `node_count_max` of them.
   // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little room.
-  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count) const;
+  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count,
+                                            size_t node_count_max = SIZE_MAX) const;
   // The same for a pool that runs, whose environments are where `own` says, which counts as room.
   // Only among nodes that this process is connected to: a node that is announced but cannot be
   // reached never moves a pool. Errors: as Divide.
@@ -126,7 +128,8 @@ class FleetNodes {
   Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Nodes that shards may be put on, those with most room first; none that is excluded.
   std::vector<Room> Rooms(const std::vector<Share>& own) const;
-  static absl::StatusOr<std::vector<Share>> DivideAmong(std::vector<Room> rooms, int32_t env_count);
+  static absl::StatusOr<std::vector<Share>> DivideAmong(std::vector<Room> rooms, int32_t env_count,
+                                                        size_t node_count_max);
   // A connection that is made now. Errors: as Connect.
   absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
 

@@ -13,6 +13,7 @@
 #include "server/cluster/node_status.h"
 #include "server/cluster/subscription.h"
 #include "server/concurrency/deadline_timer.h"
+#include "server/fleet/limits.h"
 #include "server/fleet/log/fleet_state.h"
 
 namespace procgen {
@@ -38,6 +39,8 @@ struct FleetOptions {
   // it only steps of all environments are taken, which may change that, and beyond 9 / 8 of it
   // nothing.
   int64_t log_bytes_max = int64_t{1} << 30;
+  // Threads that the shards of all pools may have together, one each.
+  int32_t shard_threads_max = kShardThreadsMax;
   // Where pools are kept, so that another process can go on with them; null: nowhere.
   std::shared_ptr<FleetState> state;
   // How many answers a learner whose connection broke may ask for again, at most.

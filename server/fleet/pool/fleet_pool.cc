@@ -35,8 +35,9 @@ FleetPool::FleetPool(const PoolOptions& options, StateValidator validator, const
 
 FleetPool::~FleetPool() { goes_(this); }
 
-void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares, Done done) {
-  auto made = shards_.Make(SplitBase({0, {}, sampler_}, shares), shares);
+void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares,
+                      std::vector<ShardThreadBudget::Reservation> threads, Done done) {
+  auto made = shards_.Make(SplitBase({0, {}, sampler_}, shares), shares, std::move(threads));
   if (!made.ok()) {
     done(made.status());
     return;

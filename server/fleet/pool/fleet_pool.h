@@ -35,8 +35,10 @@ class FleetPool final : public PoolBackend {
             BackgroundExecutor* executor, std::function<void(FleetPool*)> goes);
   ~FleetPool() override;
 
-  // Makes a new one and puts all of it on nodes. Errors: those of Shard::Run.
-  void Begin(const std::vector<FleetNodes::Share>& shares, Done done);
+  // Makes a new one and puts all of it on nodes. `threads`: reserved for its shards, one each.
+  // Errors: those of Shard::Create and Shard::Run.
+  void Begin(const std::vector<FleetNodes::Share>& shares,
+             std::vector<ShardThreadBudget::Reservation> threads, Done done);
   // Keeps a new one, which is called so, in a file from now on. Errors: those of Journal::Create.
   absl::Status KeepIn(const std::string& path, const v1::Pool& pool);
   // Continues where another process had it, and keeps it there. It stands before the first of the

@@ -44,7 +44,8 @@ bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
     return false;  // the shards are being replaced
   }
   const auto better = terms_->nodes->DivideAgain(env_count_, shares);
-  if (!better.ok()) {
+  // The new shards start before those that they replace end.
+  if (!better.ok() || better->size() > terms_->threads->available()) {
     return false;
   }
   int32_t moved_count = 0;

@@ -14,9 +14,10 @@ namespace procgen {
 absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(std::shared_ptr<const ShardTerms> terms,
                                                      int32_t number, Part range,
                                                      std::shared_ptr<const ShardBase> base,
-                                                     std::string preferred_node) {
-  std::unique_ptr<Shard> shard(
-      new Shard(std::move(terms), number, range, std::move(base), std::move(preferred_node)));
+                                                     std::string preferred_node,
+                                                     ShardThreadBudget::Reservation reservation) {
+  std::unique_ptr<Shard> shard(new Shard(std::move(terms), number, range, std::move(base),
+                                         std::move(preferred_node), std::move(reservation)));
   absl::StatusOr<std::thread> thread =
       StartThread([shard = shard.get()] { shard->RunUntilStopped(); });
   if (!thread.ok()) {
@@ -27,10 +28,12 @@ absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(std::shared_ptr<const Shard
 }
 
 Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-             std::shared_ptr<const ShardBase> base, std::string preferred_node)
+             std::shared_ptr<const ShardBase> base, std::string preferred_node,
+             ShardThreadBudget::Reservation reservation)
     : terms_(std::move(terms)),
       number_(number),
       range_(range),
+      reservation_(std::move(reservation)),
       preferred_node_(std::move(preferred_node)),
       checkpointer_(*terms_, range, std::move(base)),
       executed_position_(checkpointer_.base_number()) {}

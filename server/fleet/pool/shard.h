@@ -42,11 +42,12 @@ class Shard {
   using Done = absl::AnyInvocable<void(absl::Status)>;
 
   // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if it has
-  // room. Errors: RESOURCE_EXHAUSTED the shard's thread cannot be started.
+  // room. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED that cannot be started.
   static absl::StatusOr<std::unique_ptr<Shard>> Create(std::shared_ptr<const ShardTerms> terms,
                                                        int32_t number, Part range,
                                                        std::shared_ptr<const ShardBase> base,
-                                                       std::string preferred_node);
+                                                       std::string preferred_node,
+                                                       ShardThreadBudget::Reservation reservation);
   // Frees what it has on its node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
@@ -88,7 +89,8 @@ class Shard {
   };
 
   Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-        std::shared_ptr<const ShardBase> base, std::string preferred_node);
+        std::shared_ptr<const ShardBase> base, std::string preferred_node,
+        ShardThreadBudget::Reservation reservation);
 
   void Start(Task task);
   void RunUntilStopped();
@@ -113,6 +115,7 @@ class Shard {
   const std::shared_ptr<const ShardTerms> terms_;
   const int32_t number_;
   const Part range_;
+  const ShardThreadBudget::Reservation reservation_;  // of thread_
 
   // Of its thread.
   std::string preferred_node_;

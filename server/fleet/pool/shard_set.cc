@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "server/fleet/log/shard_request.h"
 #include "server/fleet/pool/countdown.h"
 
@@ -26,10 +27,26 @@ ShardBases SplitBase(const ShardBase& base, const std::vector<FleetNodes::Share>
 
 absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardBases& bases,
                                                 const std::vector<FleetNodes::Share>& shares) {
+  auto threads = terms_->threads->Reserve(bases.size());
+  if (!threads.ok()) {
+    return threads.status();
+  }
+  if (threads->size() < bases.size()) {
+    return absl::ResourceExhaustedError(absl::StrCat(terms_->label, " has ", bases.size(),
+                                                     " shards, and the fleet has threads left for ",
+                                                     threads->size()));
+  }
+  return Make(bases, shares, *std::move(threads));
+}
+
+absl::StatusOr<ShardSet::Shards> ShardSet::Make(
+    const ShardBases& bases, const std::vector<FleetNodes::Share>& shares,
+    std::vector<ShardThreadBudget::Reservation> threads) {
   Shards shards;
   for (const auto& [first, base] : bases) {
     const std::string node = shares.empty() ? "" : shares[shards.size()].node_id;
-    auto shard = Shard::Create(terms_, ++shard_number_, base.first, base.second, node);
+    auto shard = Shard::Create(terms_, ++shard_number_, base.first, base.second, node,
+                               std::move(threads[shards.size()]));
     if (!shard.ok()) {
       return shard.status();
     }

@@ -37,7 +37,12 @@ class ShardSet {
   explicit ShardSet(std::shared_ptr<const ShardTerms> terms) : terms_(std::move(terms)) {}
 
   // Makes a shard for each of `bases`, which is not in the set yet. `shares`: where they are placed
-  // if there is room, in the same order; empty: anywhere. Errors: as Shard::Create.
+  // if there is room, in the same order; empty: anywhere. `threads`: reserved for them, at least
+  // one each. Errors: as Shard::Create.
+  absl::StatusOr<Shards> Make(const ShardBases& bases, const std::vector<FleetNodes::Share>& shares,
+                              std::vector<ShardThreadBudget::Reservation> threads);
+  // The same, with threads that are reserved now. Errors: RESOURCE_EXHAUSTED too few are left; as
+  // Shard::Create.
   absl::StatusOr<Shards> Make(const ShardBases& bases,
                               const std::vector<FleetNodes::Share>& shares);
   // Puts other shards into the set and returns those that were there.

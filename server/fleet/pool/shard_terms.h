@@ -10,6 +10,7 @@
 #include "server/fleet/log/pool_log.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/pool/shard_thread_budget.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/request.h"
 
@@ -25,6 +26,7 @@ struct ShardTerms {
   const FleetOptions* options = nullptr;
   FleetNodes* nodes = nullptr;
   Leftovers* leftovers = nullptr;
+  ShardThreadBudget* threads = nullptr;
   Metrics* metrics = nullptr;
   PoolLog* log = nullptr;
   // How many of the last requests a shard must be able to execute again, with their answers.

@@ -70,11 +70,13 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   FleetNodes nodes(options);
   Leftovers leftovers("fleet-test-", &nodes);
   BackgroundExecutor executor(1);
+  ShardThreadBudget threads(options.shard_threads_max);
   ShardTerms terms;
   terms.id_prefix = "fleet-test-";
   terms.options = &options;
   terms.nodes = &nodes;
   terms.leftovers = &leftovers;
+  terms.threads = &threads;
   terms.metrics = &metrics;
   const auto pool_options = PoolOptionsOf(Script().spec);
   ASSERT_THAT(pool_options, IsOk());
@@ -93,7 +95,9 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
     }
   };
   const auto shares = nodes.Divide(pool.env_count());
-  look_until_done([&](PoolBackend::Done done) { pool.Begin(*shares, std::move(done)); });
+  auto reserved = threads.Reserve(shares->size());
+  look_until_done(
+      [&](PoolBackend::Done done) { pool.Begin(*shares, *std::move(reserved), std::move(done)); });
   StartNode("b");
   ASSERT_THAT(nodes.Connect("b"), IsOk());
   Request request;
@@ -142,6 +146,59 @@ TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomC
   ASSERT_THAT(nodes.Connect("b"), IsOk());
   EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 12}, {"b", 12}}));
 }
+
+TEST_F(FleetDivisionTest, ShardsHaveNoMoreThreadsThanTheLimit) {
+  StartNode("a");
+  StartNode("b");
+  adjust_ = [](FleetOptions* options) { options->shard_threads_max = 3; };
+  StartFleet();
+  const auto client = Connect(*server_);
+  const auto create = [&client](const std::string& id) {
+    return client->CreatePool(Script().spec, id).status();
+  };
+  EXPECT_THAT(create("wide"), IsOk());
+  EXPECT_EQ(ShardsOn(list_.Nodes()).size(), 2);
+  EXPECT_THAT(create("narrow"), IsOk());
+  EXPECT_EQ(ShardsOn(list_.Nodes()).size(), 3) << "there was one thread left";
+  EXPECT_THAT(create("none"), StatusIs(absl::StatusCode::kResourceExhausted,
+                                       testing::HasSubstr("the fleet runs 3 shards, limit 3")));
+  EXPECT_THAT(client->DeletePool("pools/wide"), IsOk());
+  absl::Status again = create("again");
+  while (absl::IsResourceExhausted(again)) {  // until the shards of the deleted pool have ended
+    again = create("again");
+  }
+  EXPECT_THAT(again, IsOk());
+}
+
+struct ThreadCase {
+  int32_t threads_max;
+  size_t shard_count;  // after another node has joined
+};
+
+class FleetThreadsTest : public FleetDivisionTest,
+                         public testing::WithParamInterface<ThreadCase> {};
+
+// The new shards begin before the old one ends.
+TEST_P(FleetThreadsTest, APoolIsRebalancedIfThereAreThreadsForItsNewShards) {
+  StartNode("a");
+  look_interval_ = absl::Milliseconds(20);
+  adjust_ = [](FleetOptions* options) { options->shard_threads_max = GetParam().threads_max; };
+  StartFleet();
+  ExpectSameTrace(Script(), [&](int index) {
+    if (index == 50) {
+      StartNode("b");
+    }
+    if (index > 50 && index < 150) {
+      absl::SleepFor(absl::Milliseconds(10));  // a learner that thinks, while nodes are polled
+    }
+    if (index == 350) {
+      EXPECT_EQ(ShardsOn(list_.Nodes()).size(), GetParam().shard_count);
+    }
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(Limits, FleetThreadsTest,
+                         testing::Values(ThreadCase{2, 1}, ThreadCase{3, 2}));
 
 // A participant of the cluster announces nodes that nobody can reach.
 TEST_F(FleetDivisionTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {

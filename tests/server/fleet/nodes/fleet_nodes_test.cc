@@ -69,6 +69,14 @@ TEST(DivideTest, NoNodeHasMoreThanItHasRoomFor) {
               ElementsAre(Pair("a", 7), Pair("b", 5), Pair("c", 1)));
 }
 
+TEST(DivideTest, NoMoreNodesThanAllowedHaveAny) {
+  const FleetNodes nodes(OptionsOf({Node("a", 30), Node("b", 20), Node("c", 10)}));
+  EXPECT_THAT(CountsOf(nodes.Divide(24, 2)), ElementsAre(Pair("a", 15), Pair("b", 9)));
+  EXPECT_THAT(nodes.Divide(40, 1).status(),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("threads left for 1 shards, whose nodes have room for 30")));
+}
+
 TEST(DivideTest, NodesThatDrainAreUnwellOrTakeNoneHaveNone) {
   NodeStatus draining = Node("a", 100);
   draining.draining = true;
