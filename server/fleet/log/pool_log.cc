@@ -56,15 +56,15 @@ void PoolLog::TakeBack() {
   requests_.TakeBack();
 }
 
-void PoolLog::SetBase(Part range, std::shared_ptr<const ShardBase> base) {
+void PoolLog::SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint) {
   if (journal_ != nullptr) {
-    journal_->SetBase(range, std::move(base));
+    journal_->SetCheckpoint(range, std::move(checkpoint));
   }
 }
 
-void PoolLog::SetBases(ShardBases bases) {
+void PoolLog::SetCheckpoints(ShardCheckpoints checkpoints) {
   if (journal_ != nullptr) {
-    journal_->SetBases(std::move(bases));
+    journal_->SetCheckpoints(std::move(checkpoints));
   }
 }
 

@@ -10,7 +10,7 @@
 #include "server/fleet/log/journal.h"
 #include "server/fleet/log/logged_request.h"
 #include "server/fleet/log/request_log.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/metrics/metrics.h"
 
 namespace procgen {
@@ -40,9 +40,9 @@ class PoolLog {
   void ForgetUpTo(int64_t number) { requests_.ForgetUpTo(number); }
 
   // A shard has a new checkpoint.
-  void SetBase(Part range, std::shared_ptr<const ShardBase> base);
+  void SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint);
   // The pool has other shards.
-  void SetBases(ShardBases bases);
+  void SetCheckpoints(ShardCheckpoints checkpoints);
   // Removes the file.
   void Discard();
 

@@ -10,18 +10,21 @@
 namespace procgen {
 
 Checkpointer::Checkpointer(const ShardTerms& terms, Part range,
-                           std::shared_ptr<const ShardBase> base)
-    : terms_(terms), range_(range), base_(std::move(base)), base_number_(base_->number) {}
+                           std::shared_ptr<const ShardCheckpoint> checkpoint)
+    : terms_(terms),
+      range_(range),
+      checkpoint_(std::move(checkpoint)),
+      checkpoint_number_(checkpoint_->number) {}
 
 void Checkpointer::Promote(int64_t number) {
   if (!next_.has_value() ||
       !next_->IsUsable(terms_.log->requests(), range_, number, terms_.answers_kept)) {
     return;
   }
-  base_ = std::move(next_->base);
+  checkpoint_ = std::move(next_->checkpoint);
   next_.reset();
-  terms_.log->SetBase(range_, base_);
-  base_number_ = base_->number;
+  terms_.log->SetCheckpoint(range_, checkpoint_);
+  checkpoint_number_ = checkpoint_->number;
 }
 
 bool Checkpointer::IsDue(int64_t position) const {
@@ -29,9 +32,9 @@ bool Checkpointer::IsDue(int64_t position) const {
     return false;
   }
   const FleetOptions& options = *terms_.options;
-  return position - base_->number >= options.snapshot_requests ||
-         (position > base_->number &&
-          terms_.log->requests().BytesAfter(base_->number) >= options.snapshot_bytes);
+  return position - checkpoint_->number >= options.snapshot_requests ||
+         (position > checkpoint_->number &&
+          terms_.log->requests().BytesAfter(checkpoint_->number) >= options.snapshot_bytes);
 }
 
 absl::Status Checkpointer::SaveIfDue(const RemotePool& pool) {
@@ -40,8 +43,8 @@ absl::Status Checkpointer::SaveIfDue(const RemotePool& pool) {
   }
   absl::StatusOr<std::vector<std::string>> states = pool.SaveStates({});
   if (states.ok()) {
-    next_ = SavedBase{std::make_shared<const ShardBase>(
-        ShardBase{pool.position(), *std::move(states), pool.sampler()})};
+    next_ = PendingCheckpoint{std::make_shared<const ShardCheckpoint>(
+        ShardCheckpoint{pool.position(), *std::move(states), pool.sampler()})};
     return absl::OkStatus();
   }
   if (IsNodeError(states.status())) {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "absl/status/status.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/pool/remote_pool.h"
 #include "server/fleet/pool/shard_terms.h"
 #include "server/session/backend/request.h"
@@ -15,15 +15,16 @@
 namespace procgen {
 
 // The checkpoint that a shard restarts from, and the next one: saved, but not yet usable.
-// Threads: compatible; base_number from any thread at any time.
+// Threads: compatible; checkpoint_number from any thread at any time.
 class Checkpointer {
  public:
   // `terms` must outlive this.
-  Checkpointer(const ShardTerms& terms, Part range, std::shared_ptr<const ShardBase> base);
+  Checkpointer(const ShardTerms& terms, Part range,
+               std::shared_ptr<const ShardCheckpoint> checkpoint);
 
-  const std::shared_ptr<const ShardBase>& base() const { return base_; }
+  const std::shared_ptr<const ShardCheckpoint>& checkpoint() const { return checkpoint_; }
   // The shard needs no log entry up to this number.
-  int64_t base_number() const { return base_number_; }
+  int64_t checkpoint_number() const { return checkpoint_number_; }
 
   // Replaces the checkpoint by the next one if that is usable when request `number` is executed.
   // REQUIRES: all shards of the pool have executed what is before `number`, so that none rolls back
@@ -40,10 +41,10 @@ class Checkpointer {
 
   const ShardTerms& terms_;
   const Part range_;
-  std::shared_ptr<const ShardBase> base_;
-  std::optional<SavedBase> next_;
+  std::shared_ptr<const ShardCheckpoint> checkpoint_;
+  std::optional<PendingCheckpoint> next_;
   int64_t retry_position_ = 0;  // no states are saved before this position, since that failed
-  std::atomic<int64_t> base_number_;
+  std::atomic<int64_t> checkpoint_number_;
 };
 
 }  // namespace procgen

@@ -37,7 +37,7 @@ FleetPool::~FleetPool() { goes_(this); }
 
 void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares,
                       std::vector<ShardThreadBudget::Reservation> threads, Done done) {
-  auto made = shards_.Make(SplitBase({0, {}, sampler_}, shares), shares, std::move(threads));
+  auto made = shards_.Make(SplitCheckpoint({0, {}, sampler_}, shares), shares, std::move(threads));
   if (!made.ok()) {
     done(made.status());
     return;
@@ -49,7 +49,7 @@ void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares,
 absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   JournaledPool journaled;
   journaled.pool = pool;
-  journaled.bases = shards_.bases();
+  journaled.checkpoints = shards_.checkpoints();
   return log_.Keep(path, std::move(journaled), terms_->metrics);
 }
 
@@ -57,11 +57,11 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
                                                                    const JournaledPool& journaled,
                                                                    int64_t answer_count) {
   log_.Resume(path, journaled, terms_->metrics);
-  int64_t latest = 0;  // base; what comes after it may have replaced the sampler
-  for (const auto& [first, base] : journaled.bases) {
-    if (base.second->number >= latest) {
-      latest = base.second->number;
-      sampler_ = base.second->sampler;
+  int64_t latest = 0;  // checkpoint; what comes after it may have replaced the sampler
+  for (const auto& [first, checkpoint] : journaled.checkpoints) {
+    if (checkpoint.second->number >= latest) {
+      latest = checkpoint.second->number;
+      sampler_ = checkpoint.second->sampler;
     }
   }
   again_number_ = latest;
@@ -77,7 +77,7 @@ absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::st
   }
   const auto count = static_cast<int64_t>(requests.size());
   requests.erase(requests.begin(), requests.begin() + std::max<int64_t>(0, count - answer_count));
-  auto shards = shards_.Make(journaled.bases, {});
+  auto shards = shards_.Make(journaled.checkpoints, {});
   if (!shards.ok()) {
     return shards.status();
   }
@@ -182,7 +182,7 @@ void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {
 }
 
 void FleetPool::ForgetLog() {
-  log_.ForgetUpTo(std::min(shards_.base_number(), rebalancer_.checkpoint_number()));
+  log_.ForgetUpTo(std::min(shards_.checkpoint_number(), rebalancer_.checkpoint_number()));
 }
 
 void FleetPool::SaveStates(absl::Span<const int32_t> environments, TakeState take, Done done) {

@@ -57,7 +57,7 @@ bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
 
 void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSampler> sampler,
                                absl::AnyInvocable<void()> run) {
-  if (is_due_.exchange(false) && !checkpoint_.has_value()) {
+  if (is_due_.exchange(false) && !pending_.has_value()) {
     std::vector<int32_t> all(static_cast<size_t>(env_count_));
     std::iota(all.begin(), all.end(), 0);
     auto shared_run = std::make_shared<absl::AnyInvocable<void()>>(std::move(run));
@@ -67,8 +67,8 @@ void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSa
       executor_->Run(terms_->owner,
                      [this, number, sampler, run, states = std::move(states)]() mutable {
                        if (states.ok()) {
-                         checkpoint_ = SavedBase{std::make_shared<const ShardBase>(
-                             ShardBase{number - 1, *std::move(states), std::move(sampler)})};
+                         pending_ = PendingCheckpoint{std::make_shared<const ShardCheckpoint>(
+                             ShardCheckpoint{number - 1, *std::move(states), std::move(sampler)})};
                        }
                        if (CanRebalance(number)) {
                          Rebalance();
@@ -87,26 +87,25 @@ void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSa
 }
 
 bool Rebalancer::CanRebalance(int64_t number) {
-  if (!checkpoint_.has_value()) {
+  if (!pending_.has_value()) {
     return false;
   }
-  if (checkpoint_->IsUsable(terms_->log->requests(), {0, env_count_}, number,
-                            terms_->answers_kept)) {
+  if (pending_->IsUsable(terms_->log->requests(), {0, env_count_}, number, terms_->answers_kept)) {
     return true;
   }
-  if (number > checkpoint_->base->number + 2 * terms_->options->snapshot_requests) {
-    checkpoint_.reset();  // or else the log would have to reach back to it for good
+  if (number > pending_->checkpoint->number + 2 * terms_->options->snapshot_requests) {
+    pending_.reset();  // or else the log would have to reach back to it for good
   }
   return false;
 }
 
 void Rebalancer::Rebalance() {
-  const SavedBase checkpoint = *std::exchange(checkpoint_, std::nullopt);
+  const PendingCheckpoint pending = *std::exchange(pending_, std::nullopt);
   const auto shares = terms_->nodes->DivideAgain(env_count_, shards_->shares());
   if (!shares.ok()) {
     return;  // nodes have gone in the meantime
   }
-  auto shards = shards_->Make(SplitBase(*checkpoint.base, *shares), *shares);
+  auto shards = shards_->Make(SplitCheckpoint(*pending.checkpoint, *shares), *shares);
   if (!shards.ok()) {
     LogEvent(LogLevel::kWarning, "pool_rebalance_failed",
              {{"pool", terms_->label}, {"message", std::string(shards.status().message())}});
@@ -116,9 +115,9 @@ void Rebalancer::Rebalance() {
   LogEvent(LogLevel::kInfo, "pool_rebalanced",
            {{"pool", terms_->label},
             {"shards", absl::StrCat(shares->size())},
-            {"from", absl::StrCat(checkpoint.base->number)}});
+            {"from", absl::StrCat(pending.checkpoint->number)}});
   ReplaceShards(*std::move(shards));
-  terms_->log->SetBases(shards_->bases());
+  terms_->log->SetCheckpoints(shards_->checkpoints());
 }
 
 void Rebalancer::ReplaceShards(ShardSet::Shards shards) {
@@ -130,7 +129,7 @@ void Rebalancer::ReplaceShards(ShardSet::Shards shards) {
 }
 
 int64_t Rebalancer::checkpoint_number() const {
-  return checkpoint_.has_value() ? checkpoint_->base->number : INT64_MAX;
+  return pending_.has_value() ? pending_->checkpoint->number : INT64_MAX;
 }
 
 }  // namespace procgen

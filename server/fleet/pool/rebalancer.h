@@ -14,7 +14,7 @@
 #include "absl/synchronization/mutex.h"
 #include "procgen/v1/pools.pb.h"
 #include "server/concurrency/background_executor.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/pool/shard_set.h"
 #include "server/fleet/pool/shard_terms.h"
@@ -44,7 +44,7 @@ class Rebalancer {
   void BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSampler> sampler,
                      absl::AnyInvocable<void()> run);
   // The log is rolled back, and with it maybe the entries that make the checkpoint usable.
-  void DiscardCheckpoint() { checkpoint_.reset(); }
+  void DiscardCheckpoint() { pending_.reset(); }
   // The checkpoint needs no log entry up to this number; INT64_MAX: there is none.
   int64_t checkpoint_number() const;
 
@@ -61,8 +61,8 @@ class Rebalancer {
   const int32_t env_count_;
   ShardSet* const shards_;
   BackgroundExecutor* const executor_;
-  std::optional<SavedBase> checkpoint_;  // of all environments at one moment
-  std::atomic<bool> is_due_ = false;     // with the next request
+  std::optional<PendingCheckpoint> pending_;  // of all environments at one moment
+  std::atomic<bool> is_due_ = false;          // with the next request
 
   // Held while shards are replaced, and by OnNodesChanged: what it finds concerns the shards of
   // now.

@@ -18,28 +18,28 @@ constexpr int32_t kReplayedInFlightMax = 16;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(const ShardTerms& terms, Part range,
-                                                               const ShardBase& base,
+                                                               const ShardCheckpoint& checkpoint,
                                                                std::string pool_id,
                                                                FleetNodes::Seat seat,
                                                                std::shared_ptr<NodeClient> node) {
-  std::unique_ptr<RemotePool> pool(
-      new RemotePool(terms, range, base, std::move(pool_id), std::move(seat), std::move(node)));
-  if (absl::Status status = pool->CreatePool(base); !status.ok()) {
+  std::unique_ptr<RemotePool> pool(new RemotePool(terms, range, checkpoint, std::move(pool_id),
+                                                  std::move(seat), std::move(node)));
+  if (absl::Status status = pool->CreatePool(checkpoint); !status.ok()) {
     terms.nodes->Suspect(pool->node_id());
     return status;
   }
   return pool;
 }
 
-RemotePool::RemotePool(const ShardTerms& terms, Part range, const ShardBase& base,
+RemotePool::RemotePool(const ShardTerms& terms, Part range, const ShardCheckpoint& checkpoint,
                        std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node)
     : terms_(terms),
       range_(range),
       pool_id_(std::move(pool_id)),
       seat_(std::move(seat)),
       node_(std::move(node)),
-      position_(base.number),
-      sampler_(base.sampler) {
+      position_(checkpoint.number),
+      sampler_(checkpoint.sampler) {
   terms_.leftovers->BeginUse(pool_id_);
 }
 
@@ -54,15 +54,15 @@ RemotePool::~RemotePool() {
   terms_.leftovers->EndUse(pool_id_, node_id);
 }
 
-absl::Status RemotePool::CreatePool(const ShardBase& base) {
+absl::Status RemotePool::CreatePool(const ShardCheckpoint& checkpoint) {
   procgen_client::Client* const client = node_->client.get();
   v1::PoolSpec spec = terms_.spec;
   spec.set_env_count(range_.count);
   spec.set_first_env(spec.first_env() + range_.first);
   spec.mutable_lease_duration()->set_seconds(
       std::min(kShardLeaseSeconds, node_->limits.lease_duration_max().seconds()));
-  if (base.sampler != nullptr) {
-    *spec.mutable_level_sampler() = *base.sampler;
+  if (checkpoint.sampler != nullptr) {
+    *spec.mutable_level_sampler() = *checkpoint.sampler;
   }
   const absl::StatusOr<v1::Pool> pool = client->CreatePool(spec, pool_id_);
   if (!pool.ok()) {
@@ -75,10 +75,10 @@ absl::Status RemotePool::CreatePool(const ShardBase& base) {
   if (absl::Status status = Attach(); !status.ok()) {
     return status;
   }
-  std::vector<v1::State> states(base.states.size());
+  std::vector<v1::State> states(checkpoint.states.size());
   for (size_t i = 0; i < states.size(); ++i) {
     states[i].set_environment(static_cast<int32_t>(i));
-    states[i].set_snapshot(base.states[i]);
+    states[i].set_snapshot(checkpoint.states[i]);
   }
   return states.empty() ? absl::OkStatus() : client->RestoreStates(name_, states);
 }

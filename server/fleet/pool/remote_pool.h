@@ -12,7 +12,7 @@
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
 #include "server/fleet/log/logged_request.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/pool/shard_terms.h"
 #include "server/session/backend/pool_backend.h"
@@ -30,10 +30,10 @@ namespace procgen {
 // Threads: compatible; methods block until the node has answered.
 class RemotePool {
  public:
-  // Creates the pool `pool_id` on `node`, in the states of `base`, and attaches to it. Errors:
-  // those of the node, which is suspected then.
+  // Creates the pool `pool_id` on `node`, in the states of `checkpoint`, and attaches to it.
+  // Errors: those of the node, which is suspected then.
   static absl::StatusOr<std::unique_ptr<RemotePool>> Create(const ShardTerms& terms, Part range,
-                                                            const ShardBase& base,
+                                                            const ShardCheckpoint& checkpoint,
                                                             std::string pool_id,
                                                             FleetNodes::Seat seat,
                                                             std::shared_ptr<NodeClient> node);
@@ -62,10 +62,10 @@ class RemotePool {
                       const std::vector<absl::Span<uint8_t>>& frames) const;
 
  private:
-  RemotePool(const ShardTerms& terms, Part range, const ShardBase& base, std::string pool_id,
-             FleetNodes::Seat seat, std::shared_ptr<NodeClient> node);
+  RemotePool(const ShardTerms& terms, Part range, const ShardCheckpoint& checkpoint,
+             std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node);
 
-  absl::Status CreatePool(const ShardBase& base);
+  absl::Status CreatePool(const ShardCheckpoint& checkpoint);
   absl::Status Attach();
   // Sends an entry without waiting for its answer, if that is possible.
   absl::Status Replay(const LoggedRequest& logged);

@@ -11,12 +11,11 @@
 
 namespace procgen {
 
-absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(std::shared_ptr<const ShardTerms> terms,
-                                                     int32_t number, Part range,
-                                                     std::shared_ptr<const ShardBase> base,
-                                                     std::string preferred_node,
-                                                     ShardThreadBudget::Reservation reservation) {
-  std::unique_ptr<Shard> shard(new Shard(std::move(terms), number, range, std::move(base),
+absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(
+    std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+    std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
+    ShardThreadBudget::Reservation reservation) {
+  std::unique_ptr<Shard> shard(new Shard(std::move(terms), number, range, std::move(checkpoint),
                                          std::move(preferred_node), std::move(reservation)));
   absl::StatusOr<std::thread> thread =
       StartThread([shard = shard.get()] { shard->RunUntilStopped(); });
@@ -28,15 +27,15 @@ absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(std::shared_ptr<const Shard
 }
 
 Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-             std::shared_ptr<const ShardBase> base, std::string preferred_node,
+             std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
              ShardThreadBudget::Reservation reservation)
     : terms_(std::move(terms)),
       number_(number),
       range_(range),
       reservation_(std::move(reservation)),
       preferred_node_(std::move(preferred_node)),
-      checkpointer_(*terms_, range, std::move(base)),
-      executed_position_(checkpointer_.base_number()) {}
+      checkpointer_(*terms_, range, std::move(checkpoint)),
+      executed_position_(checkpointer_.checkpoint_number()) {}
 
 Shard::~Shard() {
   if (!thread_.joinable()) {
@@ -247,8 +246,8 @@ absl::Status Shard::Place() {
     terms_->nodes->Suspect(node_id);
     return node.status();
   }
-  const ShardBase& base = *checkpointer_.base();
-  auto remote = RemotePool::Create(*terms_, range_, base,
+  const ShardCheckpoint& checkpoint = *checkpointer_.checkpoint();
+  auto remote = RemotePool::Create(*terms_, range_, checkpoint,
                                    absl::StrCat(terms_->id_prefix, number_, "-", ++epoch_),
                                    *std::move(seat), *std::move(node));
   if (!remote.ok()) {
@@ -259,7 +258,7 @@ absl::Status Shard::Place() {
             {"environments", RangeText(range_)},
             {"node", node_id},
             {"shard", (*remote)->name()},
-            {"from", absl::StrCat(base.number)}});
+            {"from", absl::StrCat(checkpoint.number)}});
   remote_ = *std::move(remote);
   preferred_node_ = node_id;
   {

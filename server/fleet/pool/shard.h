@@ -18,7 +18,7 @@
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
 #include "server/concurrency/steady_time.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/pool/checkpointer.h"
 #include "server/fleet/pool/remote_pool.h"
 #include "server/fleet/pool/shard_terms.h"
@@ -43,11 +43,10 @@ class Shard {
 
   // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if it has
   // room. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED that cannot be started.
-  static absl::StatusOr<std::unique_ptr<Shard>> Create(std::shared_ptr<const ShardTerms> terms,
-                                                       int32_t number, Part range,
-                                                       std::shared_ptr<const ShardBase> base,
-                                                       std::string preferred_node,
-                                                       ShardThreadBudget::Reservation reservation);
+  static absl::StatusOr<std::unique_ptr<Shard>> Create(
+      std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+      std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
+      ShardThreadBudget::Reservation reservation);
   // Frees what it has on its node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
@@ -74,9 +73,11 @@ class Shard {
   void OnNodesChanged();
 
   // The checkpoint that it restarts from. REQUIRES: no call runs.
-  const std::shared_ptr<const ShardBase>& base() const { return checkpointer_.base(); }
+  const std::shared_ptr<const ShardCheckpoint>& checkpoint() const {
+    return checkpointer_.checkpoint();
+  }
   // The shard needs no log entry up to this number.
-  int64_t base_number() const { return checkpointer_.base_number(); }
+  int64_t checkpoint_number() const { return checkpointer_.checkpoint_number(); }
   // The node where it is; empty: none.
   std::string node_id() const;
 
@@ -89,7 +90,7 @@ class Shard {
   };
 
   Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-        std::shared_ptr<const ShardBase> base, std::string preferred_node,
+        std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
         ShardThreadBudget::Reservation reservation);
 
   void Start(Task task);

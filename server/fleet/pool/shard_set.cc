@@ -10,42 +10,43 @@
 
 namespace procgen {
 
-ShardBases SplitBase(const ShardBase& base, const std::vector<FleetNodes::Share>& shares) {
-  ShardBases bases;
+ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
+                                 const std::vector<FleetNodes::Share>& shares) {
+  ShardCheckpoints checkpoints;
   Part range;
   for (const FleetNodes::Share& share : shares) {
     range = {range.first + range.count, share.env_count};
-    ShardBase own = {base.number, {}, base.sampler};
-    if (!base.states.empty()) {
-      const auto first = base.states.begin() + range.first;
+    ShardCheckpoint own = {checkpoint.number, {}, checkpoint.sampler};
+    if (!checkpoint.states.empty()) {
+      const auto first = checkpoint.states.begin() + range.first;
       own.states.assign(first, first + range.count);
     }
-    bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(own))};
+    checkpoints[range.first] = {range, std::make_shared<const ShardCheckpoint>(std::move(own))};
   }
-  return bases;
+  return checkpoints;
 }
 
-absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardBases& bases,
+absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardCheckpoints& checkpoints,
                                                 const std::vector<FleetNodes::Share>& shares) {
-  auto threads = terms_->threads->Reserve(bases.size());
+  auto threads = terms_->threads->Reserve(checkpoints.size());
   if (!threads.ok()) {
     return threads.status();
   }
-  if (threads->size() < bases.size()) {
-    return absl::ResourceExhaustedError(absl::StrCat(terms_->label, " has ", bases.size(),
+  if (threads->size() < checkpoints.size()) {
+    return absl::ResourceExhaustedError(absl::StrCat(terms_->label, " has ", checkpoints.size(),
                                                      " shards, and the fleet has threads left for ",
                                                      threads->size()));
   }
-  return Make(bases, shares, *std::move(threads));
+  return Make(checkpoints, shares, *std::move(threads));
 }
 
 absl::StatusOr<ShardSet::Shards> ShardSet::Make(
-    const ShardBases& bases, const std::vector<FleetNodes::Share>& shares,
+    const ShardCheckpoints& checkpoints, const std::vector<FleetNodes::Share>& shares,
     std::vector<ShardThreadBudget::Reservation> threads) {
   Shards shards;
-  for (const auto& [first, base] : bases) {
+  for (const auto& [first, checkpoint] : checkpoints) {
     const std::string node = shares.empty() ? "" : shares[shards.size()].node_id;
-    auto shard = Shard::Create(terms_, ++shard_number_, base.first, base.second, node,
+    auto shard = Shard::Create(terms_, ++shard_number_, checkpoint.first, checkpoint.second, node,
                                std::move(threads[shards.size()]));
     if (!shard.ok()) {
       return shard.status();
@@ -70,18 +71,18 @@ std::vector<FleetNodes::Share> ShardSet::shares() const {
   return shares;
 }
 
-ShardBases ShardSet::bases() const {
-  ShardBases bases;
+ShardCheckpoints ShardSet::checkpoints() const {
+  ShardCheckpoints checkpoints;
   for (const std::unique_ptr<Shard>& shard : shards_) {
-    bases[shard->range().first] = {shard->range(), shard->base()};
+    checkpoints[shard->range().first] = {shard->range(), shard->checkpoint()};
   }
-  return bases;
+  return checkpoints;
 }
 
-int64_t ShardSet::base_number() const {
-  int64_t number = shards_.front()->base_number();
+int64_t ShardSet::checkpoint_number() const {
+  int64_t number = shards_.front()->checkpoint_number();
   for (const std::unique_ptr<Shard>& shard : shards_) {
-    number = std::min(number, shard->base_number());
+    number = std::min(number, shard->checkpoint_number());
   }
   return number;
 }

@@ -22,8 +22,9 @@
 
 namespace procgen {
 
-// The checkpoints of shards of these sizes, cut from `base`, a checkpoint of the whole pool.
-ShardBases SplitBase(const ShardBase& base, const std::vector<FleetNodes::Share>& shares);
+// The checkpoints of shards of these sizes, cut from `checkpoint`, a checkpoint of the whole pool.
+ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
+                                 const std::vector<FleetNodes::Share>& shares);
 
 // The shards of a pool, in the order of their environments, and calls that concern several of them.
 // Threads: one call at a time, from any thread, the next after `done`; OnNodesChanged from any
@@ -36,14 +37,15 @@ class ShardSet {
 
   explicit ShardSet(std::shared_ptr<const ShardTerms> terms) : terms_(std::move(terms)) {}
 
-  // Makes a shard for each of `bases`, which is not in the set yet. `shares`: where they are placed
-  // if there is room, in the same order; empty: anywhere. `threads`: reserved for them, at least
-  // one each. Errors: as Shard::Create.
-  absl::StatusOr<Shards> Make(const ShardBases& bases, const std::vector<FleetNodes::Share>& shares,
+  // Makes a shard for each of `checkpoints`, which is not in the set yet. `shares`: where they are
+  // placed if there is room, in the same order; empty: anywhere. `threads`: reserved for them, at
+  // least one each. Errors: as Shard::Create.
+  absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
+                              const std::vector<FleetNodes::Share>& shares,
                               std::vector<ShardThreadBudget::Reservation> threads);
   // The same, with threads that are reserved now. Errors: RESOURCE_EXHAUSTED too few are left; as
   // Shard::Create.
-  absl::StatusOr<Shards> Make(const ShardBases& bases,
+  absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
                               const std::vector<FleetNodes::Share>& shares);
   // Puts other shards into the set and returns those that were there.
   Shards Replace(Shards shards) ABSL_LOCKS_EXCLUDED(mutex_);
@@ -52,9 +54,9 @@ class ShardSet {
   // Where the shards are.
   std::vector<FleetNodes::Share> shares() const;
   // Their checkpoints.
-  ShardBases bases() const;
+  ShardCheckpoints checkpoints() const;
   // The shards need no log entry up to this number.
-  int64_t base_number() const;
+  int64_t checkpoint_number() const;
   // All, those that have one of `range`, or one of `environments`.
   std::vector<Shard*> all() const { return Overlapping({0, INT32_MAX}); }
   std::vector<Shard*> Overlapping(Part range) const;
