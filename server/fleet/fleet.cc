@@ -28,7 +28,7 @@ Fleet::Fleet(FleetOptions options, Metrics* metrics)
       name_(options_.state == nullptr ? DrawName() : options_.state->fleet_name()),
       process_(DrawName()),
       nodes_(options_),
-      leftovers_(PrefixOf(name_), &nodes_),
+      orphan_collector_(PrefixOf(name_), &nodes_),
       threads_(options_.shard_threads_max),
       executor_(kBackgroundThreadCount),
       watch_([this] { Watch(); }),
@@ -108,7 +108,7 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& 
   terms.spec = PoolSpecMessageOf(create_options.options);
   terms.options = &options_;
   terms.nodes = &nodes_;
-  terms.leftovers = &leftovers_;
+  terms.orphan_collector = &orphan_collector_;
   terms.threads = &threads_;
   terms.metrics = metrics_;
   terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
@@ -204,14 +204,15 @@ void Fleet::OnNodesChanged() {
     wakes_.NotifyAll();
   }
   nodes_.OnChange();
-  leftovers_.OnChange();
+  orphan_collector_.OnChange();
 }
 
 void Fleet::Watch() {
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;
-    leftovers_.OnChange();  // which connects to new nodes, so that pools can be divided to them
+    orphan_collector_
+        .OnChange();  // which connects to new nodes, so that pools can be divided to them
     for (FleetPool* pool : pools_) {
       pool->OnNodesChanged();
     }

@@ -14,7 +14,7 @@
 #include "server/concurrency/steady_time.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/nodes/fleet_options.h"
-#include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/nodes/orphan_collector.h"
 #include "server/fleet/pool/fleet_pool.h"
 #include "server/fleet/pool/shard_thread_budget.h"
 #include "server/metrics/metrics.h"
@@ -63,7 +63,7 @@ class Fleet final : public PoolBackendFactory {
   const std::string name_;     // in the names of its pools on the nodes
   const std::string process_;  // of this process in them
   FleetNodes nodes_;
-  Leftovers leftovers_;
+  OrphanCollector orphan_collector_;
   ShardThreadBudget threads_;
   BackgroundExecutor executor_;
 

@@ -40,7 +40,7 @@ RemotePool::RemotePool(const ShardTerms& terms, Part range, const ShardCheckpoin
       node_(std::move(node)),
       position_(checkpoint.number),
       sampler_(checkpoint.sampler) {
-  terms_.leftovers->BeginUse(pool_id_);
+  terms_.orphan_collector->BeginUse(pool_id_);
 }
 
 RemotePool::~RemotePool() {
@@ -51,7 +51,7 @@ RemotePool::~RemotePool() {
   stream_.reset();
   node_.reset();
   seat_ = {};
-  terms_.leftovers->EndUse(pool_id_, node_id);
+  terms_.orphan_collector->EndUse(pool_id_, node_id);
 }
 
 absl::Status RemotePool::CreatePool(const ShardCheckpoint& checkpoint) {

@@ -9,7 +9,7 @@
 #include "procgen/v1/pools.pb.h"
 #include "server/fleet/log/pool_log.h"
 #include "server/fleet/nodes/fleet_nodes.h"
-#include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/nodes/orphan_collector.h"
 #include "server/fleet/pool/shard_thread_budget.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/request.h"
@@ -25,7 +25,7 @@ struct ShardTerms {
   size_t observation_bytes = 0;  // of one environment
   const FleetOptions* options = nullptr;
   FleetNodes* nodes = nullptr;
-  Leftovers* leftovers = nullptr;
+  OrphanCollector* orphan_collector = nullptr;
   ShardThreadBudget* threads = nullptr;
   Metrics* metrics = nullptr;
   PoolLog* log = nullptr;

@@ -68,14 +68,14 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   StartNode("a");
   Metrics metrics("test");
   FleetNodes nodes(options);
-  Leftovers leftovers("fleet-test-", &nodes);
+  OrphanCollector orphan_collector("fleet-test-", &nodes);
   BackgroundExecutor executor(1);
   ShardThreadBudget threads(options.shard_threads_max);
   ShardTerms terms;
   terms.id_prefix = "fleet-test-";
   terms.options = &options;
   terms.nodes = &nodes;
-  terms.leftovers = &leftovers;
+  terms.orphan_collector = &orphan_collector;
   terms.threads = &threads;
   terms.metrics = &metrics;
   const auto pool_options = PoolOptionsOf(Script().spec);

@@ -1,4 +1,4 @@
-#include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/nodes/orphan_collector.h"
 
 #include <algorithm>
 #include <utility>
@@ -11,10 +11,10 @@
 #include "server/logging/event_log.h"
 
 namespace procgen {
-Leftovers::Leftovers(std::string prefix, FleetNodes* nodes)
+OrphanCollector::OrphanCollector(std::string prefix, FleetNodes* nodes)
     : prefix_(std::move(prefix)), nodes_(nodes), thread_([this] { Run(); }) {}
 
-Leftovers::~Leftovers() {
+OrphanCollector::~OrphanCollector() {
   {
     absl::MutexLock lock(&mutex_);
     stops_ = true;
@@ -23,29 +23,29 @@ Leftovers::~Leftovers() {
   thread_.join();
 }
 
-void Leftovers::BeginUse(const std::string& pool_id) {
+void OrphanCollector::BeginUse(const std::string& pool_id) {
   absl::MutexLock lock(&mutex_);
   used_.insert(pool_id);
 }
 
-void Leftovers::EndUse(const std::string& pool_id, const std::string& node_id) {
+void OrphanCollector::EndUse(const std::string& pool_id, const std::string& node_id) {
   absl::MutexLock lock(&mutex_);
   used_.erase(pool_id);
-  unclean_.insert({node_id, 0});
+  pending_.insert({node_id, 0});
   changed_ = true;
   wakes_.NotifyAll();
 }
 
-void Leftovers::OnChange() {
+void OrphanCollector::OnChange() {
   absl::MutexLock lock(&mutex_);
   changed_ = true;
   wakes_.NotifyAll();
 }
 
-std::vector<std::string> Leftovers::Todo() {
+std::vector<std::string> OrphanCollector::PendingNodes() {
   std::vector<std::pair<int32_t, std::string>> by_failures;
-  by_failures.reserve(unclean_.size());
-  for (const auto& [node, failures] : unclean_) {
+  by_failures.reserve(pending_.size());
+  for (const auto& [node, failures] : pending_) {
     by_failures.emplace_back(failures, node);
   }
   std::sort(by_failures.begin(), by_failures.end());
@@ -57,13 +57,13 @@ std::vector<std::string> Leftovers::Todo() {
   return todo;
 }
 
-void Leftovers::Run() {
+void OrphanCollector::Run() {
   bool stops = false;
   while (!stops) {
     {
       absl::MutexLock lock(&mutex_);
       wakes_.AwaitUntil(
-          &mutex_, unclean_.empty() ? absl::InfiniteFuture() : SteadyNow() + kLeftoversRetry,
+          &mutex_, pending_.empty() ? absl::InfiniteFuture() : SteadyNow() + kOrphanRetryInterval,
           [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
       changed_ = false;
       stops = stops_;
@@ -74,13 +74,13 @@ void Leftovers::Run() {
       absl::MutexLock lock(&mutex_);
       for (const std::string& node : nodes) {
         if (!present_.contains(node)) {
-          unclean_.insert({node, 0});
+          pending_.insert({node, 0});
         }
       }
       present_ = {nodes.begin(), nodes.end()};
       // Those that are gone are looked through when they come again.
-      std::erase_if(unclean_, [&](const auto& node) { return !present_.contains(node.first); });
-      todo = Todo();
+      std::erase_if(pending_, [&](const auto& node) { return !present_.contains(node.first); });
+      todo = PendingNodes();
     }
     for (const std::string& node : todo) {
       if (stops && !nodes_->IsConnected(node)) {
@@ -92,17 +92,17 @@ void Leftovers::Run() {
         if (!stops && (stops_ || changed_)) {
           break;  // one that is new goes first
         }
-        failures = unclean_.extract(node).mapped();
+        failures = pending_.extract(node).mapped();
       }
-      if (!Clean(node)) {
+      if (!CollectFrom(node)) {
         absl::MutexLock lock(&mutex_);
-        unclean_[node] = failures + 1;
+        pending_[node] = failures + 1;
       }
     }
   }
 }
 
-bool Leftovers::Clean(const std::string& node_id) {
+bool OrphanCollector::CollectFrom(const std::string& node_id) {
   const absl::StatusOr<std::shared_ptr<NodeClient>> node = nodes_->Connect(node_id);
   if (!node.ok()) {
     return false;
@@ -111,7 +111,7 @@ bool Leftovers::Clean(const std::string& node_id) {
   if (!pools.ok()) {
     return false;
   }
-  bool is_clean = true;
+  bool all_deleted = true;
   for (const v1::Pool& pool : *pools) {
     const std::string& name = pool.name();
     bool is_ours = false;
@@ -123,10 +123,10 @@ bool Leftovers::Clean(const std::string& node_id) {
       continue;
     }
     const absl::Status deleted = (*node)->client->DeletePool(name);
-    is_clean = is_clean && (deleted.ok() || absl::IsNotFound(deleted));
+    all_deleted = all_deleted && (deleted.ok() || absl::IsNotFound(deleted));
     LogEvent(LogLevel::kDebug, "shard_removed", {{"node", node_id}, {"shard", name}});
   }
-  return is_clean;
+  return all_deleted;
 }
 
 }  // namespace procgen
