@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/fleet/log/shard_request.h"
-#include "server/fleet/pool/countdown.h"
+#include "server/fleet/pool/completion_latch.h"
 
 namespace procgen {
 
@@ -131,9 +131,9 @@ std::vector<ShardSet::Selection> ShardSet::Select(const std::vector<int32_t>& en
 }
 
 void ShardSet::Run(const std::vector<Shard*>& shards, int64_t number, Done done) {
-  auto countdown = std::make_shared<Countdown>(shards.size(), std::move(done));
+  auto latch = std::make_shared<CompletionLatch>(shards.size(), std::move(done));
   for (Shard* const shard : shards) {
-    shard->Run(number, [countdown](const absl::Status& status) { countdown->Count(status); });
+    shard->Run(number, [latch](const absl::Status& status) { latch->CountDown(status); });
   }
 }
 
@@ -170,18 +170,18 @@ void ShardSet::Save(const std::vector<int32_t>& environments, SaveDone done) {
     }
     done(std::move(snapshots));
   };
-  auto countdown = std::make_shared<Countdown>(saved->selections.size(), finish);
+  auto latch = std::make_shared<CompletionLatch>(saved->selections.size(), finish);
   for (size_t i = 0; i < saved->selections.size(); ++i) {
     const Selection& selection = saved->selections[i];
     selection.shard->Save(selection.environments, &saved->snapshots[i],
-                          [countdown](const absl::Status& status) { countdown->Count(status); });
+                          [latch](const absl::Status& status) { latch->CountDown(status); });
   }
 }
 
 void ShardSet::Render(const std::vector<int32_t>& environments, View view, int32_t size_px,
                       const std::vector<absl::Span<uint8_t>>& frames, Done done) {
   const std::vector<Selection> selections = Select(environments);
-  auto countdown = std::make_shared<Countdown>(selections.size(), std::move(done));
+  auto latch = std::make_shared<CompletionLatch>(selections.size(), std::move(done));
   for (const Selection& selection : selections) {
     std::vector<absl::Span<uint8_t>> own;
     own.reserve(selection.places.size());
@@ -189,7 +189,7 @@ void ShardSet::Render(const std::vector<int32_t>& environments, View view, int32
       own.push_back(frames[place]);
     }
     selection.shard->Render(selection.environments, view, size_px, std::move(own),
-                            [countdown](const absl::Status& status) { countdown->Count(status); });
+                            [latch](const absl::Status& status) { latch->CountDown(status); });
   }
 }
 

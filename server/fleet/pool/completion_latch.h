@@ -1,5 +1,5 @@
-#ifndef SERVER_FLEET_POOL_COUNTDOWN_H_
-#define SERVER_FLEET_POOL_COUNTDOWN_H_
+#ifndef SERVER_FLEET_POOL_COMPLETION_LATCH_H_
+#define SERVER_FLEET_POOL_COMPLETION_LATCH_H_
 
 #include <cstddef>
 #include <utility>
@@ -11,13 +11,13 @@
 
 namespace procgen {
 
-// Waits for several that are done at their own times, and then calls `done` with the first error.
+// Calls `done` with the first error when `count` operations have ended.
 // Threads: any method from any thread.
-class Countdown {
+class CompletionLatch {
  public:
-  Countdown(size_t count, PoolBackend::Done done) : left_(count), done_(std::move(done)) {}
+  CompletionLatch(size_t count, PoolBackend::Done done) : left_(count), done_(std::move(done)) {}
 
-  void Count(const absl::Status& status) {
+  void CountDown(const absl::Status& status) {
     bool is_last = false;
     absl::Status result;
     {
@@ -40,4 +40,4 @@ class Countdown {
 
 }  // namespace procgen
 
-#endif  // SERVER_FLEET_POOL_COUNTDOWN_H_
+#endif  // SERVER_FLEET_POOL_COMPLETION_LATCH_H_
