@@ -101,18 +101,18 @@ absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& 
     absl::MutexLock lock(&mutex_);
     number = ++pool_number_;
   }
-  ShardTerms terms;
-  terms.owner = create_options.owner;
-  terms.label = create_options.name;
-  terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
-  terms.spec = PoolSpecMessageOf(create_options.options);
-  terms.options = &options_;
-  terms.nodes = &nodes_;
-  terms.orphan_collector = &orphan_collector_;
-  terms.threads = &threads_;
-  terms.metrics = metrics_;
-  terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
-  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(validator), terms,
+  ShardContext context;
+  context.owner = create_options.owner;
+  context.label = create_options.name;
+  context.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
+  context.spec = PoolSpecMessageOf(create_options.options);
+  context.options = &options_;
+  context.nodes = &nodes_;
+  context.orphan_collector = &orphan_collector_;
+  context.threads = &threads_;
+  context.metrics = metrics_;
+  context.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
+  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(validator), context,
                                           &executor_, [this](FleetPool* gone) {
                                             absl::MutexLock lock(&mutex_);
                                             pools_.erase(gone);

@@ -9,21 +9,21 @@
 
 namespace procgen {
 
-Checkpointer::Checkpointer(const ShardTerms& terms, Part range,
+Checkpointer::Checkpointer(const ShardContext& context, Part range,
                            std::shared_ptr<const ShardCheckpoint> checkpoint)
-    : terms_(terms),
+    : context_(context),
       range_(range),
       checkpoint_(std::move(checkpoint)),
       checkpoint_number_(checkpoint_->number) {}
 
 void Checkpointer::Promote(int64_t number) {
   if (!next_.has_value() ||
-      !next_->IsUsable(terms_.log->requests(), range_, number, terms_.answers_kept)) {
+      !next_->IsUsable(context_.log->requests(), range_, number, context_.answers_kept)) {
     return;
   }
   checkpoint_ = std::move(next_->checkpoint);
   next_.reset();
-  terms_.log->SetCheckpoint(range_, checkpoint_);
+  context_.log->SetCheckpoint(range_, checkpoint_);
   checkpoint_number_ = checkpoint_->number;
 }
 
@@ -31,10 +31,10 @@ bool Checkpointer::IsDue(int64_t position) const {
   if (next_.has_value() || position < retry_position_) {
     return false;
   }
-  const FleetOptions& options = *terms_.options;
+  const FleetOptions& options = *context_.options;
   return position - checkpoint_->number >= options.snapshot_requests ||
          (position > checkpoint_->number &&
-          terms_.log->requests().BytesAfter(checkpoint_->number) >= options.snapshot_bytes);
+          context_.log->requests().BytesAfter(checkpoint_->number) >= options.snapshot_bytes);
 }
 
 absl::Status Checkpointer::SaveIfDue(const RemotePool& pool) {
@@ -50,9 +50,9 @@ absl::Status Checkpointer::SaveIfDue(const RemotePool& pool) {
   if (IsNodeError(states.status())) {
     return states.status();
   }
-  retry_position_ = pool.position() + terms_.options->snapshot_requests / 4;
+  retry_position_ = pool.position() + context_.options->snapshot_requests / 4;
   LogEvent(LogLevel::kWarning, "checkpoint_failed",
-           {{"pool", terms_.label},
+           {{"pool", context_.label},
             {"environments", RangeText(range_)},
             {"code", absl::StatusCodeToString(states.status().code())},
             {"message", std::string(states.status().message())}});

@@ -9,7 +9,7 @@
 #include "absl/status/status.h"
 #include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/pool/remote_pool.h"
-#include "server/fleet/pool/shard_terms.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/session/backend/request.h"
 
 namespace procgen {
@@ -18,8 +18,8 @@ namespace procgen {
 // Threads: compatible; checkpoint_number from any thread at any time.
 class Checkpointer {
  public:
-  // `terms` must outlive this.
-  Checkpointer(const ShardTerms& terms, Part range,
+  // `context` must outlive this.
+  Checkpointer(const ShardContext& context, Part range,
                std::shared_ptr<const ShardCheckpoint> checkpoint);
 
   const std::shared_ptr<const ShardCheckpoint>& checkpoint() const { return checkpoint_; }
@@ -39,7 +39,7 @@ class Checkpointer {
  private:
   bool IsDue(int64_t position) const;
 
-  const ShardTerms& terms_;
+  const ShardContext& context_;
   const Part range_;
   std::shared_ptr<const ShardCheckpoint> checkpoint_;
   std::optional<PendingCheckpoint> next_;

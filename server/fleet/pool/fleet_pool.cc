@@ -10,14 +10,15 @@
 
 namespace procgen {
 
-FleetPool::FleetPool(const PoolOptions& options, StateValidator validator, const ShardTerms& terms,
-                     BackgroundExecutor* executor, std::function<void(FleetPool*)> goes)
+FleetPool::FleetPool(const PoolOptions& options, StateValidator validator,
+                     const ShardContext& context, BackgroundExecutor* executor,
+                     std::function<void(FleetPool*)> goes)
     : options_(options),
       validator_(std::move(validator)),
-      log_(options.env_count, options.observation_format.frame_stack, terms.label,
-           terms.options->log_bytes_max),
-      terms_([&] {
-        auto own = std::make_shared<ShardTerms>(terms);
+      log_(options.env_count, options.observation_format.frame_stack, context.label,
+           context.options->log_bytes_max),
+      context_([&] {
+        auto own = std::make_shared<ShardContext>(context);
         own->log = &log_;
         own->observation_bytes = options.observation_format.bytes();
         return own;
@@ -25,8 +26,8 @@ FleetPool::FleetPool(const PoolOptions& options, StateValidator validator, const
       executor_(executor),
       goes_(std::move(goes)),
       awaits_reset_(static_cast<size_t>(options.env_count)),
-      shards_(terms_),
-      rebalancer_(terms_, options.env_count, &shards_, executor) {
+      shards_(context_),
+      rebalancer_(context_, options.env_count, &shards_, executor) {
   if (options.level_sampler != nullptr) {
     sampler_ =
         std::make_shared<const v1::LevelSampler>(LevelSamplerMessageOf(*options.level_sampler));
@@ -50,13 +51,13 @@ absl::Status FleetPool::KeepIn(const std::string& path, const v1::Pool& pool) {
   JournaledPool journaled;
   journaled.pool = pool;
   journaled.checkpoints = shards_.checkpoints();
-  return log_.Keep(path, std::move(journaled), terms_->metrics);
+  return log_.Keep(path, std::move(journaled), context_->metrics);
 }
 
 absl::StatusOr<std::vector<v1::StepPoolRequest>> FleetPool::Resume(const std::string& path,
                                                                    const JournaledPool& journaled,
                                                                    int64_t answer_count) {
-  log_.Resume(path, journaled, terms_->metrics);
+  log_.Resume(path, journaled, context_->metrics);
   int64_t latest = 0;  // checkpoint; what comes after it may have replaced the sampler
   for (const auto& [first, checkpoint] : journaled.checkpoints) {
     if (checkpoint.second->number >= latest) {
@@ -116,7 +117,7 @@ void FleetPool::RunRequest(int64_t number) {
   }
   // Now and then all of them, so that none needs the log of long ago.
   const bool all = logged->request.has_level_sampler() ||
-                   number % std::max<int64_t>(terms_->options->snapshot_requests, 1) == 0;
+                   number % std::max<int64_t>(context_->options->snapshot_requests, 1) == 0;
   const std::vector<Shard*> shards =
       all ? shards_.all() : shards_.Overlapping(SliceOf(logged->request, env_count()));
   std::vector<Part> ranges;
@@ -173,7 +174,7 @@ void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {
   const auto from =
       static_cast<size_t>(rows.first - shard.range().first - answer.first_env());
   CopyAnswerRows(answer, from, batch, static_cast<size_t>(rows.first - part.first), count,
-                 terms_->observation_bytes);
+                 context_->observation_bytes);
   for (size_t i = 0; i < count; ++i) {
     const bool ended = answer.terminated()[from + i] || answer.truncated()[from + i];
     awaits_reset_[static_cast<size_t>(rows.first) + i] =
@@ -238,8 +239,8 @@ void FleetPool::ApplyStates(std::vector<v1::State> states, const std::shared_ptr
 }
 
 void FleetPool::RestoreStates(std::vector<StateToRestore> states, Done done) {
-  executor_->Run(terms_->owner, [this, states = std::move(states),
-                                 done = std::make_shared<Done>(std::move(done))] {
+  executor_->Run(context_->owner, [this, states = std::move(states),
+                                   done = std::make_shared<Done>(std::move(done))] {
     std::vector<v1::State> messages;
     for (const StateToRestore& state : states) {
       messages.emplace_back();
@@ -277,7 +278,7 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
       states.back().set_environment(pair.target_environment);
       states.back().set_snapshot((*snapshots)[places.at(pair.source_environment)]);
     }
-    executor_->Run(terms_->owner,
+    executor_->Run(context_->owner,
                    [this, states = std::move(states), done] { ApplyStates(states, done); });
   });
 }

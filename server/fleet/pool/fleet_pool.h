@@ -17,8 +17,8 @@
 #include "server/fleet/log/pool_log.h"
 #include "server/fleet/pool/rebalancer.h"
 #include "server/fleet/pool/request_progress.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/fleet/pool/shard_set.h"
-#include "server/fleet/pool/shard_terms.h"
 #include "server/fleet/pool/state_validator.h"
 #include "server/session/backend/pool_backend.h"
 
@@ -31,7 +31,7 @@ class FleetPool final : public PoolBackend {
  public:
   // `validator`: for the same options. `goes` is called when it begins to go. `executor` must
   // outlive it. Begin or Resume comes first.
-  FleetPool(const PoolOptions& options, StateValidator validator, const ShardTerms& terms,
+  FleetPool(const PoolOptions& options, StateValidator validator, const ShardContext& context,
             BackgroundExecutor* executor, std::function<void(FleetPool*)> goes);
   ~FleetPool() override;
 
@@ -80,7 +80,7 @@ class FleetPool final : public PoolBackend {
   const PoolOptions options_;
   StateValidator validator_;
   PoolLog log_;
-  const std::shared_ptr<const ShardTerms> terms_;
+  const std::shared_ptr<const ShardContext> context_;
   BackgroundExecutor* const executor_;
   const std::function<void(FleetPool*)> goes_;
   std::vector<bool> awaits_reset_;                   // [N]

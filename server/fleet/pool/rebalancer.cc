@@ -18,9 +18,9 @@ constexpr int32_t kWorthItCountMin = 2;
 
 }  // namespace
 
-Rebalancer::Rebalancer(std::shared_ptr<const ShardTerms> terms, int32_t env_count, ShardSet* shards,
-                       BackgroundExecutor* executor)
-    : terms_(std::move(terms)), env_count_(env_count), shards_(shards), executor_(executor) {}
+Rebalancer::Rebalancer(std::shared_ptr<const ShardContext> context, int32_t env_count,
+                       ShardSet* shards, BackgroundExecutor* executor)
+    : context_(std::move(context)), env_count_(env_count), shards_(shards), executor_(executor) {}
 
 void Rebalancer::OnNodesChanged() {
   absl::MutexLock lock(&mutex_);
@@ -35,7 +35,7 @@ void Rebalancer::OnNodesChanged() {
 bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
   std::map<std::string, int32_t> counts;
   for (const FleetNodes::Share& share : shares) {
-    if (!terms_->nodes->IsUsable(share.node_id)) {
+    if (!context_->nodes->IsUsable(share.node_id)) {
       return false;  // the shard is about to move
     }
     counts[share.node_id] += share.env_count;
@@ -43,9 +43,9 @@ bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
   if (counts.empty()) {
     return false;  // the shards are being replaced
   }
-  const auto better = terms_->nodes->DivideAgain(env_count_, shares);
+  const auto better = context_->nodes->DivideAgain(env_count_, shares);
   // The new shards start before those that they replace end.
-  if (!better.ok() || better->size() > terms_->threads->available()) {
+  if (!better.ok() || better->size() > context_->threads->available()) {
     return false;
   }
   int32_t moved_count = 0;
@@ -64,7 +64,7 @@ void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSa
     shards_->Save(all, [this, number, sampler = std::move(sampler), run = std::move(shared_run)](
                            absl::StatusOr<std::vector<std::string>> states) {
       // Not on the thread of a shard, which may have to end.
-      executor_->Run(terms_->owner,
+      executor_->Run(context_->owner,
                      [this, number, sampler, run, states = std::move(states)]() mutable {
                        if (states.ok()) {
                          pending_ = PendingCheckpoint{std::make_shared<const ShardCheckpoint>(
@@ -77,7 +77,7 @@ void Rebalancer::BeforeRequest(int64_t number, std::shared_ptr<const v1::LevelSa
                      });
     });
   } else if (CanRebalance(number)) {
-    executor_->Run(terms_->owner, [this, run = std::move(run)]() mutable {
+    executor_->Run(context_->owner, [this, run = std::move(run)]() mutable {
       Rebalance();
       run();
     });
@@ -90,10 +90,11 @@ bool Rebalancer::CanRebalance(int64_t number) {
   if (!pending_.has_value()) {
     return false;
   }
-  if (pending_->IsUsable(terms_->log->requests(), {0, env_count_}, number, terms_->answers_kept)) {
+  if (pending_->IsUsable(context_->log->requests(), {0, env_count_}, number,
+                         context_->answers_kept)) {
     return true;
   }
-  if (number > pending_->checkpoint->number + 2 * terms_->options->snapshot_requests) {
+  if (number > pending_->checkpoint->number + 2 * context_->options->snapshot_requests) {
     pending_.reset();  // or else the log would have to reach back to it for good
   }
   return false;
@@ -101,23 +102,23 @@ bool Rebalancer::CanRebalance(int64_t number) {
 
 void Rebalancer::Rebalance() {
   const PendingCheckpoint pending = *std::exchange(pending_, std::nullopt);
-  const auto shares = terms_->nodes->DivideAgain(env_count_, shards_->shares());
+  const auto shares = context_->nodes->DivideAgain(env_count_, shards_->shares());
   if (!shares.ok()) {
     return;  // nodes have gone in the meantime
   }
   auto shards = shards_->Make(SplitCheckpoint(*pending.checkpoint, *shares), *shares);
   if (!shards.ok()) {
     LogEvent(LogLevel::kWarning, "pool_rebalance_failed",
-             {{"pool", terms_->label}, {"message", std::string(shards.status().message())}});
+             {{"pool", context_->label}, {"message", std::string(shards.status().message())}});
     return;
   }
   ReplaceShards({});  // before the others go to nodes: they need the room
   LogEvent(LogLevel::kInfo, "pool_rebalanced",
-           {{"pool", terms_->label},
+           {{"pool", context_->label},
             {"shards", absl::StrCat(shares->size())},
             {"from", absl::StrCat(pending.checkpoint->number)}});
   ReplaceShards(*std::move(shards));
-  terms_->log->SetCheckpoints(shards_->checkpoints());
+  context_->log->SetCheckpoints(shards_->checkpoints());
 }
 
 void Rebalancer::ReplaceShards(ShardSet::Shards shards) {

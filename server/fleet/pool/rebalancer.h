@@ -16,8 +16,8 @@
 #include "server/concurrency/background_executor.h"
 #include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/nodes/fleet_nodes.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/fleet/pool/shard_set.h"
-#include "server/fleet/pool/shard_terms.h"
 
 namespace procgen {
 
@@ -35,7 +35,7 @@ namespace procgen {
 class Rebalancer {
  public:
   // What is pointed to must outlive this.
-  Rebalancer(std::shared_ptr<const ShardTerms> terms, int32_t env_count, ShardSet* shards,
+  Rebalancer(std::shared_ptr<const ShardContext> context, int32_t env_count, ShardSet* shards,
              BackgroundExecutor* executor);
 
   void OnNodesChanged() ABSL_LOCKS_EXCLUDED(mutex_);
@@ -57,7 +57,7 @@ class Rebalancer {
   void Rebalance();
   void ReplaceShards(ShardSet::Shards shards) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const std::shared_ptr<const ShardTerms> terms_;
+  const std::shared_ptr<const ShardContext> context_;
   const int32_t env_count_;
   ShardSet* const shards_;
   BackgroundExecutor* const executor_;

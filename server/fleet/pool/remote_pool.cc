@@ -17,30 +17,28 @@ constexpr int32_t kReplayedInFlightMax = 16;
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(const ShardTerms& terms, Part range,
-                                                               const ShardCheckpoint& checkpoint,
-                                                               std::string pool_id,
-                                                               FleetNodes::Seat seat,
-                                                               std::shared_ptr<NodeClient> node) {
-  std::unique_ptr<RemotePool> pool(new RemotePool(terms, range, checkpoint, std::move(pool_id),
+absl::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
+    const ShardContext& context, Part range, const ShardCheckpoint& checkpoint, std::string pool_id,
+    FleetNodes::Seat seat, std::shared_ptr<NodeClient> node) {
+  std::unique_ptr<RemotePool> pool(new RemotePool(context, range, checkpoint, std::move(pool_id),
                                                   std::move(seat), std::move(node)));
   if (absl::Status status = pool->CreatePool(checkpoint); !status.ok()) {
-    terms.nodes->Suspect(pool->node_id());
+    context.nodes->Suspect(pool->node_id());
     return status;
   }
   return pool;
 }
 
-RemotePool::RemotePool(const ShardTerms& terms, Part range, const ShardCheckpoint& checkpoint,
+RemotePool::RemotePool(const ShardContext& context, Part range, const ShardCheckpoint& checkpoint,
                        std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node)
-    : terms_(terms),
+    : context_(context),
       range_(range),
       pool_id_(std::move(pool_id)),
       seat_(std::move(seat)),
       node_(std::move(node)),
       position_(checkpoint.number),
       sampler_(checkpoint.sampler) {
-  terms_.orphan_collector->BeginUse(pool_id_);
+  context_.orphan_collector->BeginUse(pool_id_);
 }
 
 RemotePool::~RemotePool() {
@@ -51,12 +49,12 @@ RemotePool::~RemotePool() {
   stream_.reset();
   node_.reset();
   seat_ = {};
-  terms_.orphan_collector->EndUse(pool_id_, node_id);
+  context_.orphan_collector->EndUse(pool_id_, node_id);
 }
 
 absl::Status RemotePool::CreatePool(const ShardCheckpoint& checkpoint) {
   procgen_client::Client* const client = node_->client.get();
-  v1::PoolSpec spec = terms_.spec;
+  v1::PoolSpec spec = context_.spec;
   spec.set_env_count(range_.count);
   spec.set_first_env(spec.first_env() + range_.first);
   spec.mutable_lease_duration()->set_seconds(
@@ -106,7 +104,7 @@ absl::Status RemotePool::Attach() {
 absl::Status RemotePool::AdvanceTo(int64_t number, int64_t replay_end,
                                    procgen_client::Batch* answer) {
   while (position_ < number) {
-    const RequestLog::Entry logged = terms_.log->requests().Find(position_ + 1);
+    const RequestLog::Entry logged = context_.log->requests().Find(position_ + 1);
     const bool is_executed = position_ + 1 == number && number > replay_end;
     absl::Status status = is_executed ? Execute(*logged, answer) : Replay(*logged);
     if (!status.ok()) {
@@ -155,7 +153,7 @@ absl::Status RemotePool::Execute(const LoggedRequest& logged, procgen_client::Ba
   const AskedRows asked = AskedRowsOf(*request);
   status = StreamError(stream_->Call(*std::move(request), answer));
   if (status.ok() && has_rows) {
-    status = CheckNodeBatch(*answer, asked, terms_.observation_bytes);
+    status = CheckNodeBatch(*answer, asked, context_.observation_bytes);
     return status.ok() ? status : Distrust(status);
   }
   return status;
@@ -224,7 +222,7 @@ absl::Status RemotePool::StreamError(absl::Status status) const {
 }
 
 absl::Status RemotePool::Distrust(const absl::Status& why) const {
-  return terms_.nodes->Distrust(node_->node_id, why);
+  return context_.nodes->Distrust(node_->node_id, why);
 }
 
 }  // namespace procgen

@@ -14,7 +14,7 @@
 #include "server/fleet/log/logged_request.h"
 #include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/nodes/fleet_nodes.h"
-#include "server/fleet/pool/shard_terms.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/backend/request.h"
 
@@ -32,7 +32,7 @@ class RemotePool {
  public:
   // Creates the pool `pool_id` on `node`, in the states of `checkpoint`, and attaches to it.
   // Errors: those of the node, which is suspected then.
-  static absl::StatusOr<std::unique_ptr<RemotePool>> Create(const ShardTerms& terms, Part range,
+  static absl::StatusOr<std::unique_ptr<RemotePool>> Create(const ShardContext& context, Part range,
                                                             const ShardCheckpoint& checkpoint,
                                                             std::string pool_id,
                                                             FleetNodes::Seat seat,
@@ -62,7 +62,7 @@ class RemotePool {
                       const std::vector<absl::Span<uint8_t>>& frames) const;
 
  private:
-  RemotePool(const ShardTerms& terms, Part range, const ShardCheckpoint& checkpoint,
+  RemotePool(const ShardContext& context, Part range, const ShardCheckpoint& checkpoint,
              std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node);
 
   absl::Status CreatePool(const ShardCheckpoint& checkpoint);
@@ -76,7 +76,7 @@ class RemotePool {
   // The error of a call of the stream; the client, too, finds wrong answers.
   absl::Status StreamError(absl::Status status) const;
 
-  const ShardTerms& terms_;
+  const ShardContext& context_;
   const Part range_;
   const std::string pool_id_;
   FleetNodes::Seat seat_;

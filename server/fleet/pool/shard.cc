@@ -12,10 +12,10 @@
 namespace procgen {
 
 absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(
-    std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+    std::shared_ptr<const ShardContext> context, int32_t number, Part range,
     std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
     ShardThreadBudget::Reservation reservation) {
-  std::unique_ptr<Shard> shard(new Shard(std::move(terms), number, range, std::move(checkpoint),
+  std::unique_ptr<Shard> shard(new Shard(std::move(context), number, range, std::move(checkpoint),
                                          std::move(preferred_node), std::move(reservation)));
   absl::StatusOr<std::thread> thread =
       StartThread([shard = shard.get()] { shard->RunUntilStopped(); });
@@ -26,15 +26,15 @@ absl::StatusOr<std::unique_ptr<Shard>> Shard::Create(
   return shard;
 }
 
-Shard::Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+Shard::Shard(std::shared_ptr<const ShardContext> context, int32_t number, Part range,
              std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
              ShardThreadBudget::Reservation reservation)
-    : terms_(std::move(terms)),
+    : context_(std::move(context)),
       number_(number),
       range_(range),
       reservation_(std::move(reservation)),
       preferred_node_(std::move(preferred_node)),
-      checkpointer_(*terms_, range, std::move(checkpoint)),
+      checkpointer_(*context_, range, std::move(checkpoint)),
       executed_position_(checkpointer_.checkpoint_number()) {}
 
 Shard::~Shard() {
@@ -48,7 +48,7 @@ Shard::~Shard() {
       stream_->Cancel();
     }
   }
-  terms_->nodes->OnChange();  // it may wait for one
+  context_->nodes->OnChange();  // it may wait for one
   thread_.join();
 }
 
@@ -105,7 +105,7 @@ void Shard::OnNodesChanged() {
     stream = stream_;
     node_id = node_id_;
   }
-  if (stream != nullptr && !terms_->nodes->IsPresent(node_id)) {
+  if (stream != nullptr && !context_->nodes->IsPresent(node_id)) {
     stream->Cancel();  // its answer would be waited for in vain
   }
 }
@@ -157,7 +157,7 @@ void Shard::RollbackNow(int64_t number) {
 
 void Shard::Reconcile() {
   if (remote_ != nullptr) {
-    if (terms_->nodes->IsUsable(remote_->node_id())) {
+    if (context_->nodes->IsUsable(remote_->node_id())) {
       return;
     }
     MarkNodeFailed(absl::UnavailableError("the node drains or is gone"));
@@ -172,7 +172,7 @@ void Shard::Reconcile() {
 }
 
 absl::Status Shard::Execute(Task* task) {
-  const absl::Time deadline = task->begin_time + terms_->options->failover_timeout;
+  const absl::Time deadline = task->begin_time + context_->options->failover_timeout;
   const int64_t number = task->number.value_or(executed_position_);
   checkpointer_.Promote(number);
   bool failed_over = false;
@@ -200,7 +200,7 @@ absl::Status Shard::Execute(Task* task) {
       return TimeoutError(status);
     }
     if (!was_placed) {
-      terms_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kShardPlaceRetry));
+      context_->nodes->AwaitChange(std::min(deadline, SteadyNow() + kShardPlaceRetry));
     }
   }
   if (failed_over && executed_position_ > 0) {
@@ -212,15 +212,15 @@ absl::Status Shard::Execute(Task* task) {
 
 absl::Status Shard::TimeoutError(const absl::Status& last) const {
   return absl::DeadlineExceededError(
-      absl::StrCat("environments ", RangeText(range_), " of ", terms_->label,
-                   " have had no node for ", absl::FormatDuration(terms_->options->failover_timeout),
+      absl::StrCat("environments ", RangeText(range_), " of ", context_->label,
+                   " have had no node for ", absl::FormatDuration(context_->options->failover_timeout),
                    ", limit fleet_failover_timeout; the last error: ", last.message()));
 }
 
 void Shard::LogResumed(absl::Duration failover_time) const {
-  terms_->metrics->AddFleetFailover(failover_time);
+  context_->metrics->AddFleetFailover(failover_time);
   LogEvent(LogLevel::kInfo, "shard_resumed",
-           {{"pool", terms_->label},
+           {{"pool", context_->label},
             {"environments", RangeText(range_)},
             {"node", remote_->node_id()},
             {"failover_time", absl::FormatDuration(failover_time)}});
@@ -236,25 +236,25 @@ absl::Status Shard::AdvanceTo(int64_t number) {
 }
 
 absl::Status Shard::Place() {
-  absl::StatusOr<FleetNodes::Seat> seat = terms_->nodes->Take(range_.count, preferred_node_);
+  absl::StatusOr<FleetNodes::Seat> seat = context_->nodes->Take(range_.count, preferred_node_);
   if (!seat.ok()) {
     return seat.status();
   }
   const std::string node_id = seat->node_id();
-  absl::StatusOr<std::shared_ptr<NodeClient>> node = terms_->nodes->Connect(node_id);
+  absl::StatusOr<std::shared_ptr<NodeClient>> node = context_->nodes->Connect(node_id);
   if (!node.ok()) {
-    terms_->nodes->Suspect(node_id);
+    context_->nodes->Suspect(node_id);
     return node.status();
   }
   const ShardCheckpoint& checkpoint = *checkpointer_.checkpoint();
-  auto remote = RemotePool::Create(*terms_, range_, checkpoint,
-                                   absl::StrCat(terms_->id_prefix, number_, "-", ++epoch_),
+  auto remote = RemotePool::Create(*context_, range_, checkpoint,
+                                   absl::StrCat(context_->id_prefix, number_, "-", ++epoch_),
                                    *std::move(seat), *std::move(node));
   if (!remote.ok()) {
     return remote.status();
   }
   LogEvent(LogLevel::kInfo, "shard_placed",
-           {{"pool", terms_->label},
+           {{"pool", context_->label},
             {"environments", RangeText(range_)},
             {"node", node_id},
             {"shard", (*remote)->name()},
@@ -275,10 +275,10 @@ void Shard::SetWaits(bool waits, const absl::Status& why) {
     return;
   }
   waits_ = waits;
-  terms_->metrics->AddFleetWaits(waits ? 1 : -1);
+  context_->metrics->AddFleetWaits(waits ? 1 : -1);
   if (waits) {
     LogEvent(LogLevel::kWarning, "shard_waiting",
-             {{"pool", terms_->label},
+             {{"pool", context_->label},
               {"environments", RangeText(range_)},
               {"message", std::string(why.message())}});
   }
@@ -289,14 +289,14 @@ void Shard::MarkNodeFailed(const absl::Status& why) {
     SetWaits(true, why);
     return;
   }
-  terms_->metrics->AddFleetShardMigration();
+  context_->metrics->AddFleetShardMigration();
   LogEvent(LogLevel::kWarning, "shard_lost",
-           {{"pool", terms_->label},
+           {{"pool", context_->label},
             {"environments", RangeText(range_)},
             {"node", remote_->node_id()},
             {"code", absl::StatusCodeToString(why.code())},
             {"message", std::string(why.message())}});
-  terms_->nodes->Suspect(remote_->node_id());
+  context_->nodes->Suspect(remote_->node_id());
   Detach();
 }
 

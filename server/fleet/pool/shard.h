@@ -21,7 +21,7 @@
 #include "server/fleet/log/shard_checkpoint.h"
 #include "server/fleet/pool/checkpointer.h"
 #include "server/fleet/pool/remote_pool.h"
-#include "server/fleet/pool/shard_terms.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/backend/request.h"
 
@@ -44,7 +44,7 @@ class Shard {
   // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if it has
   // room. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED that cannot be started.
   static absl::StatusOr<std::unique_ptr<Shard>> Create(
-      std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+      std::shared_ptr<const ShardContext> context, int32_t number, Part range,
       std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
       ShardThreadBudget::Reservation reservation);
   // Frees what it has on its node. REQUIRES: no call runs.
@@ -89,7 +89,7 @@ class Shard {
     absl::Time begin_time = SteadyNow();
   };
 
-  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
+  Shard(std::shared_ptr<const ShardContext> context, int32_t number, Part range,
         std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
         ShardThreadBudget::Reservation reservation);
 
@@ -113,7 +113,7 @@ class Shard {
   void LogResumed(absl::Duration failover_time) const;
   bool Stops() const;
 
-  const std::shared_ptr<const ShardTerms> terms_;
+  const std::shared_ptr<const ShardContext> context_;
   const int32_t number_;
   const Part range_;
   const ShardThreadBudget::Reservation reservation_;  // of thread_

@@ -28,12 +28,12 @@ ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
 
 absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardCheckpoints& checkpoints,
                                                 const std::vector<FleetNodes::Share>& shares) {
-  auto threads = terms_->threads->Reserve(checkpoints.size());
+  auto threads = context_->threads->Reserve(checkpoints.size());
   if (!threads.ok()) {
     return threads.status();
   }
   if (threads->size() < checkpoints.size()) {
-    return absl::ResourceExhaustedError(absl::StrCat(terms_->label, " has ", checkpoints.size(),
+    return absl::ResourceExhaustedError(absl::StrCat(context_->label, " has ", checkpoints.size(),
                                                      " shards, and the fleet has threads left for ",
                                                      threads->size()));
   }
@@ -46,7 +46,7 @@ absl::StatusOr<ShardSet::Shards> ShardSet::Make(
   Shards shards;
   for (const auto& [first, checkpoint] : checkpoints) {
     const std::string node = shares.empty() ? "" : shares[shards.size()].node_id;
-    auto shard = Shard::Create(terms_, ++shard_number_, checkpoint.first, checkpoint.second, node,
+    auto shard = Shard::Create(context_, ++shard_number_, checkpoint.first, checkpoint.second, node,
                                std::move(threads[shards.size()]));
     if (!shard.ok()) {
       return shard.status();

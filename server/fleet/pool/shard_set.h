@@ -16,7 +16,7 @@
 #include "server/fleet/log/journal.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/pool/shard.h"
-#include "server/fleet/pool/shard_terms.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/backend/request.h"
 
@@ -35,7 +35,7 @@ class ShardSet {
   using Done = Shard::Done;
   using SaveDone = std::function<void(absl::StatusOr<std::vector<std::string>>)>;
 
-  explicit ShardSet(std::shared_ptr<const ShardTerms> terms) : terms_(std::move(terms)) {}
+  explicit ShardSet(std::shared_ptr<const ShardContext> context) : context_(std::move(context)) {}
 
   // Makes a shard for each of `checkpoints`, which is not in the set yet. `shares`: where they are
   // placed if there is room, in the same order; empty: anywhere. `threads`: reserved for them, at
@@ -88,7 +88,7 @@ class ShardSet {
   // Of the shards that have one of `environments`.
   std::vector<Selection> Select(const std::vector<int32_t>& environments) const;
 
-  const std::shared_ptr<const ShardTerms> terms_;
+  const std::shared_ptr<const ShardContext> context_;
   int32_t shard_number_ = 0;  // of the last shard that was made
   absl::Mutex mutex_;         // held to change shards_, and by OnNodesChanged
   Shards shards_;

@@ -71,17 +71,17 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   OrphanCollector orphan_collector("fleet-test-", &nodes);
   BackgroundExecutor executor(1);
   ShardThreadBudget threads(options.shard_threads_max);
-  ShardTerms terms;
-  terms.id_prefix = "fleet-test-";
-  terms.options = &options;
-  terms.nodes = &nodes;
-  terms.orphan_collector = &orphan_collector;
-  terms.threads = &threads;
-  terms.metrics = &metrics;
+  ShardContext context;
+  context.id_prefix = "fleet-test-";
+  context.options = &options;
+  context.nodes = &nodes;
+  context.orphan_collector = &orphan_collector;
+  context.threads = &threads;
+  context.metrics = &metrics;
   const auto pool_options = PoolOptionsOf(Script().spec);
   ASSERT_THAT(pool_options, IsOk());
-  terms.spec = PoolSpecMessageOf(*pool_options);
-  FleetPool pool(*pool_options, StateValidator::Create(*pool_options).value(), terms, &executor,
+  context.spec = PoolSpecMessageOf(*pool_options);
+  FleetPool pool(*pool_options, StateValidator::Create(*pool_options).value(), context, &executor,
                  [](FleetPool* /*gone*/) {});
   const auto look_until_done = [&](const std::function<void(PoolBackend::Done)>& begin) {
     absl::Notification done;

@@ -1,5 +1,5 @@
-#ifndef SERVER_FLEET_POOL_SHARD_TERMS_H_
-#define SERVER_FLEET_POOL_SHARD_TERMS_H_
+#ifndef SERVER_FLEET_POOL_SHARD_CONTEXT_H_
+#define SERVER_FLEET_POOL_SHARD_CONTEXT_H_
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@
 namespace procgen {
 
 // What the shards of one pool have in common. Objects that are pointed to outlive the shards.
-struct ShardTerms {
+struct ShardContext {
   std::string owner;             // of the pool
   std::string label;             // the pool's name in log events
   std::string id_prefix;         // prefix of the ids of its pools on the nodes
@@ -40,4 +40,4 @@ inline std::string RangeText(Part range) {
 
 }  // namespace procgen
 
-#endif  // SERVER_FLEET_POOL_SHARD_TERMS_H_
+#endif  // SERVER_FLEET_POOL_SHARD_CONTEXT_H_
