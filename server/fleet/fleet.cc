@@ -69,26 +69,26 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
                       }
                     });
     };
-    pool->Begin(plan->shares, std::move(plan->threads), std::move(finish));
+    pool->Begin(plan->assignments, std::move(plan->threads), std::move(finish));
   });
 }
 
 absl::StatusOr<Fleet::Plan> Fleet::MakePlan(int32_t env_count) {
-  auto shares = nodes_.Divide(env_count);
-  if (!shares.ok()) {
-    return shares.status();
+  auto assignments = nodes_.PlanShards(env_count);
+  if (!assignments.ok()) {
+    return assignments.status();
   }
-  auto threads = threads_.Reserve(shares->size());
+  auto threads = threads_.Reserve(assignments->size());
   if (!threads.ok()) {
     return threads.status();
   }
-  if (threads->size() < shares->size()) {
-    shares = nodes_.Divide(env_count, threads->size());
-    if (!shares.ok()) {
-      return shares.status();
+  if (threads->size() < assignments->size()) {
+    assignments = nodes_.PlanShards(env_count, threads->size());
+    if (!assignments.ok()) {
+      return assignments.status();
     }
   }
-  return Plan{*std::move(shares), *std::move(threads)};
+  return Plan{*std::move(assignments), *std::move(threads)};
 }
 
 absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& create_options) {
@@ -212,7 +212,7 @@ void Fleet::Watch() {
   while (!stops_) {
     changed_ = false;
     orphan_collector_
-        .OnChange();  // which connects to new nodes, so that pools can be divided to them
+        .OnChange();  // which connects to new nodes, so that pools can be rebalanced onto them
     for (FleetPool* pool : pools_) {
       pool->OnNodesChanged();
     }

@@ -42,7 +42,7 @@ class Fleet final : public PoolBackendFactory {
  private:
   // Where the shards of a new pool go, and the threads that are reserved for them.
   struct Plan {
-    std::vector<FleetNodes::Share> shares;
+    std::vector<ShardAssignment> assignments;
     std::vector<ShardThreadBudget::Reservation> threads;  // one each, or more
   };
 

@@ -374,7 +374,7 @@ void Journal::WriteAll() {
     WriteSchema(pool_, database_.get());
   }
   if (unwritten_checkpoints_.size() == checkpoints_.size()) {
-    database_->Run("DELETE FROM checkpoint");  // those of an earlier division, too
+    database_->Run("DELETE FROM checkpoint");  // those of earlier shards, too
   }
   for (const int32_t first : unwritten_checkpoints_) {
     const auto& [range, checkpoint] = checkpoints_.at(first);

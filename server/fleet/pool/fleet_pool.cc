@@ -36,9 +36,10 @@ FleetPool::FleetPool(const PoolOptions& options, StateValidator validator,
 
 FleetPool::~FleetPool() { goes_(this); }
 
-void FleetPool::Begin(const std::vector<FleetNodes::Share>& shares,
+void FleetPool::Begin(const std::vector<ShardAssignment>& assignments,
                       std::vector<ShardThreadBudget::Reservation> threads, Done done) {
-  auto made = shards_.Make(SplitCheckpoint({0, {}, sampler_}, shares), shares, std::move(threads));
+  auto made = shards_.Make(SplitCheckpoint({0, {}, sampler_}, assignments), assignments,
+                           std::move(threads));
   if (!made.ok()) {
     done(made.status());
     return;

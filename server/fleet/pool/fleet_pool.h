@@ -37,7 +37,7 @@ class FleetPool final : public PoolBackend {
 
   // Makes a new one and puts all of it on nodes. `threads`: reserved for its shards, one each.
   // Errors: those of Shard::Create and Shard::Run.
-  void Begin(const std::vector<FleetNodes::Share>& shares,
+  void Begin(const std::vector<ShardAssignment>& assignments,
              std::vector<ShardThreadBudget::Reservation> threads, Done done);
   // Keeps a new one, which is called so, in a file from now on. Errors: those of Journal::Create.
   absl::Status KeepIn(const std::string& path, const v1::Pool& pool);

@@ -24,33 +24,33 @@ Rebalancer::Rebalancer(std::shared_ptr<const ShardContext> context, int32_t env_
 
 void Rebalancer::OnNodesChanged() {
   absl::MutexLock lock(&mutex_);
-  const std::vector<FleetNodes::Share> shares = shards_->OnNodesChanged();
-  worth_it_count_ = IsWorthIt(shares) ? worth_it_count_ + 1 : 0;
+  const std::vector<ShardAssignment> assignments = shards_->OnNodesChanged();
+  worth_it_count_ = IsWorthIt(assignments) ? worth_it_count_ + 1 : 0;
   if (worth_it_count_ >= kWorthItCountMin) {
     worth_it_count_ = 0;
     is_due_ = true;
   }
 }
 
-bool Rebalancer::IsWorthIt(const std::vector<FleetNodes::Share>& shares) const {
+bool Rebalancer::IsWorthIt(const std::vector<ShardAssignment>& assignments) const {
   std::map<std::string, int32_t> counts;
-  for (const FleetNodes::Share& share : shares) {
-    if (!context_->nodes->IsUsable(share.node_id)) {
+  for (const ShardAssignment& assignment : assignments) {
+    if (!context_->nodes->IsUsable(assignment.node_id)) {
       return false;  // the shard is about to move
     }
-    counts[share.node_id] += share.env_count;
+    counts[assignment.node_id] += assignment.env_count;
   }
   if (counts.empty()) {
     return false;  // the shards are being replaced
   }
-  const auto better = context_->nodes->DivideAgain(env_count_, shares);
+  const auto better = context_->nodes->PlanRebalance(env_count_, assignments);
   // The new shards start before those that they replace end.
   if (!better.ok() || better->size() > context_->threads->available()) {
     return false;
   }
   int32_t moved_count = 0;
-  for (const FleetNodes::Share& share : *better) {
-    moved_count += std::max(0, share.env_count - counts[share.node_id]);
+  for (const ShardAssignment& assignment : *better) {
+    moved_count += std::max(0, assignment.env_count - counts[assignment.node_id]);
   }
   return moved_count >= kMovedFractionMin * env_count_;
 }
@@ -102,11 +102,11 @@ bool Rebalancer::CanRebalance(int64_t number) {
 
 void Rebalancer::Rebalance() {
   const PendingCheckpoint pending = *std::exchange(pending_, std::nullopt);
-  const auto shares = context_->nodes->DivideAgain(env_count_, shards_->shares());
-  if (!shares.ok()) {
+  const auto assignments = context_->nodes->PlanRebalance(env_count_, shards_->assignments());
+  if (!assignments.ok()) {
     return;  // nodes have gone in the meantime
   }
-  auto shards = shards_->Make(SplitCheckpoint(*pending.checkpoint, *shares), *shares);
+  auto shards = shards_->Make(SplitCheckpoint(*pending.checkpoint, *assignments), *assignments);
   if (!shards.ok()) {
     LogEvent(LogLevel::kWarning, "pool_rebalance_failed",
              {{"pool", context_->label}, {"message", std::string(shards.status().message())}});
@@ -115,7 +115,7 @@ void Rebalancer::Rebalance() {
   ReplaceShards({});  // before the others go to nodes: they need the room
   LogEvent(LogLevel::kInfo, "pool_rebalanced",
            {{"pool", context_->label},
-            {"shards", absl::StrCat(shares->size())},
+            {"shards", absl::StrCat(assignments->size())},
             {"from", absl::StrCat(pending.checkpoint->number)}});
   ReplaceShards(*std::move(shards));
   context_->log->SetCheckpoints(shards_->checkpoints());

@@ -50,7 +50,7 @@ class Rebalancer {
 
  private:
   // Whether enough environments of shards that are so placed would move.
-  bool IsWorthIt(const std::vector<FleetNodes::Share>& shares) const;
+  bool IsWorthIt(const std::vector<ShardAssignment>& assignments) const;
   // Whether shards can start from the checkpoint before `number`. Drops a checkpoint that stays
   // unusable for long.
   bool CanRebalance(int64_t number);

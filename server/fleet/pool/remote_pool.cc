@@ -19,9 +19,9 @@ constexpr int32_t kReplayedInFlightMax = 16;
 
 absl::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
     const ShardContext& context, Part range, const ShardCheckpoint& checkpoint, std::string pool_id,
-    FleetNodes::Seat seat, std::shared_ptr<NodeClient> node) {
+    FleetNodes::CapacityReservation capacity, std::shared_ptr<NodeClient> node) {
   std::unique_ptr<RemotePool> pool(new RemotePool(context, range, checkpoint, std::move(pool_id),
-                                                  std::move(seat), std::move(node)));
+                                                  std::move(capacity), std::move(node)));
   if (absl::Status status = pool->CreatePool(checkpoint); !status.ok()) {
     context.nodes->Suspect(pool->node_id());
     return status;
@@ -30,11 +30,12 @@ absl::StatusOr<std::unique_ptr<RemotePool>> RemotePool::Create(
 }
 
 RemotePool::RemotePool(const ShardContext& context, Part range, const ShardCheckpoint& checkpoint,
-                       std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node)
+                       std::string pool_id, FleetNodes::CapacityReservation capacity,
+                       std::shared_ptr<NodeClient> node)
     : context_(context),
       range_(range),
       pool_id_(std::move(pool_id)),
-      seat_(std::move(seat)),
+      capacity_(std::move(capacity)),
       node_(std::move(node)),
       position_(checkpoint.number),
       sampler_(checkpoint.sampler) {
@@ -48,7 +49,7 @@ RemotePool::~RemotePool() {
   const std::string node_id = node_->node_id;
   stream_.reset();
   node_.reset();
-  seat_ = {};
+  capacity_ = {};
   context_.orphan_collector->EndUse(pool_id_, node_id);
 }
 

@@ -32,11 +32,10 @@ class RemotePool {
  public:
   // Creates the pool `pool_id` on `node`, in the states of `checkpoint`, and attaches to it.
   // Errors: those of the node, which is suspected then.
-  static absl::StatusOr<std::unique_ptr<RemotePool>> Create(const ShardContext& context, Part range,
-                                                            const ShardCheckpoint& checkpoint,
-                                                            std::string pool_id,
-                                                            FleetNodes::Seat seat,
-                                                            std::shared_ptr<NodeClient> node);
+  static absl::StatusOr<std::unique_ptr<RemotePool>> Create(
+      const ShardContext& context, Part range, const ShardCheckpoint& checkpoint,
+      std::string pool_id, FleetNodes::CapacityReservation capacity,
+      std::shared_ptr<NodeClient> node);
   // Ends the stream and has the pool deleted, in the background.
   ~RemotePool();
   RemotePool(const RemotePool&) = delete;
@@ -63,7 +62,8 @@ class RemotePool {
 
  private:
   RemotePool(const ShardContext& context, Part range, const ShardCheckpoint& checkpoint,
-             std::string pool_id, FleetNodes::Seat seat, std::shared_ptr<NodeClient> node);
+             std::string pool_id, FleetNodes::CapacityReservation capacity,
+             std::shared_ptr<NodeClient> node);
 
   absl::Status CreatePool(const ShardCheckpoint& checkpoint);
   absl::Status Attach();
@@ -79,7 +79,7 @@ class RemotePool {
   const ShardContext& context_;
   const Part range_;
   const std::string pool_id_;
-  FleetNodes::Seat seat_;
+  FleetNodes::CapacityReservation capacity_;
   std::shared_ptr<NodeClient> node_;
   std::string name_;
   std::shared_ptr<procgen_client::StepStream> stream_;

@@ -236,11 +236,12 @@ absl::Status Shard::AdvanceTo(int64_t number) {
 }
 
 absl::Status Shard::Place() {
-  absl::StatusOr<FleetNodes::Seat> seat = context_->nodes->Take(range_.count, preferred_node_);
-  if (!seat.ok()) {
-    return seat.status();
+  absl::StatusOr<FleetNodes::CapacityReservation> capacity =
+      context_->nodes->Reserve(range_.count, preferred_node_);
+  if (!capacity.ok()) {
+    return capacity.status();
   }
-  const std::string node_id = seat->node_id();
+  const std::string node_id = capacity->node_id();
   absl::StatusOr<std::shared_ptr<NodeClient>> node = context_->nodes->Connect(node_id);
   if (!node.ok()) {
     context_->nodes->Suspect(node_id);
@@ -249,7 +250,7 @@ absl::Status Shard::Place() {
   const ShardCheckpoint& checkpoint = *checkpointer_.checkpoint();
   auto remote = RemotePool::Create(*context_, range_, checkpoint,
                                    absl::StrCat(context_->id_prefix, number_, "-", ++epoch_),
-                                   *std::move(seat), *std::move(node));
+                                   *std::move(capacity), *std::move(node));
   if (!remote.ok()) {
     return remote.status();
   }

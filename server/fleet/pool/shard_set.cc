@@ -11,11 +11,11 @@
 namespace procgen {
 
 ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
-                                 const std::vector<FleetNodes::Share>& shares) {
+                                 const std::vector<ShardAssignment>& assignments) {
   ShardCheckpoints checkpoints;
   Part range;
-  for (const FleetNodes::Share& share : shares) {
-    range = {range.first + range.count, share.env_count};
+  for (const ShardAssignment& assignment : assignments) {
+    range = {range.first + range.count, assignment.env_count};
     ShardCheckpoint own = {checkpoint.number, {}, checkpoint.sampler};
     if (!checkpoint.states.empty()) {
       const auto first = checkpoint.states.begin() + range.first;
@@ -27,7 +27,7 @@ ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
 }
 
 absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardCheckpoints& checkpoints,
-                                                const std::vector<FleetNodes::Share>& shares) {
+                                                const std::vector<ShardAssignment>& assignments) {
   auto threads = context_->threads->Reserve(checkpoints.size());
   if (!threads.ok()) {
     return threads.status();
@@ -37,15 +37,15 @@ absl::StatusOr<ShardSet::Shards> ShardSet::Make(const ShardCheckpoints& checkpoi
                                                      " shards, and the fleet has threads left for ",
                                                      threads->size()));
   }
-  return Make(checkpoints, shares, *std::move(threads));
+  return Make(checkpoints, assignments, *std::move(threads));
 }
 
 absl::StatusOr<ShardSet::Shards> ShardSet::Make(
-    const ShardCheckpoints& checkpoints, const std::vector<FleetNodes::Share>& shares,
+    const ShardCheckpoints& checkpoints, const std::vector<ShardAssignment>& assignments,
     std::vector<ShardThreadBudget::Reservation> threads) {
   Shards shards;
   for (const auto& [first, checkpoint] : checkpoints) {
-    const std::string node = shares.empty() ? "" : shares[shards.size()].node_id;
+    const std::string node = assignments.empty() ? "" : assignments[shards.size()].node_id;
     auto shard = Shard::Create(context_, ++shard_number_, checkpoint.first, checkpoint.second, node,
                                std::move(threads[shards.size()]));
     if (!shard.ok()) {
@@ -62,13 +62,13 @@ ShardSet::Shards ShardSet::Replace(Shards shards) {
   return shards;
 }
 
-std::vector<FleetNodes::Share> ShardSet::shares() const {
-  std::vector<FleetNodes::Share> shares;
-  shares.reserve(shards_.size());
+std::vector<ShardAssignment> ShardSet::assignments() const {
+  std::vector<ShardAssignment> assignments;
+  assignments.reserve(shards_.size());
   for (const std::unique_ptr<Shard>& shard : shards_) {
-    shares.push_back({shard->node_id(), shard->range().count});
+    assignments.push_back({shard->node_id(), shard->range().count});
   }
-  return shares;
+  return assignments;
 }
 
 ShardCheckpoints ShardSet::checkpoints() const {
@@ -193,12 +193,12 @@ void ShardSet::Render(const std::vector<int32_t>& environments, View view, int32
   }
 }
 
-std::vector<FleetNodes::Share> ShardSet::OnNodesChanged() {
+std::vector<ShardAssignment> ShardSet::OnNodesChanged() {
   absl::MutexLock lock(&mutex_);
   for (const std::unique_ptr<Shard>& shard : shards_) {
     shard->OnNodesChanged();
   }
-  return shares();
+  return assignments();
 }
 
 }  // namespace procgen

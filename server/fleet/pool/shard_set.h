@@ -24,7 +24,7 @@ namespace procgen {
 
 // The checkpoints of shards of these sizes, cut from `checkpoint`, a checkpoint of the whole pool.
 ShardCheckpoints SplitCheckpoint(const ShardCheckpoint& checkpoint,
-                                 const std::vector<FleetNodes::Share>& shares);
+                                 const std::vector<ShardAssignment>& assignments);
 
 // The shards of a pool, in the order of their environments, and calls that concern several of them.
 // Threads: one call at a time, from any thread, the next after `done`; OnNodesChanged from any
@@ -37,22 +37,22 @@ class ShardSet {
 
   explicit ShardSet(std::shared_ptr<const ShardContext> context) : context_(std::move(context)) {}
 
-  // Makes a shard for each of `checkpoints`, which is not in the set yet. `shares`: where they are
-  // placed if there is room, in the same order; empty: anywhere. `threads`: reserved for them, at
-  // least one each. Errors: as Shard::Create.
+  // Makes a shard for each of `checkpoints`, which is not in the set yet. `assignments`: where they
+  // are placed if there is room, in the same order; empty: anywhere. `threads`: reserved for them,
+  // at least one each. Errors: as Shard::Create.
   absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
-                              const std::vector<FleetNodes::Share>& shares,
+                              const std::vector<ShardAssignment>& assignments,
                               std::vector<ShardThreadBudget::Reservation> threads);
   // The same, with threads that are reserved now. Errors: RESOURCE_EXHAUSTED too few are left; as
   // Shard::Create.
   absl::StatusOr<Shards> Make(const ShardCheckpoints& checkpoints,
-                              const std::vector<FleetNodes::Share>& shares);
+                              const std::vector<ShardAssignment>& assignments);
   // Puts other shards into the set and returns those that were there.
   Shards Replace(Shards shards) ABSL_LOCKS_EXCLUDED(mutex_);
 
   bool empty() const { return shards_.empty(); }
   // Where the shards are.
-  std::vector<FleetNodes::Share> shares() const;
+  std::vector<ShardAssignment> assignments() const;
   // Their checkpoints.
   ShardCheckpoints checkpoints() const;
   // The shards need no log entry up to this number.
@@ -73,7 +73,7 @@ class ShardSet {
               const std::vector<absl::Span<uint8_t>>& frames, Done done);
 
   // As Shard::OnNodesChanged, of all shards; returns where they are.
-  std::vector<FleetNodes::Share> OnNodesChanged() ABSL_LOCKS_EXCLUDED(mutex_);
+  std::vector<ShardAssignment> OnNodesChanged() ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
   // Environments of one shard, in its numbers, and their places in a list of environments of the

@@ -1,4 +1,4 @@
-// When a pool is divided anew among the nodes of a fleet.
+// When the pools of a fleet are rebalanced among its nodes.
 
 #include <atomic>
 #include <functional>
@@ -48,17 +48,17 @@ NodeStatus ForgedNode(int number, const std::string& address) {
   return forged;
 }
 
-class FleetDivisionTest : public FleetTest {};
+class FleetRebalanceTest : public FleetTest {};
 
 // The fleet pool alone, so that the test decides when it looks at its nodes.
-TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
+TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesAreLookedAtMeanwhile) {
   const std::thread::id test_thread = std::this_thread::get_id();
   std::atomic<bool> others_wait = true;
   std::atomic<int> look_count = 0;
   FleetOptions options;
   options.nodes = [&] {
     // The pool looks at its nodes several times while anything else asks for them once: while it
-    // is divided, and while a shard leaves its node.
+    // is rebalanced, and while a shard leaves its node.
     const int until = look_count + 3;
     while (std::this_thread::get_id() != test_thread && others_wait && look_count < until) {
       absl::SleepFor(absl::Milliseconds(1));
@@ -94,10 +94,11 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
       ++look_count;
     }
   };
-  const auto shares = nodes.Divide(pool.env_count());
-  auto reserved = threads.Reserve(shares->size());
-  look_until_done(
-      [&](PoolBackend::Done done) { pool.Begin(*shares, *std::move(reserved), std::move(done)); });
+  const auto assignments = nodes.PlanShards(pool.env_count());
+  auto reserved = threads.Reserve(assignments->size());
+  look_until_done([&](PoolBackend::Done done) {
+    pool.Begin(*assignments, *std::move(reserved), std::move(done));
+  });
   StartNode("b");
   ASSERT_THAT(nodes.Connect("b"), IsOk());
   Request request;
@@ -117,7 +118,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedOnceThoughNodesAreLookedAtMeanwhile) {
   EXPECT_THAT(shards, testing::Not(testing::Contains(testing::HasSubstr("-4-"))));
 }
 
-TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomCounts) {
+TEST_F(FleetRebalanceTest, APoolIsRebalancedAmongConnectedNodesAndItsOwnRoomCounts) {
   StartNode("a");
   StartNode("b");
   for (NodeStatus node : list_.Nodes()) {
@@ -131,14 +132,14 @@ TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomC
   FleetNodes nodes(options);
   const auto counts = [&nodes] {
     std::map<std::string, int32_t> counts;
-    const auto shares = nodes.DivideAgain(24, {{"a", 24}});
-    EXPECT_THAT(shares, IsOk());
-    for (const FleetNodes::Share& share : *shares) {
-      counts[share.node_id] = share.env_count;
+    const auto assignments = nodes.PlanRebalance(24, {{"a", 24}});
+    EXPECT_THAT(assignments, IsOk());
+    for (const ShardAssignment& assignment : *assignments) {
+      counts[assignment.node_id] = assignment.env_count;
     }
     return counts;
   };
-  EXPECT_THAT(nodes.DivideAgain(24, {{"a", 24}}),
+  EXPECT_THAT(nodes.PlanRebalance(24, {{"a", 24}}),
               StatusIs(absl::StatusCode::kUnavailable, testing::_));
   ASSERT_THAT(nodes.Connect("a"), IsOk());
   EXPECT_THAT(nodes.Connect("forged-1"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
@@ -147,7 +148,7 @@ TEST_F(FleetDivisionTest, APoolIsDividedAgainAmongConnectedNodesWhereItsOwnRoomC
   EXPECT_EQ(counts(), (std::map<std::string, int32_t>{{"a", 12}, {"b", 12}}));
 }
 
-TEST_F(FleetDivisionTest, ShardsHaveNoMoreThreadsThanTheLimit) {
+TEST_F(FleetRebalanceTest, ShardsHaveNoMoreThreadsThanTheLimit) {
   StartNode("a");
   StartNode("b");
   adjust_ = [](FleetOptions* options) { options->shard_threads_max = 3; };
@@ -175,7 +176,7 @@ struct ThreadCase {
   size_t shard_count;  // after another node has joined
 };
 
-class FleetThreadsTest : public FleetDivisionTest,
+class FleetThreadsTest : public FleetRebalanceTest,
                          public testing::WithParamInterface<ThreadCase> {};
 
 // The new shards begin before the old one ends.
@@ -201,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Limits, FleetThreadsTest,
                          testing::Values(ThreadCase{2, 1}, ThreadCase{3, 2}));
 
 // A participant of the cluster announces nodes that nobody can reach.
-TEST_F(FleetDivisionTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
+TEST_F(FleetRebalanceTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
   look_interval_ = absl::Milliseconds(20);
   StartNode("a");
   StartNode("b");
