@@ -203,20 +203,20 @@ void Fleet::OnNodesChanged() {
     changed_ = true;
     wakes_.NotifyAll();
   }
-  nodes_.OnChange();
-  orphan_collector_.OnChange();
+  nodes_.OnNodesChanged();
+  orphan_collector_.OnNodesChanged();
 }
 
 void Fleet::Watch() {
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;
-    orphan_collector_
-        .OnChange();  // which connects to new nodes, so that pools can be rebalanced onto them
+    // Connects to new nodes, so that pools can be rebalanced onto them.
+    orphan_collector_.OnNodesChanged();
     for (FleetPool* pool : pools_) {
       pool->OnNodesChanged();
     }
-    wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.look_interval,
+    wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.poll_interval,
                       [this]()
                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
   }

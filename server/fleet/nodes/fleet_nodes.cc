@@ -353,7 +353,7 @@ size_t FleetNodes::known_count() const {
   return known.size();
 }
 
-void FleetNodes::OnChange() {
+void FleetNodes::OnNodesChanged() {
   std::set<std::string> present;
   for (const NodeStatus& node : options_.nodes()) {
     present.insert(node.node_id);

@@ -102,8 +102,8 @@ class FleetNodes {
   int32_t worker_count() const;
 
   // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
-  void OnChange();
-  // Waits until OnChange or `until`, a time of SteadyNow.
+  void OnNodesChanged();
+  // Waits until OnNodesChanged or `until`, a time of SteadyNow.
   void AwaitChange(absl::Time until) const;
 
  private:

@@ -47,9 +47,9 @@ struct FleetOptions {
   int32_t requests_in_flight_max = 16;
   // How long a request waits for nodes that can carry it out.
   absl::Duration failover_timeout = absl::Minutes(10);
-  // How often pools look at their nodes though these do not seem to have changed: those that had
+  // How often pools poll their nodes though these do not seem to have changed: those that had
   // too little room may have more, and others may be less busy.
-  absl::Duration look_interval = absl::Seconds(1);
+  absl::Duration poll_interval = absl::Seconds(1);
   Clock clock = SteadyNow;  // of suspicions; a test has its own
 };
 

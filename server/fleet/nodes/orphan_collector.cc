@@ -36,7 +36,7 @@ void OrphanCollector::EndUse(const std::string& pool_id, const std::string& node
   wakes_.NotifyAll();
 }
 
-void OrphanCollector::OnChange() {
+void OrphanCollector::OnNodesChanged() {
   absl::MutexLock lock(&mutex_);
   changed_ = true;
   wakes_.NotifyAll();
@@ -79,7 +79,9 @@ void OrphanCollector::Run() {
       }
       present_ = {nodes.begin(), nodes.end()};
       // Those that are gone are looked through when they come again.
-      std::erase_if(pending_, [&](const auto& node) { return !present_.contains(node.first); });
+      std::erase_if(pending_, [&present = present_](const auto& node) {
+        return !present.contains(node.first);
+      });
       todo = PendingNodes();
     }
     for (const std::string& node : todo) {

@@ -35,7 +35,7 @@ class OrphanCollector {
   // It is not in use any more.
   void EndUse(const std::string& pool_id, const std::string& node_id);
   // Nodes may have come or gone. Connects to those that are new and deletes their orphans.
-  void OnChange();
+  void OnNodesChanged();
 
  private:
   void Run();

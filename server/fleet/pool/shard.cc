@@ -48,7 +48,7 @@ Shard::~Shard() {
       stream_->Cancel();
     }
   }
-  context_->nodes->OnChange();  // it may wait for one
+  context_->nodes->OnNodesChanged();  // it may wait for one
   thread_.join();
 }
 

@@ -50,17 +50,17 @@ NodeStatus ForgedNode(int number, const std::string& address) {
 
 class FleetRebalanceTest : public FleetTest {};
 
-// The fleet pool alone, so that the test decides when it looks at its nodes.
-TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesAreLookedAtMeanwhile) {
+// The fleet pool alone, so that the test decides when it polls its nodes.
+TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesArePolledMeanwhile) {
   const std::thread::id test_thread = std::this_thread::get_id();
   std::atomic<bool> others_wait = true;
-  std::atomic<int> look_count = 0;
+  std::atomic<int> poll_count = 0;
   FleetOptions options;
   options.nodes = [&] {
-    // The pool looks at its nodes several times while anything else asks for them once: while it
+    // The pool polls its nodes several times while anything else asks for them once: while it
     // is rebalanced, and while a shard leaves its node.
-    const int until = look_count + 3;
-    while (std::this_thread::get_id() != test_thread && others_wait && look_count < until) {
+    const int until = poll_count + 3;
+    while (std::this_thread::get_id() != test_thread && others_wait && poll_count < until) {
       absl::SleepFor(absl::Milliseconds(1));
     }
     return list_.Nodes();
@@ -83,7 +83,7 @@ TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesAreLookedAtMeanwhile)
   context.spec = PoolSpecMessageOf(*pool_options);
   FleetPool pool(*pool_options, StateValidator::Create(*pool_options).value(), context, &executor,
                  [](FleetPool* /*gone*/) {});
-  const auto look_until_done = [&](const std::function<void(PoolBackend::Done)>& begin) {
+  const auto poll_until_done = [&](const std::function<void(PoolBackend::Done)>& begin) {
     absl::Notification done;
     begin([&done](const absl::Status& status) {
       EXPECT_THAT(status, IsOk());
@@ -91,12 +91,12 @@ TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesAreLookedAtMeanwhile)
     });
     while (!done.HasBeenNotified()) {
       pool.OnNodesChanged();
-      ++look_count;
+      ++poll_count;
     }
   };
   const auto assignments = nodes.PlanShards(pool.env_count());
   auto reserved = threads.Reserve(assignments->size());
-  look_until_done([&](PoolBackend::Done done) {
+  poll_until_done([&](PoolBackend::Done done) {
     pool.Begin(*assignments, *std::move(reserved), std::move(done));
   });
   StartNode("b");
@@ -107,7 +107,7 @@ TEST_F(FleetRebalanceTest, APoolIsRebalancedOnceThoughNodesAreLookedAtMeanwhile)
   const std::vector<int32_t> actions(static_cast<size_t>(pool.env_count()), 7);
   request.actions = actions;
   for (int i = 0; i < 20; ++i) {
-    look_until_done([&](PoolBackend::Done done) {
+    poll_until_done([&](PoolBackend::Done done) {
       pool.BeginRequest(request, {});
       pool.StepAsync({.count = request.count}, {}, std::move(done));
     });
@@ -182,7 +182,7 @@ class FleetThreadsTest : public FleetRebalanceTest,
 // The new shards begin before the old one ends.
 TEST_P(FleetThreadsTest, APoolIsRebalancedIfThereAreThreadsForItsNewShards) {
   StartNode("a");
-  look_interval_ = absl::Milliseconds(20);
+  poll_interval_ = absl::Milliseconds(20);
   adjust_ = [](FleetOptions* options) { options->shard_threads_max = GetParam().threads_max; };
   StartFleet();
   ExpectSameTrace(Script(), [&](int index) {
@@ -203,7 +203,7 @@ INSTANTIATE_TEST_SUITE_P(Limits, FleetThreadsTest,
 
 // A participant of the cluster announces nodes that nobody can reach.
 TEST_F(FleetRebalanceTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
-  look_interval_ = absl::Milliseconds(20);
+  poll_interval_ = absl::Milliseconds(20);
   StartNode("a");
   StartNode("b");
   const std::vector<NodeStatus> real = list_.Nodes();
@@ -220,7 +220,7 @@ TEST_F(FleetRebalanceTest, ForgedNodesMoveNothingAndNobodyWaitsForThem) {
       }
     }
     if (index > 50 && index < 250) {
-      absl::SleepFor(absl::Milliseconds(10));  // a learner that thinks, while nodes are looked at
+      absl::SleepFor(absl::Milliseconds(10));  // a learner that thinks, while nodes are polled
     }
     if (index == 300) {
       after = ShardsOn(real);

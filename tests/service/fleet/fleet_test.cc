@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(AutoresetModesAndStacks, FleetFormatTest,
 
 TEST_F(FleetTest, KilledNodesAreNotNoticed) {
   // What moves is what nodes that were killed had: the pool is not rebalanced in between.
-  look_interval_ = absl::InfiniteDuration();
+  poll_interval_ = absl::InfiniteDuration();
   StartNode("a");
   StartNode("b");
   StartNode("c");
@@ -197,7 +197,7 @@ TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
   EXPECT_EQ((*nodes.Connect("a"))->address, list_.Nodes().front().address);
   EXPECT_EQ(nodes.known_count(), 1);
   list_.Remove("a");
-  nodes.OnChange();
+  nodes.OnNodesChanged();
   EXPECT_EQ(nodes.known_count(), 0);
 }
 

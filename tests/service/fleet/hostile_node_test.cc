@@ -110,7 +110,7 @@ class HostileNodeTest : public FleetTest {
   // What moves is what the hostile node had: the pool is not rebalanced in between.
   void SetUp() override {
     FleetTest::SetUp();
-    look_interval_ = absl::InfiniteDuration();
+    poll_interval_ = absl::InfiniteDuration();
   }
 };
 

@@ -164,7 +164,7 @@ TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
     EXPECT_THAT(nodes.Reserve(8, node_id), IsOk());
     nodes.Suspect(node_id);
     nodes.Distrust(node_id, absl::DataLossError("some nonsense")).IgnoreError();
-    nodes.OnChange();
+    nodes.OnNodesChanged();
     now += absl::Minutes(1);
   }
   EXPECT_LE(nodes.known_count(), 7);
