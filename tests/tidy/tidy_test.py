@@ -80,7 +80,7 @@ _BROKEN = {
     names.check_declared_names: (
         ({"envcore/world/x.h": "\nclass GridManager {\n"}, "envcore/world/x.h:2"),
         ({"clients/python/x.py": "def misc():\n    pass\n"}, "clients/python/x.py:1"),
-        ({"proto/x.proto": "message StepData {}\n"}, "proto/x.proto:1"),
+        ({"proto/x.proto": "message StepStuff {}\n"}, "proto/x.proto:1"),
         ({"CMakeLists.txt": "add_library(procgen_util x.cc)\n"}, "CMakeLists.txt:1"),
     ),
     names.check_header_guards: (
@@ -164,8 +164,8 @@ _KEPT = {
         {"clients/libenv/CMakeLists.txt": "target_link_libraries(c PRIVATE procgen::pool)\n"},
         {"tests/CMakeLists.txt": "target_link_libraries(t PRIVATE procgen::games)\n"},
     ),
-    names.check_file_names: ({"server/newton_database.cc": ""},),
-    names.check_declared_names: ({"x.cc": "class Database {\n  // the new data\n"},),
+    names.check_file_names: ({"server/communal_request_handler.cc": ""},),
+    names.check_declared_names: ({"x.cc": "class DataProcessor {\n  // a common helper\n"},),
     names.check_header_guards: (
         {"clients/cpp/p/x.h": "#ifndef P_X_H_\n#define P_X_H_\n\n#endif  // P_X_H_\n"},
         {"a/b_c.h": "// Rights.\n#ifndef A_B_C_H_\n#define A_B_C_H_\n\n#endif  // A_B_C_H_\n"},
