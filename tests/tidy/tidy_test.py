@@ -8,10 +8,12 @@ import sys
 import unittest
 
 sys.dont_write_bytecode = True
-import exceptions  # noqa: E402  (after the line above, so that no cache lands in the tree)
+import comments  # noqa: E402  (after the line above, so that no cache lands in the tree)
+import exceptions  # noqa: E402
 import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
+import prose  # noqa: E402
 import sizes  # noqa: E402
 import tidy  # noqa: E402
 import traces  # noqa: E402
@@ -138,6 +140,12 @@ _BROKEN = {
         ({"x.md": "a"}, "x.md:1"),
         ({"x.md": "a\n\n"}, "x.md:2"),
     ),
+    prose.check_prose: (
+        ({"x.md": "It tells.\n", prose.CEILINGS: "who 0\ntells 0\n"}, f"{prose.CEILINGS}:2"),
+        ({"x.md": "Whoever asks.\n"}, f"{prose.CEILINGS}:1"),
+        ({"x.h": "// The stream goes\n// on.\n"}, f"{prose.CEILINGS}:1"),
+        ({"x.md": "", prose.CEILINGS: "for ever 1\n"}, f"{prose.CEILINGS}:1"),
+    ),
 }
 
 _KEPT = {
@@ -209,6 +217,11 @@ _KEPT = {
         {"x.sh": "#!/usr/bin/env bash\ncd $HOME/work/x\n# rest at/work/ing\n"},
     ),
     traces.check_blanks: ({"x.md": "a\n\nb\n", "Makefile": "\tx\n"},),
+    prose.check_prose: (
+        {"x.md": "It tells who.\n", "y.go": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
+        {"x.ts": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
+        {"x.md": "It goes\n\non; the whole foretells renewal.\n"},
+    ),
 }
 
 
@@ -236,6 +249,19 @@ class RulesTest(unittest.TestCase):
                 reach(target, (*seen, module))
         for module in includes.ARROWS:
             reach(module, ())
+
+
+class CommentsTest(unittest.TestCase):
+    def test_comments_are_found_with_their_lines(self):
+        for path, text, expected in (
+            ("x.cc", 'Go("// no", \'"\');  // yes\n/* two\n * three */\n',
+             [(1, "yes"), (2, "two"), (3, "three")]),
+            ("x.go", "a := `\n// no\n`\n// yes\n", [(4, "yes")]),
+            ("x.py", '"""Yes.\n\nMore.\n"""\nx = "no"  # so\n',
+             [(1, "Yes."), (2, ""), (3, "More."), (4, ""), (5, "so")]),
+            ("x.sh", "# no\n", []),
+        ):
+            self.assertEqual(comments.prose_of(path, text), expected, path)
 
 
 class ExceptionsTest(unittest.TestCase):
