@@ -17,12 +17,13 @@ import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
 import prose  # noqa: E402
+import retired  # noqa: E402
 import sizes  # noqa: E402
 import source_tree  # noqa: E402
 import traces  # noqa: E402
 
 RULES = (includes.RULES + names.RULES + sizes.RULES + listing.RULES + traces.RULES
-         + prose.RULES)
+         + prose.RULES + retired.RULES)
 
 
 def check(tree, rules=RULES, excused=exceptions.EXCEPTIONS):

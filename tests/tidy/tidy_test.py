@@ -14,6 +14,7 @@ import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
 import prose  # noqa: E402
+import retired  # noqa: E402
 import sizes  # noqa: E402
 import tidy  # noqa: E402
 import traces  # noqa: E402
@@ -35,6 +36,8 @@ def _cpp_function(line_count):
 
 _README = "# Grid\n" + "What this is, where things are in it and why it is so. " * 3 + "\n"
 _MARK = "TO" + "DO"
+# Retired names, taken apart so that this file does not report itself.
+_SIDE, _SIGHT, _FLAG = "si" + "de", "Si" + "ght", "--" + "art"
 
 # Rule: (a tree that breaks it, where) ...; then trees that keep it.
 _BROKEN = {
@@ -146,6 +149,15 @@ _BROKEN = {
         ({"x.h": "// The stream goes\n// on.\n"}, f"{prose.CEILINGS}:1"),
         ({"x.md": "", prose.CEILINGS: "for ever 1\n"}, f"{prose.CEILINGS}:1"),
     ),
+    retired.check_retired_names: (
+        ({"x.cc": f"\nint {_SIDE}_px;\n"}, "x.cc:2"),
+        ({"x.h": f"int k{_SIDE.title()}PxMax;\n"}, "x.h:1"),
+        ({"x.ts": f"pool.{_SIDE}Px\n"}, "x.ts:1"),
+        ({"x.proto": f"{_SIDE.upper()}_PX_DEFAULT = 1;\n"}, "x.proto:1"),
+        ({f"a/{_SIDE}_px.h": ""}, f"a/{_SIDE}_px.h:1"),
+        ({"x.h": f"class {_SIGHT} {{}};\n"}, "x.h:1"),
+        ({"x.md": f"start it with `{_FLAG}=FOLDER`\n"}, "x.md:1"),
+    ),
 }
 
 _KEPT = {
@@ -221,6 +233,11 @@ _KEPT = {
         {"x.md": "It tells who.\n", "y.go": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
         {"x.ts": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
         {"x.md": "It goes\n\non; the whole foretells renewal.\n"},
+    ),
+    retired.check_retired_names: (
+        {"x.h": f"int in{_SIDE}_px; int {_SIDE}_of_px;\n"},
+        {"x.md": f"The episode ends at first {_SIGHT.lower()}; {_FLAG}_dir is a flag.\n"},
+        {"CHANGELOG.md": f"- {_SIDE}_px is size_px\n"},
     ),
 }
 
