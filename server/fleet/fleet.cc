@@ -47,7 +47,8 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
   executor_.Run(create_options.owner, [this, create_options = create_options,
                                        done = std::move(done)]() mutable {
     absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(create_options);
-    absl::StatusOr<Plan> plan = made.ok() ? MakePlan(create_options.options.env_count) : made.status();
+    absl::StatusOr<Plan> plan =
+        made.ok() ? MakePlan(create_options.options.env_count) : made.status();
     if (!plan.ok()) {
       done(plan.status());
       return;

@@ -45,7 +45,7 @@ class Network:
         Raises:
             NotPermittedError: It cannot be done here.
         """
-        remove_leftovers()
+        remove_stale()
         self._hosts = tuple(hosts)
         self._number = next(_network_numbers)
         self._processes: list[subprocess.Popen[Any]] = []
@@ -146,7 +146,7 @@ class Network:
         _run(["ip", "-n", self._namespace(host), "-batch", "-"], "\n".join(lines) + "\n")
 
 
-def remove_leftovers() -> None:
+def remove_stale() -> None:
     """Removes the namespaces of runs that are no more, and what runs in them."""
     if not _FOLDER.is_dir():
         return

@@ -37,7 +37,8 @@ struct Look {
 // Draws the looks of a game's parts.
 class PartRenderer {
  public:
-  PartRenderer(const Roles& roles, const Game& stage, const GameArt& art) : roles_(roles), art_(art) {
+  PartRenderer(const Roles& roles, const Game& stage, const GameArt& art)
+      : roles_(roles), art_(art) {
     stage.FillScene(&scene_);
     pixels_per_cell_ = kUpstreamFrameFormat.size_px / scene_.camera.cells;
   }

@@ -41,7 +41,7 @@ export interface Part {
 
 // The part that a response holds. Copies the number arrays; observations stay views of the received message.
 export function partOf(sequenceNumber: bigint, batch: BatchMessage): Part {
-  const { firstEnvironment, environmentCount, last } = batch;
+  const { firstEnv, envCount, last } = batch;
   const arrays: BatchArrays = {
     rewards: copied(batch.rewards, Float32Array),
     first: copiedFlags(batch.first),
@@ -56,7 +56,7 @@ export function partOf(sequenceNumber: bigint, batch: BatchMessage): Part {
     finalObservations: batch.finalObservations,
     observations: batch.observations,
   };
-  return { sequenceNumber: Number(sequenceNumber), firstEnvironment, environmentCount, last, arrays };
+  return { sequenceNumber: Number(sequenceNumber), firstEnv, envCount, last, arrays };
 }
 
 // A loop: TypedArray.from takes ten times as long.

@@ -117,8 +117,7 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<ShardAssignmen
       }
       // What a node tells may be a second old, and does not have what was put there since.
       const auto reserved = reserved_.find(node.node_id);
-      int64_t used =
-          std::max(node.env_count, reserved == reserved_.end() ? 0 : reserved->second);
+      int64_t used = std::max(node.env_count, reserved == reserved_.end() ? 0 : reserved->second);
       for (const ShardAssignment& assignment : own) {
         used -= assignment.node_id == node.node_id ? assignment.env_count : 0;
       }

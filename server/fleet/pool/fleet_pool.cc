@@ -172,8 +172,7 @@ void FleetPool::CopyRows(const Shard& shard, Part part, const Batch& batch) {
   const Part rows = Overlap(part, shard.range());
   const procgen_client::Batch& answer = shard.answer();
   const auto count = static_cast<size_t>(rows.count);
-  const auto from =
-      static_cast<size_t>(rows.first - shard.range().first - answer.first_env());
+  const auto from = static_cast<size_t>(rows.first - shard.range().first - answer.first_env());
   CopyAnswerRows(answer, from, batch, static_cast<size_t>(rows.first - part.first), count,
                  context_->observation_bytes);
   for (size_t i = 0; i < count; ++i) {
@@ -285,7 +284,7 @@ void FleetPool::CloneStates(std::vector<StateToClone> pairs, Done done) {
 }
 
 void FleetPool::CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
-                     CaptureDone done) {
+                              CaptureDone done) {
   const size_t frame_bytes = static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3;
   auto drawn = std::make_shared<std::vector<uint8_t>>(environments.size() * frame_bytes);
   std::vector<absl::Span<uint8_t>> frames;

@@ -64,7 +64,7 @@ class FleetPool final : public PoolBackend {
   void CloneStates(std::vector<StateToClone> pairs, Done done) override;
   // The nodes draw at once.
   void CaptureScenes(const std::vector<int32_t>& environments, View view, int32_t size_px,
-            CaptureDone done) override;
+                     CaptureDone done) override;
 
  private:
   // Has the shards that a request concerns execute it.

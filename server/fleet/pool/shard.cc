@@ -211,10 +211,10 @@ absl::Status Shard::Execute(Task* task) {
 }
 
 absl::Status Shard::TimeoutError(const absl::Status& last) const {
-  return absl::DeadlineExceededError(
-      absl::StrCat("environments ", RangeText(range_), " of ", context_->label,
-                   " have had no node for ", absl::FormatDuration(context_->options->failover_timeout),
-                   ", limit fleet_failover_timeout; the last error: ", last.message()));
+  return absl::DeadlineExceededError(absl::StrCat(
+      "environments ", RangeText(range_), " of ", context_->label, " have had no node for ",
+      absl::FormatDuration(context_->options->failover_timeout),
+      ", limit fleet_failover_timeout; the last error: ", last.message()));
 }
 
 void Shard::LogResumed(absl::Duration failover_time) const {

@@ -55,8 +55,8 @@ class Shard {
   const Part& range() const { return range_; }
 
   // Executes the log up to `number`; `done` is called on the shard's thread. Errors:
-  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that any other
-  // node would return, too. After an error only Rollback may follow.
+  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that any
+  // other node would return, too. After an error only Rollback may follow.
   void Run(int64_t number, Done done);
   // What the node answered to `number` of Run. Valid until the next call.
   const procgen_client::Batch& answer() const { return answer_; }

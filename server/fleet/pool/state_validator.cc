@@ -40,7 +40,7 @@ absl::Status StateValidator::Check(const std::vector<v1::State>& states,
       return absl::InvalidArgumentError(
           absl::StrCat("environment ", environment, " is to be restored twice"));
     }
-    const int32_t game = (first_environment_ + environment) % model_->env_count();
+    const int32_t game = (first_env_ + environment) % model_->env_count();
     const absl::Status status = model_->RestoreStates({{game, state.snapshot()}});
     if (!status.ok()) {
       const absl::string_view message =

@@ -25,9 +25,9 @@ class StateValidator {
 
  private:
   StateValidator(int32_t first_env, std::unique_ptr<Pool> model)
-      : first_environment_(first_env), model_(std::move(model)) {}
+      : first_env_(first_env), model_(std::move(model)) {}
 
-  int32_t first_environment_;
+  int32_t first_env_;
   std::unique_ptr<Pool> model_;
 };
 
