@@ -148,7 +148,7 @@ absl::Status RemotePool::Execute(const LoggedRequest& logged, procgen_client::Ba
     return status;
   }
   if (request->has_step()) {
-    request->mutable_step()->set_chunk_count(stream_->pipeline());
+    request->mutable_step()->set_chunk_count(stream_->chunk_count());
   }
   const bool has_rows = !request->has_level_sampler();
   const AskedRows asked = AskedRowsOf(*request);
