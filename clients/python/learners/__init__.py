@@ -1,0 +1,1 @@
+"""Reference learners for Procgen: PPO and Rainbow in PyTorch, and the experiments of the paper."""

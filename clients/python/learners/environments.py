@@ -1,0 +1,206 @@
+"""The environments of a learner: a pool on a server, stepped in halves that take turns.
+
+All calls of the client are in this file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+
+from procgen_client import Batch, Client, Pool
+from procgen_client.errors import (
+    DeadlineExceededError,
+    FailedPreconditionError,
+    NotFoundError,
+    ProcgenError,
+    UnavailableError,
+    UnimplementedError,
+)
+from procgen_client.tools.private_server import is_private, open_client
+
+# Errors after which the pool may be made again on the same address: its server stopped.
+LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
+# A pool whose learner was killed is freed after this time. In seconds.
+_LEASE_DURATION = 300.0
+_RETRY_INTERVAL = 1.0
+
+# Observations are read-only; tensors that share their memory are only read as well.
+warnings.filterwarnings("ignore", message="The given NumPy array is not writ")
+
+
+class Environments:
+    """A pool in two halves: while the learner looks at one, the server steps the other.
+
+    A turn of the learner is :meth:`receive` for a half and :meth:`send` for the same half; halves
+    alternate. The server draws observations into memory that this process maps, if both are on one
+    machine.
+
+    Attributes:
+        env_count: Number of environments, N.
+        halves: The rows of each half.
+    """
+
+    def __init__(
+        self,
+        game: str,
+        env_count: int,
+        *,
+        server: str | None = None,
+        server_timeout: float = 600.0,
+        **options: Any,  # noqa: ANN401
+    ) -> None:
+        """Makes the pool.
+
+        Args:
+            game: Name of the game.
+            env_count: Number of environments, at least 2.
+            server: Address. None: what PROCGEN_SERVER says, else a server of this program's own.
+            server_timeout: How long to wait for a server that stopped, in seconds.
+            **options: As Client.create_pool takes them.
+
+        Raises:
+            ProcgenError: As Client and Client.create_pool.
+        """
+        self.env_count = env_count
+        middle = env_count // 2
+        self.halves = (slice(0, middle), slice(middle, env_count))
+        self._game = game
+        self._server = server
+        self._server_timeout = server_timeout
+        self._options = options
+        self._client: Client
+        self._pool: Pool
+        self._open(None)
+
+    def send_observe(self) -> None:
+        """Requests the observations of both halves as they are now; two are to be received."""
+        for rows in self.halves:
+            self._pool.send_observe(
+                first_environment=rows.start, environment_count=rows.stop - rows.start
+            )
+
+    def send(self, half: int, actions: np.ndarray) -> None:
+        """Begins a step of a half; `actions` is int [its number of rows]."""
+        self._pool.send_step(actions, first_environment=self.halves[half].start)
+
+    def receive(self) -> Batch:
+        """Waits for the oldest request.
+
+        Raises:
+            LOST: The server stopped; :meth:`reopen` makes the pool again.
+        """
+        return self._pool.receive()
+
+    def save_states(self) -> list[bytes]:
+        """Returns a snapshot of each environment; nothing may be in flight."""
+        return self._pool.save_states()
+
+    def reopen(self, states: list[bytes] | None) -> None:
+        """Makes the pool again, also on a server that has just been restarted.
+
+        Args:
+            states: Snapshots that the environments continue from. None: a new pool's.
+
+        Raises:
+            ProcgenError: There was no server within server_timeout.
+        """
+        was_private = is_private(self._client)
+        deadline = time.monotonic() + (0 if was_private else self._server_timeout)
+        self.close()
+        while True:
+            try:
+                return self._open(states)
+            except LOST as error:
+                if time.monotonic() >= deadline:
+                    raise
+                print(f"waiting for the server: {error}", file=sys.stderr)
+                time.sleep(_RETRY_INTERVAL)
+
+    def close(self) -> None:
+        """Deletes the pool, if its server is there, and disconnects."""
+        try:
+            self._pool.close()
+        except ProcgenError:
+            pass  # The server is gone, or will free it when its lease expires.
+        self._client.close()
+
+    def _open(self, states: list[bytes] | None) -> None:
+        self._client = open_client(self._server)
+        try:
+            self._pool = self._create_pool()
+            if states is not None:
+                self._pool.restore_states(states)
+        except BaseException:
+            self._client.close()
+            raise
+
+    def _create_pool(self) -> Pool:
+        """Makes a pool that shares memory, or, on another machine than the server's, a stream."""
+        try:
+            pool = self._client.create_pool(
+                self._game,
+                self.env_count,
+                transport="shared_memory",
+                lease_duration=_LEASE_DURATION,
+                **self._options,
+            )
+        except UnimplementedError:
+            pass
+        else:
+            try:
+                pool.attach()
+                return pool
+            except FailedPreconditionError:
+                pool.close()
+        return self._client.create_pool(
+            self._game, self.env_count, lease_duration=_LEASE_DURATION, **self._options
+        )
+
+
+def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dict[str, Any]:
+    """Returns what Client.create_pool takes, for a rank's part of one logical pool."""
+    return {
+        "distribution_mode": options.mode,
+        "num_levels": options.levels,
+        "start_level": options.start_level,
+        "use_sequential_levels": options.sequential_levels,
+        "rand_seed": options.seed,
+        "first_environment": rank * options.num_envs,
+        "total_environments": rank_count * options.num_envs,
+    }
+
+
+def tensor_of(batch: Batch) -> torch.Tensor:
+    """Returns the observations, uint8 [n, 64, 64, 3], in the memory that the server drew into."""
+    return torch.from_numpy(batch.observations)
+
+
+class Episode(NamedTuple):
+    """An episode that ended in an update of a learner."""
+
+    t: int  # It ended in this step of the update, counted from 1.
+    environment: int  # Index in the pool.
+    level_seed: int
+    episode_return: float
+    length: int  # In steps.
+
+
+def episodes_of(batch: Batch, t: int, first: int) -> list[Episode]:
+    """Returns the episodes that ended in a batch, whose first row is environment `first`."""
+    return [
+        Episode(
+            t,
+            first + int(row),
+            int(batch.prev_level_seeds[row]),
+            float(batch.episode_returns[row]),
+            int(batch.episode_lengths[row]),
+        )
+        for row in np.flatnonzero(batch.ended)
+    ]

@@ -1,0 +1,142 @@
+"""Convolutional encoders of the paper (Cobbe et al., 2020): IMPALA and Nature CNN.
+
+Both map observations, uint8 [n, 64, 64, 3], to features, float32 [n, feature_count].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import torch
+from torch import nn
+from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+
+NETWORKS = ("impala", "nature")
+
+
+class Encoder(nn.Module):
+    """Casts pixels, runs the layers in that precision, and returns float32 features.
+
+    Weights are float32 with either precision; bfloat16 is for activations and products only. The
+    layout is channels-last, which is how observations arrive.
+
+    Attributes:
+        feature_count: Number of features of an observation.
+    """
+
+    def __init__(self, layers: nn.Sequential, feature_count: int, precision: torch.dtype) -> None:
+        """Takes the layers, from pixels in [0, 1], [n, 3, 64, 64], to features."""
+        super().__init__()
+        self.layers = layers.to(memory_format=torch.channels_last)
+        self.feature_count = feature_count
+        self.precision = precision
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Returns features, float32 [n, feature_count], of uint8 [n, 64, 64, 3]."""
+        pixels = observations.permute(0, 3, 1, 2).to(self.precision).mul_(1 / 255)
+        # Without its cache of weights, autocast can be captured in a CUDA graph.
+        with torch.autocast(
+            observations.device.type,
+            torch.bfloat16,
+            enabled=self.precision == torch.bfloat16,
+            cache_enabled=False,
+        ):
+            return self.layers(pixels).float()
+
+
+class ResidualBlock(nn.Module):
+    """Two 3 x 3 convolutions beside a shortcut."""
+
+    def __init__(self, channels: int) -> None:
+        """Takes the number of channels, in and out."""
+        super().__init__()
+        self.first = nn.Conv2d(channels, channels, 3, padding=1)
+        self.second = nn.Conv2d(channels, channels, 3, padding=1)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Returns x plus what the convolutions make of it."""
+        return x + self.second(F.relu(self.first(F.relu(x))))
+
+
+def make_encoder(name: str, width: int, precision: torch.dtype) -> Encoder:
+    """Makes an encoder.
+
+    Args:
+        name: One of NETWORKS.
+        width: Factor of the number of channels; the paper has 1, 2 and 4.
+        precision: torch.float32 or torch.bfloat16.
+    """
+    layers = _impala(width) if name == "impala" else _nature(width)
+    feature_count = 256 if name == "impala" else 512
+    return Encoder(nn.Sequential(*layers), feature_count, precision)
+
+
+def _impala(width: int) -> list[nn.Module]:
+    """Three stages that halve the resolution, each with two residual blocks (Espeholt et al.)."""
+    layers: list[nn.Module] = []
+    in_channels = 3
+    for channels in (16 * width, 32 * width, 32 * width):
+        layers += [
+            nn.Conv2d(in_channels, channels, 3, padding=1),
+            nn.MaxPool2d(3, stride=2, padding=1),
+            ResidualBlock(channels),
+            ResidualBlock(channels),
+        ]
+        in_channels = channels
+    return [*layers, nn.Flatten(), nn.ReLU(), nn.Linear(in_channels * 8 * 8, 256), nn.ReLU()]
+
+
+def _nature(width: int) -> list[nn.Module]:
+    """Three convolutions and a linear layer (Mnih et al., 2015), on colour at 64 x 64."""
+    layers = [
+        nn.Conv2d(3, 32 * width, 8, stride=4),
+        nn.Conv2d(32 * width, 64 * width, 4, stride=2),
+        nn.Conv2d(64 * width, 64 * width, 3),
+        nn.Linear(64 * width * 4 * 4, 512),
+    ]
+    for layer in layers:
+        nn.init.orthogonal_(layer.weight, 2**0.5)
+        nn.init.zeros_(layer.bias)
+    first, second, third, linear = layers
+    return [
+        *(first, nn.ReLU(), second, nn.ReLU(), third, nn.ReLU()),
+        *(nn.Flatten(), linear, nn.ReLU()),
+    ]
+
+
+def default_precision(device: torch.device) -> torch.dtype:
+    """Returns bfloat16 where the device multiplies it faster than float32, else float32."""
+    if device.type == "cuda":
+        return torch.bfloat16
+    try:
+        with open("/proc/cpuinfo") as cpuinfo:
+            text = cpuinfo.read()
+    except OSError:
+        return torch.float32
+    return torch.bfloat16 if "avx512_bf16" in text or "amx_bf16" in text else torch.float32
+def captured(
+    act: Callable[..., Any], observations: torch.Tensor, noise: torch.Tensor
+) -> Callable[..., Any]:
+    """Captures Agent.act as a CUDA graph, so that a call is one launch.
+
+    The graph reads and writes the same memory each time: what a call returns holds until the next.
+    """
+    inputs = (observations.clone(), noise.clone())
+    stream = torch.cuda.Stream()
+    stream.wait_stream(torch.cuda.current_stream())
+    with torch.cuda.stream(stream):
+        for _ in range(3):  # Libraries choose their kernels before the capture.
+            act(*inputs)
+    torch.cuda.current_stream().wait_stream(stream)
+    graph = torch.cuda.CUDAGraph()
+    with torch.cuda.graph(graph):
+        outputs = act(*inputs)
+
+    def replay(observations: torch.Tensor, noise: torch.Tensor) -> Any:  # noqa: ANN401
+        inputs[0].copy_(observations)
+        inputs[1].copy_(noise)
+        graph.replay()
+        return outputs
+
+    return replay

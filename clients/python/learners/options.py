@@ -1,0 +1,75 @@
+"""Options that all learners have: what is trained on, where, and for how long."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+import torch
+
+from learners.networks import NETWORKS, default_precision
+from procgen_client import ENV_NAMES
+
+TRAIN_LEVELS = {"easy": 200, "hard": 500}  # As the paper has it.
+
+
+def run_parser(program: str, description: str) -> argparse.ArgumentParser:
+    """Returns a parser of these options."""
+    parser = argparse.ArgumentParser(
+        prog=f"python3 -m learners.{program}",
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    what = parser.add_argument_group("what is trained").add_argument
+    what("--game", default="coinrun", choices=ENV_NAMES, metavar="GAME")
+    what("--mode", default="easy", help="distribution mode; default: %(default)s")
+    what("--levels", type=int, help="train on levels 0 ...; 0: all; default: 200 easy, 500 hard")
+    what("--start-level", type=int, default=0, help="the first of them; default: %(default)s")
+    what("--sequential-levels", action="store_true", help="levels follow one another in order")
+    what("--network", default="impala", choices=NETWORKS)
+    what("--width", type=int, default=1, help="factor of its channels: 1, 2 or 4 in the paper")
+    what("--seed", type=int, default=0)
+    what("--num-envs", type=int, default=64, help="of each rank; default: %(default)s")
+    run = parser.add_argument_group("the run").add_argument
+    run("--total-steps", type=int, help="default: 25M in easy mode, 200M in others")
+    run("--output", default="run", metavar="DIR", help="default: %(default)s")
+    run("--resume", action="store_true", help="continue from the checkpoint in DIR, if any")
+    run("--checkpoint-interval", type=float, default=300, help="in seconds; default: %(default)s")
+    run("--time-limit", type=float, default=float("inf"), help="save and stop then; in seconds")
+    run("--server", help="address, or one for each rank with commas between; default: its own")
+    run("--server-timeout", type=float, default=600, help="wait for one that stopped; in seconds")
+    speed = parser.add_argument_group("speed").add_argument
+    speed("--device", default="cuda" if torch.cuda.is_available() else "cpu")
+    speed("--threads", type=int, default=os.cpu_count(), help="of a CPU; default: %(default)s")
+    speed("--precision", choices=("float32", "bfloat16"), help="default: what is fast there")
+    speed("--compile", action=argparse.BooleanOptionalAction, default=True, help="on a GPU only")
+    return parser
+
+
+def complete(options: argparse.Namespace) -> argparse.Namespace:
+    """Fills in the defaults that depend on other options, and returns the same object."""
+    if options.num_envs < 2:
+        raise SystemExit("--num-envs is at least 2: the environments are stepped in two halves")
+    if options.levels is None:
+        options.levels = TRAIN_LEVELS.get(options.mode, 0)
+    if options.total_steps is None:
+        options.total_steps = 25_000_000 if options.mode == "easy" else 200_000_000
+    if options.device == "cuda":
+        options.device = f"cuda:{os.environ.get('LOCAL_RANK', 0)}"
+    device = torch.device(options.device)
+    if options.precision is None:
+        options.precision = str(default_precision(device)).removeprefix("torch.")
+    return options
+
+
+def set_device(options: argparse.Namespace) -> torch.device:
+    """Makes the device of the options the current one, and returns it."""
+    device = torch.device(options.device)
+    if device.type == "cuda":
+        torch.cuda.set_device(device)
+        torch.backends.cudnn.benchmark = True
+    else:
+        # Threads of ours each do a whole chunk. Threads within an operator wait for one another
+        # thousands of times in an update: where others use the cores, nearly all of the time.
+        torch.set_num_threads(1)
+    return device

@@ -1,0 +1,385 @@
+"""PPO with the hyperparameters of the Procgen paper (Cobbe et al., 2020), on a Procgen Server.
+
+    python3 -m learners.ppo --game coinrun --mode easy --levels 200 --output runs/coinrun
+    torchrun --nproc-per-node 2 -m learners.ppo --game coinrun --output runs/coinrun
+
+The environments are one pool in two halves: while the network looks at one half, the server steps
+the other. Everything that a run depends on is in its checkpoint, so a run that is stopped and
+continued (--resume) has the numbers of an undisturbed one; on a CPU, bit for bit.
+
+T: steps in a rollout; N: environments of this process; B = T * N.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+
+from learners.environments import (
+    LOST,
+    Environments,
+    Episode,
+    episodes_of,
+    pool_options,
+    tensor_of,
+)
+from learners.networks import captured, make_encoder
+from learners.options import complete, run_parser, set_device
+from learners.ranks import Ranks
+from learners.training_run import TrainingRun, Update
+from procgen_client import ACTION_COUNT
+from procgen_client.errors import ProcgenError
+
+REWARD_MAX = 10.0  # Of normalised rewards.
+
+
+class Agent(nn.Module):
+    """An actor and a critic on one encoder."""
+
+    def __init__(self, network: str, width: int, precision: torch.dtype) -> None:
+        """Takes the encoder's name and width, and what it computes in."""
+        super().__init__()
+        self.encoder = make_encoder(network, width, precision)
+        self.policy = nn.Linear(self.encoder.feature_count, ACTION_COUNT)
+        self.value = nn.Linear(self.encoder.feature_count, 1)
+        for head, gain in ((self.policy, 0.01), (self.value, 1.0)):
+            nn.init.orthogonal_(head.weight, gain)
+            nn.init.zeros_(head.bias)
+
+    def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Returns logits [n, ACTION_COUNT] and values [n] of observations, uint8 [n, 64, 64, 3]."""
+        features = self.encoder(observations)
+        return self.policy(features), self.value(features).squeeze(-1)
+
+    @torch.no_grad()
+    def act(
+        self, observations: torch.Tensor, noise: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Samples actions; `noise` [n, ACTION_COUNT] is exponentially distributed.
+
+        The Gumbel-max trick: the largest of logits plus Gumbel noise is a sample of their softmax.
+
+        Returns:
+            actions [n], their log-probabilities [n], values [n].
+        """
+        logits, values = self(observations)
+        log_probabilities = F.log_softmax(logits, -1)
+        actions = (log_probabilities - noise.log()).argmax(-1)
+        return actions, log_probabilities.gather(-1, actions[:, None]).squeeze(-1), values
+
+
+class RewardNormalizer:
+    """Divides rewards by the standard deviation of the discounted returns seen so far."""
+
+    def __init__(self, env_count: int, gamma: float) -> None:
+        """Begins with a variance of 1."""
+        self.gamma = gamma
+        self.returns = np.zeros(env_count)
+        self.mean, self.variance, self.count = 0.0, 1.0, 1e-4
+
+    def __call__(self, rewards: np.ndarray, ended: np.ndarray) -> np.ndarray:
+        """Returns normalised rewards [T, N]; the statistics advance step by step."""
+        normalized = np.empty_like(rewards)
+        for t, reward in enumerate(rewards):
+            self.returns = self.returns * self.gamma + reward
+            self._add(self.returns)
+            normalized[t] = reward / np.sqrt(self.variance + 1e-8)
+            self.returns[ended[t]] = 0
+        return normalized.clip(-REWARD_MAX, REWARD_MAX)
+
+    def _add(self, values: np.ndarray) -> None:
+        """Joins the moments of some values with those before."""
+        total = self.count + values.size
+        delta = values.mean() - self.mean
+        squares = self.variance * self.count + values.var() * values.size
+        squares += delta**2 * self.count * values.size / total
+        self.mean += delta * values.size / total
+        self.variance, self.count = squares / total, total
+
+
+class Rollout(NamedTuple):
+    """T steps of N environments, flat: row t * N + i is step t of environment i."""
+
+    observations: torch.Tensor  # uint8   [B, 64, 64, 3]
+    actions: torch.Tensor  # int64   [B]
+    log_probabilities: torch.Tensor  # Of the actions, when they were chosen   float32 [B]
+    values: torch.Tensor  # Of the critic, then   float32 [B]
+    advantages: torch.Tensor  # float32 [B]
+    returns: torch.Tensor  # advantages + values   float32 [B]
+
+
+def estimate_advantages(
+    rewards: np.ndarray, ended: np.ndarray, values: np.ndarray, gamma: float, lambda_: float
+) -> np.ndarray:
+    """Returns generalised advantage estimates [T, N] of rewards and ended [T, N], values [T+1, N].
+
+    The time limit ends an episode as everything else does, as in the paper's code.
+    """
+    advantages = np.zeros_like(rewards)
+    following = np.zeros_like(rewards[0])
+    for t in reversed(range(len(rewards))):
+        alive = 1 - ended[t].astype(np.float32)
+        delta = rewards[t] + gamma * values[t + 1] * alive - values[t]
+        following = delta + gamma * lambda_ * alive * following
+        advantages[t] = following
+    return advantages
+
+
+class Ppo:
+    """The algorithm: agent, optimiser, environments and what is random, of one rank."""
+
+    metric_names = ("policy_loss", "value_loss", "entropy", "kl", "clip_fraction")
+
+    def __init__(
+        self, options: argparse.Namespace, ranks: Ranks, environments: Environments
+    ) -> None:
+        """Begins with a new agent."""
+        self.options, self.ranks, self.environments = options, ranks, environments
+        self.device = torch.device(options.device)
+        on_gpu = self.device.type == "cuda"
+        torch.manual_seed(options.seed)
+        precision = getattr(torch, options.precision)
+        self.agent = Agent(options.network, options.width, precision).to(self.device)
+        self.parameters = list(self.agent.parameters())
+        self.optimizer = torch.optim.Adam(
+            self.parameters, options.learning_rate, eps=1e-5, fused=on_gpu
+        )
+        self.evaluate: Callable[..., Any] = self.agent
+        if on_gpu and options.compile:
+            self.evaluate = torch.compile(self.agent)
+        self.normalizer = RewardNormalizer(options.num_envs, options.gamma)
+        # One draws on the device, for actions; the other on the host, for minibatches.
+        seed = options.seed + 1_000_003 * ranks.rank
+        self.random = torch.Generator(self.device).manual_seed(seed)
+        self.host_random = torch.Generator().manual_seed(seed)
+        self.states: list[bytes] | None = None  # Of the environments, before the next rollout.
+
+        shape = (options.num_steps + 1, options.num_envs)  # [T + 1, N]
+        self.observations = torch.zeros(
+            (*shape, 64, 64, 3), dtype=torch.uint8, device=self.device
+        )
+        self.noise = torch.ones((*shape, ACTION_COUNT), device=self.device)
+        self.actions = torch.zeros(shape, dtype=torch.int64, device=self.device)
+        self.log_probabilities = torch.zeros(shape, device=self.device)
+        self.values = torch.zeros(shape, device=self.device)
+        self.act = [
+            captured(self.agent.act, self.observations[0, rows], self.noise[0, rows])
+            if on_gpu
+            else self.agent.act
+            for rows in environments.halves
+        ]
+        self.threads = ThreadPoolExecutor(1 if on_gpu else options.threads)
+
+    def update(self) -> Update:
+        """Collects a rollout and learns from it."""
+        before = self.random.get_state()
+        while True:
+            try:
+                rollout, update = self.collect()
+                begin = time.perf_counter()
+                self.states = self.environments.save_states()
+                waited = update.environment_seconds + time.perf_counter() - begin
+                break
+            except LOST:  # The server was restarted: the same steps are taken again.
+                self.environments.reopen(self.states)
+                self.random.set_state(before)
+        return update._replace(environment_seconds=waited, metrics=self.learn(rollout))
+
+    def collect(self) -> tuple[Rollout, Update]:
+        """Takes T steps."""
+        step_count, env_count = self.options.num_steps, self.options.num_envs
+        rewards = np.zeros((step_count, env_count), np.float32)
+        ended = np.zeros((step_count, env_count), bool)
+        episodes: list[Episode] = []
+        environment_seconds = policy_seconds = 0.0
+        self.noise.exponential_(generator=self.random)
+        clock = time.perf_counter
+        begin = clock()
+        self.environments.send_observe()
+        for t in range(step_count + 1):
+            for half, rows in enumerate(self.environments.halves):
+                batch = self.environments.receive()
+                received = clock()
+                self.observations[t, rows].copy_(tensor_of(batch))
+                actions, log_probabilities, values = self.act[half](
+                    self.observations[t, rows], self.noise[t, rows]
+                )
+                self.actions[t, rows] = actions
+                self.log_probabilities[t, rows] = log_probabilities
+                self.values[t, rows] = values
+                chosen = actions.cpu().numpy()
+                decided = clock()
+                if t < step_count:
+                    self.environments.send(half, chosen)
+                sent = clock()
+                environment_seconds += received - begin + sent - decided
+                policy_seconds += decided - received
+                if t > 0:  # The first batch shows how the environments are: nothing was stepped.
+                    rewards[t - 1, rows], ended[t - 1, rows] = batch.rewards, batch.ended
+                    episodes += episodes_of(batch, t, rows.start)
+                begin = clock()
+        update = Update(step_count, episodes, environment_seconds, policy_seconds, ())
+        return self.rollout(rewards, ended), update
+
+    def rollout(self, rewards: np.ndarray, ended: np.ndarray) -> Rollout:
+        """Returns what was collected, with advantages; the last observation gives a value only."""
+        advantages = torch.from_numpy(
+            estimate_advantages(
+                *(self.normalizer(rewards, ended), ended, self.values.cpu().numpy()),
+                *(self.options.gamma, self.options.gae_lambda),
+            )
+        ).to(self.device)
+        kept = (self.observations, self.actions, self.log_probabilities, self.values)
+        tensors = [*(tensor[:-1] for tensor in kept), advantages, advantages + self.values[:-1]]
+        return Rollout(*(tensor.flatten(0, 1) for tensor in tensors))
+
+    def learn(self, rollout: Rollout) -> list[float]:
+        """Optimises the agent on a rollout; returns the means of metric_names."""
+        sums = torch.zeros(len(self.metric_names), device=self.device)
+        size = len(rollout.actions)
+        for _ in range(self.options.epochs):
+            order = torch.randperm(size, generator=self.host_random).to(self.device)
+            for indices in order.chunk(self.options.minibatches):
+                sums += self.optimize(rollout, indices)
+        return (sums / (size * self.options.epochs)).tolist()
+
+    def optimize(self, rollout: Rollout, indices: torch.Tensor) -> torch.Tensor:
+        """Takes one step of the optimiser on a minibatch; returns the sums of metric_names.
+
+        A minibatch is a few chunks, each the work of one thread and small enough for its caches.
+        Gradients are added in the order of chunks: the number of threads changes no bit of them.
+        """
+        advantages = rollout.advantages[indices]
+        advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+        size = self.options.chunk_size or len(indices)
+
+        def gradients_of(
+            part: torch.Tensor, its_advantages: torch.Tensor
+        ) -> tuple[torch.Tensor, Sequence[torch.Tensor]]:
+            loss, metrics = self.loss(rollout, part, its_advantages)
+            return metrics, torch.autograd.grad(loss / len(indices), self.parameters)
+
+        chunks = (indices.split(size), advantages.split(size))
+        results = list(self.threads.map(gradients_of, *chunks))
+        gradients = list(results[0][1])
+        for _, others in results[1:]:
+            torch._foreach_add_(gradients, others)
+        self.ranks.average(gradients)
+        for parameter, gradient in zip(self.parameters, gradients, strict=True):
+            parameter.grad = gradient
+        nn.utils.clip_grad_norm_(self.parameters, self.options.max_grad_norm)
+        self.optimizer.step()
+        return torch.stack([metrics for metrics, _ in results]).sum(0)
+
+    def loss(
+        self, rollout: Rollout, part: torch.Tensor, advantages: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Returns the loss and metric_names, summed over a part of the rollout."""
+        clip = self.options.clip
+        logits, values = self.evaluate(rollout.observations[part])
+        log_softmax = F.log_softmax(logits, -1)
+        log_probabilities = log_softmax.gather(-1, rollout.actions[part, None]).squeeze(-1)
+        log_ratio = log_probabilities - rollout.log_probabilities[part]
+        ratio = log_ratio.exp()
+        policy_loss = -torch.min(
+            advantages * ratio, advantages * ratio.clamp(1 - clip, 1 + clip)
+        ).sum()
+        old_values, returns = rollout.values[part], rollout.returns[part]
+        clipped_values = old_values + (values - old_values).clamp(-clip, clip)
+        value_loss = torch.max((values - returns) ** 2, (clipped_values - returns) ** 2).sum() / 2
+        entropy = -(log_softmax.exp() * log_softmax).sum()
+        loss = policy_loss + self.options.value_coefficient * value_loss
+        loss = loss - self.options.entropy_coefficient * entropy
+        kl = (ratio - 1 - log_ratio).sum()  # Of the new policy from the old one, estimated.
+        clipped = ((ratio - 1).abs() > clip).sum()
+        metrics = torch.stack([policy_loss, value_loss, entropy, kl, clipped])
+        return loss, metrics.detach()
+
+    def state(self) -> dict[str, Any]:
+        """Returns what all ranks have in common, for a checkpoint."""
+        return {"agent": self.agent.state_dict(), "optimizer": self.optimizer.state_dict()}
+
+    def rank_state(self) -> dict[str, Any]:
+        """Returns what this rank has for itself."""
+        return {
+            "normalizer": vars(self.normalizer),
+            "random": self.random.get_state(),
+            "host_random": self.host_random.get_state(),
+            "states": self.states,
+        }
+
+    def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
+        """Continues from a checkpoint."""
+        self.agent.load_state_dict(state["agent"])
+        self.optimizer.load_state_dict(state["optimizer"])
+        vars(self.normalizer).update(rank_state["normalizer"])
+        self.random.set_state(rank_state["random"])
+        self.host_random.set_state(rank_state["host_random"])
+        self.states = rank_state["states"]
+        self.environments.reopen(self.states)
+
+
+def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """Returns the options; the paper's are the defaults."""
+    parser = run_parser("ppo", __doc__)
+    add = parser.add_argument_group("hyperparameters").add_argument
+    add("--chunk-size", type=int, help="observations a pass; 0: a minibatch; default: 256, GPU 0")
+    add("--num-steps", type=int, default=256, help="in a rollout; default: %(default)s")
+    add("--epochs", type=int, default=3, help="default: %(default)s")
+    add("--minibatches", type=int, default=8, help="default: %(default)s")
+    for name, value in {
+        "--learning-rate": 5e-4,
+        "--gamma": 0.999,
+        "--gae-lambda": 0.95,
+        "--clip": 0.2,
+        "--entropy-coefficient": 0.01,
+        "--value-coefficient": 0.5,
+        "--max-grad-norm": 0.5,
+    }.items():
+        add(name, type=float, default=value, help="default: %(default)s")
+    options = complete(parser.parse_args(arguments))
+    if options.chunk_size is None:
+        options.chunk_size = 0 if options.device.startswith("cuda") else 256
+    return options
+
+
+def train(
+    options: argparse.Namespace, make_environments: Callable[..., Any] = Environments
+) -> int:
+    """Trains; `make_environments` may step another Procgen. Returns the exit status."""
+    device = set_device(options)
+    ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
+    servers = options.server.split(",") if options.server else [None]
+    environments = make_environments(
+        options.game,
+        options.num_envs,
+        server=servers[ranks.rank % len(servers)],
+        server_timeout=options.server_timeout,
+        **pool_options(options, ranks.rank, ranks.count),
+    )
+    try:
+        return TrainingRun(options, Ppo(options, ranks, environments), ranks).train()
+    finally:
+        environments.close()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Trains as the command line says; returns the exit status, 1 where the server has failed."""
+    try:
+        return train(parse(arguments))
+    except ProcgenError as error:
+        print(f"learners.ppo: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,169 @@
+"""The folder of a training run: CSV files, TensorBoard events, checkpoints, a progress bar."""
+
+from __future__ import annotations
+
+import csv
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import torch
+
+CHECKPOINT = "checkpoint.pt"
+_BAR_WIDTH = 20
+# Time between two lines of progress where the output is no terminal. In seconds.
+_LINE_INTERVAL = 30.0
+
+
+class Table:
+    """A CSV file that can be cut back to what it was at a checkpoint."""
+
+    def __init__(self, path: Path, columns: Sequence[str], size: int | None) -> None:
+        """Opens it.
+
+        Args:
+            path: The file.
+            columns: Names of its columns.
+            size: Its size at the checkpoint, in bytes; the rest is cut off. None: it is new.
+        """
+        self._file = open(path, "w" if size is None else "r+", newline="")
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        if size is None:
+            self._writer.writerow(columns)
+        else:
+            self._file.truncate(size)
+            self._file.seek(0, os.SEEK_END)
+
+    def write(self, rows: Sequence[Sequence[Any]]) -> None:
+        """Appends rows; a reader sees them at once."""
+        self._writer.writerows(rows)
+        self._file.flush()
+
+    def size(self) -> int:
+        """Returns its size in bytes."""
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+
+class RunFolder:
+    """What a run writes; all of it can be continued from the last checkpoint."""
+
+    def __init__(
+        self, path: Path, tables: dict[str, Sequence[str]], sizes: dict[str, int] | None
+    ) -> None:
+        """Opens the folder.
+
+        Args:
+            path: The folder, made where missing.
+            tables: Columns of each CSV file, by its name without suffix.
+            sizes: Sizes of the files at the checkpoint that is continued from. None: a new run.
+        """
+        self._path = path
+        path.mkdir(parents=True, exist_ok=True)
+        self._tables = {
+            name: Table(path / f"{name}.csv", columns, sizes and sizes[name])
+            for name, columns in tables.items()
+        }
+        self._events = _event_writer(path)
+
+    def write(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
+        """Appends rows to a CSV file."""
+        self._tables[table].write(rows)
+
+    def plot(self, step: int, values: dict[str, float]) -> None:
+        """Adds scalars to TensorBoard's events, where it is installed."""
+        if self._events is not None:
+            for name, value in values.items():
+                self._events.add_scalar(name, value, step)
+
+    def sizes(self) -> dict[str, int]:
+        """Returns the sizes of the CSV files, for a checkpoint."""
+        return {name: table.size() for name, table in self._tables.items()}
+
+    def save(self, checkpoint: dict[str, Any]) -> None:
+        """Replaces the checkpoint as a whole: a reader finds the old one or the new one."""
+        write_atomically(self._path / CHECKPOINT, checkpoint)
+
+    def close(self) -> None:
+        """Closes all files."""
+        for table in self._tables.values():
+            table.close()
+        if self._events is not None:
+            self._events.close()
+
+
+def write_atomically(path: Path, checkpoint: dict[str, Any]) -> None:
+    """Writes a checkpoint beside its place, and moves it there once it is on disk."""
+    part = path.with_suffix(".part")
+    with open(part, "wb") as file:
+        torch.save(checkpoint, file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
+
+
+def load_checkpoint(path: Path, device: torch.device | str = "cpu") -> dict[str, Any]:
+    """Reads a checkpoint; only of runs that you trust, since it is a pickle."""
+    # Besides tensors it has random states and options. PyTorch 1.13 knows the argument already.
+    return torch.load(path, map_location=device, weights_only=False)
+
+
+def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard's
+    try:
+        from torch.utils.tensorboard import SummaryWriter
+    except ImportError:
+        return None
+    return SummaryWriter(str(path))
+
+
+class ProgressBar:
+    """How far a run is and how long it will take: a line that is written over on a terminal.
+
+    Elsewhere it writes a line from time to time.
+    """
+
+    def __init__(self, name: str, total_steps: int, stream: IO[str] = sys.stderr) -> None:
+        """Takes what runs, and its number of steps."""
+        self._name = name
+        self._total_steps = total_steps
+        self._stream = stream
+        self._begin: tuple[float, int] | None = None
+        self._last_line = -_LINE_INTERVAL
+
+    def show(self, step: int, text: str) -> None:
+        """Shows how far it is, and a text behind that."""
+        now = time.monotonic()
+        if self._begin is None:
+            self._begin = (now, step)
+        is_last = step >= self._total_steps
+        if self._stream.isatty():
+            end = "\n" if is_last else ""
+            self._stream.write(f"\r\033[K{self._line(now, step, text)}{end}")
+        elif is_last or now - self._last_line >= _LINE_INTERVAL:
+            self._last_line = now
+            self._stream.write(self._line(now, step, text) + "\n")
+        self._stream.flush()
+
+    def _line(self, now: float, step: int, text: str) -> str:
+        assert self._begin is not None
+        share = min(1.0, step / self._total_steps)
+        bar = ("#" * round(share * _BAR_WIDTH)).ljust(_BAR_WIDTH, ".")
+        done = step - self._begin[1]
+        left = "?"
+        if done > 0:
+            left = duration((now - self._begin[0]) * (self._total_steps - step) / done)
+        of = f"{step:,} of {self._total_steps:,} steps"
+        return f"{self._name} [{bar}] {share:4.0%} {of}, {text}, {left} left"
+
+
+def duration(seconds: float) -> str:
+    """Returns e.g. ``1:02:03``."""
+    minutes, second = divmod(max(0, round(seconds)), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02}:{second:02}"

@@ -1,0 +1,176 @@
+"""A run of PPO is a function of its options: stops, servers, threads and places change nothing."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_runs import STEPS_OF_UPDATE, options, results, train
+
+from learners import ppo
+from learners.environments import Environments
+from procgen_client import Batch, ServerProcess
+
+
+@pytest.fixture(scope="module")
+def undisturbed(
+    server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, str]:
+    """The results of four updates."""
+    return train(tmp_path_factory.mktemp("undisturbed"), server.address)
+
+
+def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
+    header, *rows = undisturbed["progress"].splitlines()
+    assert header == "step,return_mean,length_mean"
+    assert [int(row.split(",")[0]) for row in rows] == [256, 512, 768, 1024]
+    assert len(undisturbed["learning"].splitlines()) == 5
+    header, *episodes = undisturbed["episodes"].splitlines()
+    assert header == "step,environment,level_seed,return,length"
+    assert episodes, "episodes ended"
+    for row in episodes:
+        step, environment, level_seed, _, length = map(float, row.split(","))
+        assert step % 8 == 0 and 0 <= environment < 8 and 0 <= level_seed < 200
+        assert 0 < length <= step / 8
+
+
+def test_equal_seeds_give_equal_runs(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    assert train(tmp_path / "same", server.address, threads=1) == undisturbed
+    other = train(tmp_path / "other", server.address, seed=1)
+    assert other["learning"] != undisturbed["learning"]
+
+
+def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    for update in range(1, 5):
+        stopped = train(tmp_path, server.address, time_limit=0, resume=True)
+        assert len(stopped["learning"].splitlines()) == 1 + update
+    assert stopped == undisturbed
+
+
+def test_what_was_written_after_the_checkpoint_is_written_again(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    train(tmp_path, server.address, time_limit=0)
+    for name in ("progress", "episodes", "learning"):
+        with open(tmp_path / f"{name}.csv", "a") as file:
+            file.write("what a killed run has left")
+    (tmp_path / "checkpoint.part").write_bytes(b"an unfinished checkpoint")
+    assert train(tmp_path, server.address, resume=True) == undisturbed
+
+
+def test_a_run_is_saved_on_sigterm(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    command = options(tmp_path, server.address, total_steps=100 * STEPS_OF_UPDATE)
+    process = subprocess.Popen([sys.executable, "-m", "learners.ppo", *command])
+    while process.poll() is None:
+        progress = tmp_path / "progress.csv"
+        if progress.exists() and len(progress.read_text().splitlines()) == 3:
+            process.send_signal(signal.SIGTERM)
+            process.wait()
+    assert process.returncode == 128 + signal.SIGTERM
+    saved = results(tmp_path)["learning"].splitlines()
+    assert undisturbed["learning"].splitlines()[:3] == saved[:3]
+    assert len(saved) < 100
+
+
+def test_a_checkpoint_is_neither_overwritten_nor_continued_with_other_options(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    train(tmp_path, server.address, total_steps=STEPS_OF_UPDATE)
+    with pytest.raises(SystemExit, match="--resume continues from it"):
+        train(tmp_path, server.address)
+    with pytest.raises(SystemExit, match="was begun with seed 0, not 1"):
+        train(tmp_path, server.address, resume=True, seed=1)
+
+
+class _RestartedEnvironments(Environments):
+    """Environments whose server is killed and started again in the middle of each rollout."""
+
+    server: ServerProcess
+    received = 0
+    restarts = 0
+
+    def receive(self) -> Batch:
+        self.received += 1
+        if self.received % 100 == 51 and self.restarts < 3:
+            self.restarts += 1
+            os.kill(self.server.process_id, signal.SIGKILL)
+            self.server.stop()
+            type(self).server = ServerProcess(address=self.server.address)
+        return super().receive()
+
+
+def test_a_learner_survives_restarts_of_its_server(
+    undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    made: list[_RestartedEnvironments] = []
+
+    def make(*arguments: Any, **keywords: Any) -> _RestartedEnvironments:  # noqa: ANN401
+        made.append(_RestartedEnvironments(*arguments, **keywords))
+        return made[-1]
+
+    _RestartedEnvironments.server = ServerProcess()
+    try:
+        address = _RestartedEnvironments.server.address
+        assert ppo.train(ppo.parse(options(tmp_path, address)), make) == 0
+    finally:
+        _RestartedEnvironments.server.stop()
+    assert made[0].restarts == 3
+    assert results(tmp_path) == undisturbed
+
+
+def _train_on_two_ranks(output: Path, servers: str) -> dict[str, str]:
+    command = options(output, servers, total_steps=2 * 2 * STEPS_OF_UPDATE, num_envs=8)
+    run = subprocess.run(
+        [
+            *(sys.executable, "-m", "torch.distributed.run", "--standalone"),
+            *("--nproc-per-node", "2", "-m", "learners.ppo", *command),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    return results(output)
+
+
+def test_two_ranks_do_not_depend_on_where_their_environments_are(
+    server: ServerProcess, tmp_path: Path
+) -> None:
+    one = _train_on_two_ranks(tmp_path / "one", server.address)
+    with ServerProcess() as other:
+        two = _train_on_two_ranks(tmp_path / "two", f"{server.address},{other.address}")
+    assert one == two
+    environments = {int(row.split(",")[1]) for row in one["episodes"].splitlines()[1:]}
+    assert min(environments) < 8 <= max(environments) < 16
+
+
+def test_rewards_are_divided_by_the_deviation_of_discounted_returns() -> None:
+    rewards = np.float32([[1, 0], [0, 2], [3, 0]])
+    ended = np.array([[False, True], [False, False], [True, False]])
+    normalized = ppo.RewardNormalizer(2, 0.5)(rewards, ended)
+    returns = np.array([1, 0, 0.5, 2, 3.25, 1])
+    for t in range(3):
+        deviation = returns[: 2 * t + 2].std()
+        assert normalized[t] == pytest.approx(rewards[t] / deviation, rel=1e-3)
+
+
+def test_advantages_are_generalised_estimates() -> None:
+    rewards, ended = np.float32([[1], [0], [2]]), np.array([[False], [True], [False]])
+    values = np.float32([[0.5], [0.25], [1], [4]])
+    advantages = ppo.estimate_advantages(rewards, ended, values, gamma=0.9, lambda_=0.8)
+    last = 2 + 0.9 * 4 - 1
+    second = 0 - 0.25
+    first = 1 + 0.9 * 0.25 - 0.5 + 0.9 * 0.8 * second
+    assert advantages.ravel() == pytest.approx([first, second, last])
