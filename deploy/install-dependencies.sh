@@ -65,6 +65,13 @@ test_packages=(
   nftables                # and what cuts hosts off from them
 )
 
+# What clients/python/learners needs. The tests need it as well.
+learner_packages=(
+  python3-torch           # networks, on the CPU
+  libopenblas0-pthread    # its linear algebra; the reference BLAS takes 20 times as long
+)
+test_packages+=("${learner_packages[@]}")
+
 # npm comes with some packages of nodejs, and Debian's would not go along with those.
 command -v npm >/dev/null || test_packages+=(npm)
 
@@ -98,6 +105,7 @@ Installs with apt what is missing of the packages that building Procgen Server a
 nothing if nothing is missing. Needs root or sudo otherwise.
 
   --tests  and what the tests need, those of the clients in Node.js and Go as well
+  --learners  and what clients/python/learners needs, PyTorch above all (with the tests' packages, too)
   --clang  and what the presets lint and fuzz need
   --plot   and what draws the picture of the stream's benchmark
   --slow   and what the tests of the label slow need
@@ -110,6 +118,7 @@ list=no
 while [[ $# -gt 0 ]]; do
   case "$1" in
     --tests) packages+=("${test_packages[@]}"); shift ;;
+    --learners) packages+=("${learner_packages[@]}"); shift ;;
     --clang) packages+=("${clang_packages[@]}"); shift ;;
     --plot) packages+=("${plot_packages[@]}"); shift ;;
     --slow) packages+=("${slow_packages[@]}"); shift ;;

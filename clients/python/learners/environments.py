@@ -9,6 +9,7 @@ import argparse
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,11 +19,13 @@ from procgen_client import Batch, Client, Pool
 from procgen_client.errors import (
     DeadlineExceededError,
     FailedPreconditionError,
+    InvalidArgumentError,
     NotFoundError,
     ProcgenError,
     UnavailableError,
     UnimplementedError,
 )
+from procgen_client.tools.evaluate import return_range
 from procgen_client.tools.private_server import is_private, open_client
 
 # Errors after which the pool may be made again on the same address: its server stopped.
@@ -30,9 +33,6 @@ LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
 # A pool whose learner was killed is freed after this time. In seconds.
 _LEASE_DURATION = 300.0
 _RETRY_INTERVAL = 1.0
-
-# Observations are read-only; tensors that share their memory are only read as well.
-warnings.filterwarnings("ignore", message="The given NumPy array is not writ")
 
 
 class Environments:
@@ -101,6 +101,11 @@ class Environments:
     def save_states(self) -> list[bytes]:
         """Returns a snapshot of each environment; nothing may be in flight."""
         return self._pool.save_states()
+
+    def return_range(self, mode: str) -> tuple[float, float]:
+        """Returns the returns that are normalised to 0 and 1; of hard mode where this has none."""
+        own = return_range_or_none(self._client, self._game, mode)
+        return own or return_range(self._client.catalog(), self._game, "hard")
 
     def reopen(self, states: list[bytes] | None) -> None:
         """Makes the pool again, also on a server that has just been restarted.
@@ -178,8 +183,13 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
 
 
 def tensor_of(batch: Batch) -> torch.Tensor:
-    """Returns the observations, uint8 [n, 64, 64, 3], in the memory that the server drew into."""
-    return torch.from_numpy(batch.observations)
+    """Returns the observations, uint8 [n, 64, 64, 3], in the memory that the server drew into.
+
+    Only to be read.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Once, that the array is read-only.
+        return torch.from_numpy(batch.observations)
 
 
 class Episode(NamedTuple):
@@ -204,3 +214,59 @@ def episodes_of(batch: Batch, t: int, first: int) -> list[Episode]:
         )
         for row in np.flatnonzero(batch.ended)
     ]
+
+
+def play_episodes(
+    client: Client,
+    game: str,
+    act: Callable[[np.ndarray], Any],
+    *,
+    env_count: int,
+    each: int,
+    **options: Any,  # noqa: ANN401
+) -> np.ndarray:
+    """Plays equally many episodes in each environment.
+
+    Args:
+        client: Of the server to play on.
+        game: Name of the game.
+        act: From observations, uint8 [N, 64, 64, 3], to actions, int [N].
+        env_count: Number of environments, N.
+        each: Episodes of each environment.
+        **options: As Client.create_pool takes them.
+
+    Returns:
+        The episodes' returns, float32 [N, each].
+    """
+    returns = np.zeros((env_count, each), np.float32)
+    played = np.zeros(env_count, np.int64)
+    with client.create_pool(game, env_count, **options) as pool:
+        batch = pool.observe()
+        while (played < each).any():
+            batch = pool.step(act(batch.observations))
+            rows = np.flatnonzero(batch.ended & (played < each))
+            returns[rows, played[rows]] = batch.episode_returns[rows]
+            played[rows] += 1
+    return returns
+
+
+def games_with_mode(client: Client, mode: str) -> list[str]:
+    """Returns the games that have a distribution mode."""
+    return [
+        game.name
+        for game in client.catalog().games
+        if any(_mode_name(its_mode) == mode for its_mode in game.modes)
+    ]
+
+
+def return_range_or_none(client: Client, game: str, mode: str) -> tuple[float, float] | None:
+    """Returns the returns that the paper normalises to 0 and 1; None: it has none for this mode."""
+    try:
+        return return_range(client.catalog(), game, mode)
+    except InvalidArgumentError:
+        return None
+
+
+def _mode_name(mode: Any) -> str:  # noqa: ANN401 - a message of the catalog
+    names = mode.DESCRIPTOR.fields_by_name["distribution_mode"].enum_type.values_by_number
+    return names[mode.distribution_mode].name.removeprefix("DISTRIBUTION_MODE_").lower()

@@ -115,27 +115,30 @@ def default_precision(device: torch.device) -> torch.dtype:
     except OSError:
         return torch.float32
     return torch.bfloat16 if "avx512_bf16" in text or "amx_bf16" in text else torch.float32
-def captured(
-    act: Callable[..., Any], observations: torch.Tensor, noise: torch.Tensor
-) -> Callable[..., Any]:
-    """Captures Agent.act as a CUDA graph, so that a call is one launch.
+def captured(function: Callable[..., Any], *examples: torch.Tensor) -> Callable[..., Any]:
+    """Captures a function of tensors as a CUDA graph, so that a call is one launch.
 
     The graph reads and writes the same memory each time: what a call returns holds until the next.
+    It sees changes of parameters that were made in place, as optimisers do.
+
+    Args:
+        function: Launches kernels only; it neither waits for the GPU nor allocates outside of it.
+        *examples: Arguments of the shapes that it will be called with.
     """
-    inputs = (observations.clone(), noise.clone())
+    inputs = [example.clone() for example in examples]
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())
     with torch.cuda.stream(stream):
         for _ in range(3):  # Libraries choose their kernels before the capture.
-            act(*inputs)
+            function(*inputs)
     torch.cuda.current_stream().wait_stream(stream)
     graph = torch.cuda.CUDAGraph()
     with torch.cuda.graph(graph):
-        outputs = act(*inputs)
+        outputs = function(*inputs)
 
-    def replay(observations: torch.Tensor, noise: torch.Tensor) -> Any:  # noqa: ANN401
-        inputs[0].copy_(observations)
-        inputs[1].copy_(noise)
+    def replay(*arguments: torch.Tensor) -> Any:  # noqa: ANN401
+        for its_input, argument in zip(inputs, arguments, strict=True):
+            its_input.copy_(argument)
         graph.replay()
         return outputs
 

@@ -69,7 +69,5 @@ def set_device(options: argparse.Namespace) -> torch.device:
         torch.cuda.set_device(device)
         torch.backends.cudnn.benchmark = True
     else:
-        # Threads of ours each do a whole chunk. Threads within an operator wait for one another
-        # thousands of times in an update: where others use the cores, nearly all of the time.
-        torch.set_num_threads(1)
+        torch.set_num_threads(1)  # Within an operator: ChunkedGradients has threads around them.
     return device

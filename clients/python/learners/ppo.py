@@ -1,7 +1,7 @@
 """PPO with the hyperparameters of the Procgen paper (Cobbe et al., 2020), on a Procgen Server.
 
     python3 -m learners.ppo --game coinrun --mode easy --levels 200 --output runs/coinrun
-    torchrun --nproc-per-node 2 -m learners.ppo --game coinrun --output runs/coinrun
+    torchrun --nproc_per_node 2 -m learners.ppo --game coinrun --output runs/coinrun
 
 The environments are one pool in two halves: while the network looks at one half, the server steps
 the other. Everything that a run depends on is in its checkpoint, so a run that is stopped and
@@ -16,7 +16,6 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +31,7 @@ from learners.environments import (
     pool_options,
     tensor_of,
 )
+from learners.gradients import ChunkedGradients
 from learners.networks import captured, make_encoder
 from learners.options import complete, run_parser, set_device
 from learners.ranks import Ranks
@@ -138,6 +138,7 @@ class Ppo:
     """The algorithm: agent, optimiser, environments and what is random, of one rank."""
 
     metric_names = ("policy_loss", "value_loss", "entropy", "kl", "clip_fraction")
+    needs_checkpoint = False
 
     def __init__(
         self, options: argparse.Namespace, ranks: Ranks, environments: Environments
@@ -177,7 +178,9 @@ class Ppo:
             else self.agent.act
             for rows in environments.halves
         ]
-        self.threads = ThreadPoolExecutor(1 if on_gpu else options.threads)
+        self.gradients = ChunkedGradients(
+            self.parameters, options.chunk_size, 1 if on_gpu else options.threads
+        )
 
     def update(self) -> Update:
         """Collects a rollout and learns from it."""
@@ -253,32 +256,18 @@ class Ppo:
         return (sums / (size * self.options.epochs)).tolist()
 
     def optimize(self, rollout: Rollout, indices: torch.Tensor) -> torch.Tensor:
-        """Takes one step of the optimiser on a minibatch; returns the sums of metric_names.
-
-        A minibatch is a few chunks, each the work of one thread and small enough for its caches.
-        Gradients are added in the order of chunks: the number of threads changes no bit of them.
-        """
+        """Takes one step of the optimiser on a minibatch; returns the sums of metric_names."""
         advantages = rollout.advantages[indices]
         advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
-        size = self.options.chunk_size or len(indices)
-
-        def gradients_of(
-            part: torch.Tensor, its_advantages: torch.Tensor
-        ) -> tuple[torch.Tensor, Sequence[torch.Tensor]]:
-            loss, metrics = self.loss(rollout, part, its_advantages)
-            return metrics, torch.autograd.grad(loss / len(indices), self.parameters)
-
-        chunks = (indices.split(size), advantages.split(size))
-        results = list(self.threads.map(gradients_of, *chunks))
-        gradients = list(results[0][1])
-        for _, others in results[1:]:
-            torch._foreach_add_(gradients, others)
+        gradients, metrics = self.gradients(
+            lambda *chunk: self.loss(rollout, *chunk), indices, advantages
+        )
         self.ranks.average(gradients)
         for parameter, gradient in zip(self.parameters, gradients, strict=True):
             parameter.grad = gradient
         nn.utils.clip_grad_norm_(self.parameters, self.options.max_grad_norm)
         self.optimizer.step()
-        return torch.stack([metrics for metrics, _ in results]).sum(0)
+        return torch.stack(metrics).sum(0)
 
     def loss(
         self, rollout: Rollout, part: torch.Tensor, advantages: torch.Tensor

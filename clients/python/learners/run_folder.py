@@ -122,7 +122,7 @@ def _event_writer(path: Path) -> Any:  # noqa: ANN401 - its type is TensorBoard'
     return SummaryWriter(str(path))
 
 
-class ProgressBar:
+class ProgressLine:
     """How far a run is and how long it will take: a line that is written over on a terminal.
 
     Elsewhere it writes a line from time to time.

@@ -14,7 +14,7 @@ import numpy as np
 
 from learners.environments import Episode
 from learners.ranks import Ranks
-from learners.run_folder import CHECKPOINT, ProgressBar, RunFolder, load_checkpoint
+from learners.run_folder import CHECKPOINT, ProgressLine, RunFolder, load_checkpoint
 
 EPISODE_WINDOW = 100  # Episodes that return_mean and length_mean are means of.
 PROGRESS_COLUMNS = (
@@ -42,7 +42,13 @@ class Update(NamedTuple):
 class Learner(Protocol):
     """An algorithm."""
 
-    metric_names: tuple[str, ...]
+    @property
+    def metric_names(self) -> tuple[str, ...]:
+        """Names of Update.metrics."""
+
+    @property
+    def needs_checkpoint(self) -> bool:
+        """Whether one must be saved before the next update."""
 
     def update(self) -> Update:
         """Collects experience and learns from it."""
@@ -88,7 +94,7 @@ class TrainingRun:
                 "learning": ("step", *learner.metric_names),
             }
             self._folder = RunFolder(path, columns, checkpoint and checkpoint["sizes"])
-        self._bar = ProgressBar(options.game, options.total_steps)
+        self._progress = ProgressLine(options.game, options.total_steps)
 
     def _require_same_options(self, checkpoint: dict[str, Any]) -> None:
         before = checkpoint["options"] | {"ranks": len(checkpoint["ranks"])}
@@ -117,6 +123,7 @@ class TrainingRun:
             self._update()
             now = time.monotonic()
             is_due = now - last_save >= self._options.checkpoint_interval
+            is_due = is_due or self._learner.needs_checkpoint
             is_over = self._signal or now - begin >= self._options.time_limit
             decision = self._ranks.largest(2 if is_over else int(is_due))
             if decision:
@@ -165,7 +172,7 @@ class TrainingRun:
         scalars |= dict(zip(self._learner.metric_names, update.metrics, strict=True))
         self._folder.plot(self._step, {k: v for k, v in scalars.items() if v != ""})
         episode = f"return {means[0]:.2f}, length {means[1]:.0f}, " if self._recent else ""
-        self._bar.show(
+        self._progress.show(
             self._step,
             f"{episode}{rate:,.0f} steps/s (environment {environment:.0%}, policy {policy:.0%}, "
             f"learning {learning:.0%})",

@@ -9,15 +9,15 @@ import pytest
 
 pytest.importorskip("torch")
 
-from learners import ppo
+from learners import ppo, rainbow
 
 # Columns of progress.csv that do not depend on time.
 _TIMELESS_COLUMNS = 3
 STEPS_OF_UPDATE = 8 * 32
 
 
-def options(output: Path, server: str, **others: Any) -> list[str]:  # noqa: ANN401
-    """A command line of a run whose updates are 256 steps; an option that is True is a flag."""
+def options(output: Path, server: str | None, **others: Any) -> list[str]:  # noqa: ANN401
+    """A command line of a run whose updates are 256 steps; True is a flag, None no option."""
     values = {
         "game": "bigfish",
         "network": "nature",
@@ -31,13 +31,23 @@ def options(output: Path, server: str, **others: Any) -> list[str]:  # noqa: ANN
     } | others
     words: list[str] = []
     for name, value in values.items():
+        if value is None:
+            continue
         words += [f"--{name.replace('_', '-')}"] + ([] if value is True else [str(value)])
     return words
 
 
 def train(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: ANN401
-    """Trains in this process; returns the results."""
+    """Trains PPO in this process; returns the results."""
     assert ppo.main(options(output, server, **others)) == 0
+    return results(output)
+
+
+def train_rainbow(output: Path, server: str, **others: Any) -> dict[str, str]:  # noqa: ANN401
+    """Trains Rainbow in this process, with a replay of half of the steps; returns the results."""
+    small = {"minibatches": None, "chunk_size": 8, "batch_size": 16}
+    small |= {"replay_size": 512, "learning_starts": 64, "target_interval": 160}
+    assert rainbow.main(options(output, server, **(small | others))) == 0
     return results(output)
 
 

@@ -1,0 +1,322 @@
+"""The experiments of the paper, one command each: a grid of runs, a figure, a table.
+
+    python3 -m learners.experiments generalization --scale small --games coinrun bigfish
+
+Runs that were finished are not run again, and one that was stopped is continued: the same command
+goes on where it was. Everything is in DIR/EXPERIMENT-SCALE: a folder for each run, curves.png
+(with matplotlib) and table.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import subprocess
+import sys
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from learners import report
+from learners.environments import games_with_mode, open_client, play_episodes, return_range_or_none
+from learners.policy import load_run
+from learners.run_folder import CHECKPOINT
+from learners.training_run import PROGRESS_COLUMNS
+from procgen_client import ACTION_COUNT, ENV_NAMES, Client
+
+TEST_ENV_COUNT = 50
+SMALL_GAMES = ("bigfish", "coinrun", "starpilot")
+RANDOM_SEEDS = 3
+
+
+class Scale(NamedTuple):
+    """How large an experiment is."""
+
+    mode: str  # Distribution mode.
+    levels: int  # That are trained on, where an experiment does not vary them.
+    total_steps: int
+    network: str
+    games: tuple[str, ...]
+    seeds: int  # Runs of each variant.
+    episode_count: int  # That a policy is tested with, on each set of levels.
+
+
+SCALES = {
+    "small": Scale("easy", 200, 150_000, "nature", SMALL_GAMES, 1, 100),
+    "easy": Scale("easy", 200, 25_000_000, "impala", ENV_NAMES, 3, 1000),
+    "paper": Scale("hard", 500, 200_000_000, "impala", ENV_NAMES, 3, 1000),
+}
+
+
+class Variant(NamedTuple):
+    """A curve of the figure: what a learner is run with."""
+
+    label: str
+    options: dict[str, Any]  # Of the learner, by their names with _; True is a flag.
+    program: str = "ppo"
+
+
+class Experiment(NamedTuple):
+    """A grid of variants, games and seeds."""
+
+    description: str
+    variants: Callable[[Scale], list[Variant]]
+    change: Callable[[Scale], Scale] = lambda scale: scale
+    test_levels: int | None = 0  # What policies are tested on; None: no test.
+    seeds_of: Callable[[str, Scale], int] = lambda game, scale: scale.seeds
+    has_random_agent: bool = False
+
+
+def _generalization(scale: Scale) -> list[Variant]:
+    is_small = scale.total_steps < 1_000_000
+    counts = (1, 10, 100, 1000) if is_small else (100, 200, 500, 1000, 10_000, 100_000)
+    return [Variant(f"{count} levels", {"levels": count}) for count in counts]
+
+
+def _network_size(scale: Scale) -> list[Variant]:
+    sizes = [Variant("Nature CNN", {"network": "nature"})]
+    widths = (1, 2) if scale.total_steps < 1_000_000 else (1, 2, 4)
+    sizes += [Variant(f"IMPALA x {w}", {"network": "impala", "width": w}) for w in widths]
+    return sizes
+
+
+def _one(label: str, **options: Any) -> Callable[[Scale], list[Variant]]:  # noqa: ANN401
+    return lambda scale: [Variant(label, options)]
+
+
+EXPERIMENTS = {
+    "all_games": Experiment(
+        "PPO with Nature CNN on 200 easy levels of each game, 2M steps, beside a random agent",
+        _one("PPO"),
+        change=lambda scale: SCALES["small"]._replace(total_steps=2_000_000, games=ENV_NAMES),
+        seeds_of=lambda game, scale: 3 if game in SMALL_GAMES else 1,
+        has_random_agent=True,
+    ),
+    "sample_efficiency": Experiment(
+        "PPO on all levels", _one("PPO", levels=0), test_levels=None
+    ),
+    "generalization": Experiment("from a number of levels to all levels", _generalization),
+    "network_size": Experiment("IMPALA of several widths, and Nature CNN", _network_size),
+    "rainbow_vs_ppo": Experiment(
+        "two algorithms on all levels",
+        lambda scale: [
+            Variant("PPO", {"levels": 0}),
+            Variant("Rainbow", {"levels": 0} | _small_replay(scale), "rainbow"),
+        ],
+        test_levels=None,
+    ),
+    "sequential_levels": Experiment(
+        "the same levels in the same order, and all levels in random order",
+        lambda scale: [
+            Variant("in order", {"levels": 1, "sequential_levels": True}),
+            Variant("all levels", {"levels": 0}),
+        ],
+    ),
+    "exploration": Experiment(
+        "one level that takes exploration",
+        _one("PPO", levels=1),
+        change=lambda scale: scale._replace(mode="exploration"),
+        test_levels=None,
+    ),
+    "memory": Experiment(
+        "all levels of a mode that takes memory, by a policy that has none",
+        _one("PPO", levels=0),
+        change=lambda scale: scale._replace(mode="memory"),
+        test_levels=None,
+    ),
+}
+
+
+def _small_replay(scale: Scale) -> dict[str, Any]:
+    if scale.total_steps >= 1_000_000:
+        return {}
+    return {"replay_size": 50_000, "learning_starts": 5000, "target_interval": 3200}
+
+
+class Job(NamedTuple):
+    """A run of the grid."""
+
+    game: str
+    variant: Variant
+    seed: int
+    folder: Path
+
+
+def jobs_of(experiment: Experiment, scale: Scale, root: Path) -> Iterator[Job]:
+    """Yields the runs: all games with the first seed first."""
+    for seed in range(max(experiment.seeds_of(game, scale) for game in scale.games)):
+        for game in scale.games:
+            if seed < experiment.seeds_of(game, scale):
+                for variant in experiment.variants(scale):
+                    name = variant.label.replace(" ", "_")
+                    yield Job(game, variant, seed, root / game / name / f"seed{seed}")
+
+
+def train(job: Job, scale: Scale, more: Sequence[str]) -> None:
+    """Runs a learner until its last step, from where it was.
+
+    Raises:
+        SystemExit: It was stopped, or has failed.
+    """
+    progress = job.folder / "progress.csv"
+    if (job.folder / CHECKPOINT).exists() and progress.exists():
+        if int(progress.read_text().splitlines()[-1].split(",")[0]) >= scale.total_steps:
+            return
+    options = {
+        "game": job.game,
+        "mode": scale.mode,
+        "levels": scale.levels,
+        "network": scale.network,
+        "total_steps": scale.total_steps,
+        "seed": job.seed,
+        "output": job.folder,
+        "resume": True,
+    } | job.variant.options
+    words: list[str] = []
+    for name, value in options.items():
+        words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+    command = [sys.executable, "-m", f"learners.{job.variant.program}", *words, *more]
+    with subprocess.Popen(command) as process:
+        # Ctrl-C reaches the learner, too, which saves its state first.
+        handlers = {n: signal.signal(n, lambda n, _: process.send_signal(n)) for n in _SIGNALS}
+        status = process.wait()
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    if status:
+        raise SystemExit(status)
+
+
+_SIGNALS = (signal.SIGTERM, signal.SIGINT)
+
+
+def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None:
+    """Plays the trained policy on its levels and on those of the test, and writes the returns."""
+    path = job.folder / "test.json"
+    if experiment.test_levels is None or path.exists():
+        return
+    options = job.variant.options
+    sets = {
+        "train": {
+            "num_levels": options.get("levels", scale.levels),
+            "use_sequential_levels": options.get("sequential_levels", False),
+        },
+        "test": {"num_levels": experiment.test_levels},
+    }
+    returns = {}
+    for name, levels in sets.items():
+        played = _play(client, job.game, load_run(job.folder, job.game), scale, 0, **levels)
+        returns[name] = played.mean(1).tolist()
+    path.write_text(json.dumps(returns) + "\n")
+
+
+def random_returns(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
+    """Returns the mean returns of some runs of a random agent."""
+    path = root / game / "random.json"
+    if not path.exists():
+        means = []
+        for seed in range(RANDOM_SEEDS):
+            random = np.random.default_rng([zlib.crc32(game.encode()), seed])
+
+            def act(observations: np.ndarray, random: Any = random) -> np.ndarray:  # noqa: ANN401
+                return random.integers(0, ACTION_COUNT, len(observations))
+
+            played = _play(client, game, act, scale, seed, num_levels=scale.levels)
+            means.append(float(played.mean()))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(means) + "\n")
+    return json.loads(path.read_text())
+
+
+def _play(
+    client: Client,
+    game: str,
+    act: Callable[[np.ndarray], Any],
+    scale: Scale,
+    seed: int,
+    **options: Any,  # noqa: ANN401
+) -> np.ndarray:
+    env_count = min(TEST_ENV_COUNT, scale.episode_count)
+    return play_episodes(
+        *(client, game, act),
+        env_count=env_count,
+        each=-(-scale.episode_count // env_count),
+        distribution_mode=scale.mode,
+        rand_seed=seed,
+        **options,
+    )
+
+
+def run_of(job: Job) -> report.Run:
+    """Reads what a run has written."""
+    columns = np.genfromtxt(
+        job.folder / "progress.csv", delimiter=",", skip_header=1, usecols=(0, 1), ndmin=2
+    )
+    assert PROGRESS_COLUMNS[:2] == ("step", "return_mean")
+    path = job.folder / "test.json"
+    tested = json.loads(path.read_text()) if path.exists() else {}
+    means = {name: float(np.mean(returns)) for name, returns in tested.items()}
+    return report.Run(
+        *(job.game, job.variant.label, job.seed, columns[:, 0], columns[:, 1]),
+        *(means.get("train"), means.get("test")),
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs an experiment as the command line says; returns the exit status."""
+    given, more = _parser().parse_known_args(arguments)
+    experiment = EXPERIMENTS[given.name]
+    scale = experiment.change(SCALES[given.scale])
+    client = open_client(given.server)
+    playable = games_with_mode(client, scale.mode)
+    games = [game for game in given.games or scale.games if game in playable]
+    if not games:
+        raise SystemExit(f"none of these games has mode {scale.mode}; {', '.join(playable)} have")
+    scale = scale._replace(games=tuple(games))
+    for name in ("total_steps", "seeds"):
+        if getattr(given, name) is not None:
+            scale = scale._replace(**{name: getattr(given, name)})
+    if given.server:
+        more += ["--server", given.server]
+    root = Path(given.output) / f"{given.name}-{given.scale}"
+    jobs = list(jobs_of(experiment, scale, root))
+    done = []
+    for number, job in enumerate(jobs, 1):
+        print(f"[{number}/{len(jobs)}] {job.game}, {job.variant.label}, seed {job.seed}")
+        train(job, scale, more)
+        test(client, job, experiment, scale)
+        done.append(run_of(job))
+    ranges = {game: return_range_or_none(client, game, scale.mode) for game in games}
+    random = {}
+    if experiment.has_random_agent:
+        random = {game: random_returns(client, game, scale, root) for game in games}
+    title = f"{given.name}: {experiment.description}"
+    (root / "table.md").write_text(report.table(done, ranges, random) + "\n")
+    report.plot(done, ranges, random, title, root / "curves.png")
+    print((root / "table.md").read_text())
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    described = "\n".join(f"  {name:18} {its.description}" for name, its in EXPERIMENTS.items())
+    parser = argparse.ArgumentParser(
+        prog="python3 -m learners.experiments",
+        description=f"{__doc__}\nexperiments:\n{described}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="All other options are those of the learners, for all runs.",
+    )
+    parser.add_argument("name", choices=EXPERIMENTS, metavar="EXPERIMENT")
+    parser.add_argument("--games", nargs="+", choices=ENV_NAMES, metavar="GAME")
+    parser.add_argument("--scale", choices=SCALES, default="small", help="default: %(default)s")
+    parser.add_argument("--total-steps", type=int, help="default: as the scale has it")
+    parser.add_argument("--seeds", type=int, help="of each variant; default: as the scale has it")
+    parser.add_argument("--output", default="experiments", metavar="DIR")
+    parser.add_argument("--server", help="its address; default: PROCGEN_SERVER, else its own")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

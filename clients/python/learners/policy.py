@@ -1,0 +1,65 @@
+"""Policies of finished runs, for procgen-evaluate.
+
+    PROCGEN_RUN=runs/coinrun procgen-evaluate coinrun --mode easy --policy learners.policy:load
+
+PROCGEN_RUN is a run's folder, or a folder with one for each game, named after it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from learners import ppo, rainbow
+from learners.run_folder import CHECKPOINT, load_checkpoint
+from procgen_client import ACTION_COUNT
+from procgen_client.errors import InvalidArgumentError
+
+RUN_VARIABLE = "PROCGEN_RUN"
+
+Policy = Callable[[np.ndarray], np.ndarray]  # uint8 [N, 64, 64, 3] -> int [N]
+
+
+def load(game: str) -> Policy:
+    """Returns the policy of the run that PROCGEN_RUN names.
+
+    Raises:
+        InvalidArgumentError: There is no such run, or it was trained on another game.
+    """
+    folder = Path(os.environ.get(RUN_VARIABLE, "run"))
+    if not (folder / CHECKPOINT).exists():
+        folder /= game
+    if not (folder / CHECKPOINT).exists():
+        raise InvalidArgumentError(
+            f"{RUN_VARIABLE} is {os.environ.get(RUN_VARIABLE)!r}; it is a folder with a "
+            f"{CHECKPOINT}, or one that has such a folder for each game"
+        )
+    return load_run(folder, game)
+
+
+def load_run(folder: Path, game: str | None = None) -> Policy:
+    """Returns the policy of a run; errors as :func:`load`.
+
+    PPO's actions are sampled, as in training and in the paper; Rainbow's are its best. Equal calls
+    give equal actions.
+    """
+    checkpoint = load_checkpoint(folder / CHECKPOINT)
+    options = checkpoint["options"]
+    if game is not None and options["game"] != game:
+        raise InvalidArgumentError(f"{folder} was trained on {options['game']}, not on {game}")
+    torch.set_num_threads(1)
+    if "value_max" in options:
+        return rainbow.load_policy(options, checkpoint["learner"])
+    agent = ppo.Agent(options["network"], options["width"], getattr(torch, options["precision"]))
+    agent.load_state_dict(checkpoint["learner"]["agent"])
+    random = torch.Generator().manual_seed(0)
+
+    def act(observations: np.ndarray) -> np.ndarray:
+        noise = torch.empty(len(observations), ACTION_COUNT).exponential_(generator=random)
+        return agent.act(torch.from_numpy(observations), noise)[0].numpy()
+
+    return act

@@ -1,0 +1,380 @@
+"""Rainbow (Hessel et al., 2018) on a Procgen Server: a DQN with everything that helps it.
+
+    python3 -m learners.rainbow --game bigfish --mode easy --levels 200 --output runs/bigfish
+
+Distributional (51 atoms over the game's range of returns), double, duelling, n-step returns, noisy
+layers for exploration, and prioritised replay. As in ppo.py the environments are one pool in two
+halves, and they are stepped while the network learns. The replay is a file in DIR beside the
+checkpoint; a run that is stopped and continued has the numbers of an undisturbed one.
+
+N: environments; B: transitions of a minibatch; A: actions; Z: atoms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional as F  # noqa: N812 - the name that everyone knows
+
+from learners.environments import (
+    LOST,
+    Environments,
+    Episode,
+    episodes_of,
+    pool_options,
+    tensor_of,
+)
+from learners.gradients import ChunkedGradients
+from learners.networks import captured, make_encoder
+from learners.options import complete, run_parser, set_device
+from learners.ranks import Ranks
+from learners.replay import Replay
+from learners.training_run import TrainingRun, Update
+from procgen_client import ACTION_COUNT
+from procgen_client.errors import ProcgenError
+
+
+class NoisyLinear(nn.Module):
+    """A linear layer whose weights have noise, of a scale that is learnt (Fortunato et al.)."""
+
+    def __init__(self, in_count: int, out_count: int, sigma: float = 0.5) -> None:
+        """Begins without noise: :meth:`resample` draws it."""
+        super().__init__()
+        bound = in_count**-0.5
+        self.weight = nn.Parameter(torch.empty(out_count, in_count).uniform_(-bound, bound))
+        self.bias = nn.Parameter(torch.empty(out_count).uniform_(-bound, bound))
+        self.weight_sigma = nn.Parameter(torch.full((out_count, in_count), sigma * bound))
+        self.bias_sigma = nn.Parameter(torch.full((out_count,), sigma * bound))
+        self.register_buffer("in_noise", torch.zeros(in_count))
+        self.register_buffer("out_noise", torch.zeros(out_count))
+
+    def resample(self, random: torch.Generator) -> None:
+        """Draws factorised noise."""
+        for noise in (self.in_noise, self.out_noise):
+            noise.normal_(generator=random)
+            noise.copy_(noise.sign() * noise.abs().sqrt())
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Returns [n, out_count] of x [n, in_count]."""
+        weight = self.weight + self.weight_sigma * torch.outer(self.out_noise, self.in_noise)
+        return F.linear(x, weight, self.bias + self.bias_sigma * self.out_noise)
+
+
+class QNetwork(nn.Module):
+    """Distributions of returns, for each action."""
+
+    def __init__(
+        self, network: str, width: int, precision: torch.dtype, atoms: torch.Tensor
+    ) -> None:
+        """Takes the encoder's name and width, what it computes in, and returns, [Z]."""
+        super().__init__()
+        self.encoder = make_encoder(network, width, precision)
+        self.value = NoisyLinear(self.encoder.feature_count, len(atoms))
+        self.advantage = NoisyLinear(self.encoder.feature_count, ACTION_COUNT * len(atoms))
+        self.register_buffer("atoms", atoms)
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Returns log-probabilities of atoms, [n, A, Z], of observations, uint8 [n, 64, 64, 3]."""
+        features = self.encoder(observations)
+        advantage = self.advantage(features).view(len(features), ACTION_COUNT, -1)
+        value = self.value(features)[:, None]
+        return F.log_softmax(value + advantage - advantage.mean(1, keepdim=True), -1)
+
+    def best(self, observations: torch.Tensor) -> torch.Tensor:
+        """Returns the actions with the largest mean returns, [n]."""
+        return (self(observations).exp() @ self.atoms).argmax(-1)
+
+    def resample(self, random: torch.Generator) -> None:
+        """Draws new noise."""
+        self.value.resample(random)
+        self.advantage.resample(random)
+
+
+def project(
+    probabilities: torch.Tensor, atoms: torch.Tensor, returns: torch.Tensor, discounts: torch.Tensor
+) -> torch.Tensor:
+    """Returns the distribution of `returns + discounts * z` on the atoms (Bellemare et al.).
+
+    Args:
+        probabilities: Of the atoms, [B, Z].
+        atoms: Evenly spaced, [Z].
+        returns: [B].
+        discounts: [B].
+    """
+    low, high = atoms[0], atoms[-1]
+    position = (returns[:, None] + discounts[:, None] * atoms).clamp(low, high)
+    position = (position - low) / (high - low) * (len(atoms) - 1)
+    lower = position.floor().clamp(0, len(atoms) - 2)
+    to_upper = position - lower
+    index = lower.long()
+    projected = torch.zeros_like(probabilities)
+    projected.scatter_add_(1, index, probabilities * (1 - to_upper))
+    return projected.scatter_add_(1, index + 1, probabilities * to_upper)
+
+
+class Rainbow:
+    """The algorithm: networks, optimiser, replay, environments and what is random."""
+
+    metric_names = ("loss", "q_mean")
+
+    def __init__(
+        self, options: argparse.Namespace, environments: Environments, replay: Replay
+    ) -> None:
+        """Begins with a new network."""
+        self.options, self.environments, self.replay = options, environments, replay
+        self.device = torch.device(options.device)
+        on_gpu = self.device.type == "cuda"
+        torch.manual_seed(options.seed)
+        self.online, self.target = (make_network(vars(options)).to(self.device) for _ in range(2))
+        self.target.load_state_dict(self.online.state_dict())
+        self.parameters = list(self.online.parameters())
+        self.optimizer = torch.optim.Adam(
+            self.parameters, options.learning_rate, eps=1.5e-4, fused=on_gpu
+        )
+        self.evaluate: Callable[..., Any] = self.online
+        if on_gpu and options.compile:
+            self.evaluate = torch.compile(self.online)
+        self.gradients = ChunkedGradients(
+            self.parameters, options.chunk_size, 1 if on_gpu else options.threads
+        )
+        self.random = torch.Generator(self.device).manual_seed(options.seed)
+        self.host_random = np.random.default_rng(options.seed)
+        self.states: list[bytes] | None = None  # Of the environments, before the next update.
+        self.saved_row_count = 0  # Of the replay, at the last checkpoint.
+        best = torch.no_grad()(self.online.best)
+        self.best = [
+            captured(best, torch.zeros(rows.stop - rows.start, 64, 64, 3).byte().to(self.device))
+            if on_gpu
+            else best
+            for rows in environments.halves
+        ]
+
+    @property
+    def needs_checkpoint(self) -> bool:
+        """Whether the next update would overwrite rows of the last checkpoint."""
+        added = self.replay.row_count - self.saved_row_count
+        return added + self.options.num_steps > self.replay.slack
+
+    def update(self) -> Update:
+        """Takes num_steps steps of each environment, and learns after each.
+
+        Where the server was restarted, the environments are set back to the update's beginning.
+        """
+        while True:
+            try:
+                update = self.play()
+                begin = time.perf_counter()
+                self.states = self.environments.save_states()
+                waited = update.environment_seconds + time.perf_counter() - begin
+                return update._replace(environment_seconds=waited)
+            except LOST:
+                self.environments.reopen(self.states)
+                self.replay.cut()
+
+    def play(self) -> Update:
+        """Takes the steps; the server steps both halves while the network learns."""
+        step_count = self.options.num_steps
+        episodes: list[Episode] = []
+        metrics: list[torch.Tensor] = []
+        environment_seconds = policy_seconds = 0.0
+        clock = time.perf_counter
+        self.environments.send_observe()
+        for t in range(step_count + 1):
+            for half, rows in enumerate(self.environments.halves):
+                begin = clock()
+                batch = self.environments.receive()
+                received = clock()
+                environment_seconds += received - begin
+                if t > 0:
+                    self.replay.set_outcome(rows, batch.rewards, batch.ended)
+                    episodes += episodes_of(batch, t, rows.start)
+                if t == step_count:
+                    continue
+                actions = self.choose(half, tensor_of(batch))
+                decided = clock()
+                self.replay.add(rows, batch.observations, actions)
+                self.environments.send(half, actions)
+                policy_seconds += decided - received
+            if t < step_count:
+                self.replay.finish()
+                if self.replay.row_count * self.options.num_envs >= self.options.learning_starts:
+                    metrics.append(self.learn())
+        means = torch.stack(metrics).mean(0).tolist() if metrics else ["", ""]
+        return Update(step_count, episodes, environment_seconds, policy_seconds, means)
+
+    def choose(self, half: int, observations: torch.Tensor) -> np.ndarray:
+        """Returns the best actions under new noise; at first, random ones."""
+        if self.replay.row_count * self.options.num_envs < self.options.learning_starts:
+            return self.host_random.integers(0, ACTION_COUNT, len(observations))
+        self.online.resample(self.random)
+        return self.best[half](observations.to(self.device)).cpu().numpy()
+
+    def learn(self) -> torch.Tensor:
+        """Takes one step of the optimiser; returns means of metric_names."""
+        options = self.options
+        step = self.replay.row_count * options.num_envs
+        share = min(1.0, step / options.total_steps)
+        beta = options.beta + (1 - options.beta) * share
+        sample = self.replay.sample(options.batch_size, beta, self.host_random)
+        self.online.resample(self.random)
+        self.target.resample(self.random)
+        tensors = [torch.from_numpy(array).to(self.device) for array in sample[1:]]
+        gradients, results = self.gradients(self.loss, *tensors)
+        for parameter, gradient in zip(self.parameters, gradients, strict=True):
+            parameter.grad = gradient
+        nn.utils.clip_grad_norm_(self.parameters, options.max_grad_norm)
+        self.optimizer.step()
+        losses, q_values = torch.cat(results, 1)
+        self.replay.set_priorities(sample.indices, losses.cpu().numpy())
+        if self.replay.row_count % max(1, options.target_interval // options.num_envs) == 0:
+            self.target.load_state_dict(self.online.state_dict())
+        return torch.stack([losses.mean(), q_values.mean()])
+
+    def loss(self, *tensors: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Returns the weighted loss, summed, and losses and values of each transition, [2, B]."""
+        observations, actions, returns, discounts, next_observations, weights = tensors
+        with torch.no_grad():
+            chosen = self.online.best(next_observations)
+            rows = torch.arange(len(chosen), device=self.device)
+            following = self.target(next_observations)[rows, chosen].exp()
+            wanted = project(following, self.online.atoms, returns, discounts)
+        predicted = self.evaluate(observations)[rows, actions]
+        losses = -(wanted * predicted).sum(-1)
+        values = predicted.detach().exp() @ self.online.atoms
+        return (weights * losses).sum(), torch.stack([losses.detach(), values])
+
+    def state(self) -> dict[str, Any]:
+        """Returns the networks and the optimiser, for a checkpoint."""
+        return {
+            "online": self.online.state_dict(),
+            "target": self.target.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+        }
+
+    def rank_state(self) -> dict[str, Any]:
+        """Returns the rest; the observations of the replay are on disk then."""
+        self.saved_row_count = self.replay.row_count
+        return {
+            "replay": self.replay.state(),
+            "random": self.random.get_state(),
+            "host_random": self.host_random.bit_generator.state,
+            "states": self.states,
+        }
+
+    def restore(self, state: dict[str, Any], rank_state: dict[str, Any]) -> None:
+        """Continues from a checkpoint."""
+        self.online.load_state_dict(state["online"])
+        self.target.load_state_dict(state["target"])
+        self.optimizer.load_state_dict(state["optimizer"])
+        self.replay.restore(rank_state["replay"])
+        self.saved_row_count = self.replay.row_count
+        self.random.set_state(rank_state["random"])
+        self.host_random.bit_generator.state = rank_state["host_random"]
+        self.states = rank_state["states"]
+        self.environments.reopen(self.states)
+
+
+def make_network(options: dict[str, Any]) -> QNetwork:
+    """Makes a network, of a run's options."""
+    atoms = torch.linspace(options["value_min"], options["value_max"], options["atoms"])
+    precision = getattr(torch, options["precision"])
+    return QNetwork(options["network"], options["width"], precision, atoms)
+
+
+def load_policy(
+    options: dict[str, Any], state: dict[str, Any]
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Returns the policy of a run's options and state: the best actions, without noise."""
+    network = make_network(options)
+    network.load_state_dict(state["online"])
+    for layer in (network.value, network.advantage):
+        layer.in_noise.zero_()
+        layer.out_noise.zero_()
+
+    @torch.no_grad()
+    def act(observations: np.ndarray) -> np.ndarray:
+        return network.best(torch.from_numpy(observations)).numpy()
+
+    return act
+
+
+def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """Returns the options."""
+    parser = run_parser("rainbow", __doc__)
+    add = parser.add_argument_group("hyperparameters").add_argument
+    add("--num-steps", type=int, default=256, help="steps of an update; default: %(default)s")
+    add("--chunk-size", type=int, help="transitions a pass; 0: all; default: 128, on a GPU 0")
+    add("--replay-size", type=int, default=1_000_000, help="observations; default: %(default)s")
+    add("--learning-starts", type=int, default=20_000, help="in steps; default: %(default)s")
+    add("--batch-size", type=int, default=512, help="one a step of all; default: %(default)s")
+    add("--n", type=int, default=3, help="steps of a transition; default: %(default)s")
+    add("--atoms", type=int, default=51, help="default: %(default)s")
+    add("--value-min", type=float, help="default: the game's least return, or 0 if that is more")
+    add("--value-max", type=float, help="default: the game's largest return")
+    add("--target-interval", type=int, default=32_000, help="in steps; default: %(default)s")
+    for name, value in {
+        "--learning-rate": 2.5e-4,
+        "--gamma": 0.99,
+        "--alpha": 0.5,
+        "--beta": 0.4,
+        "--max-grad-norm": 10.0,
+    }.items():
+        add(name, type=float, default=value, help="default: %(default)s")
+    options = complete(parser.parse_args(arguments))
+    if options.chunk_size is None:
+        options.chunk_size = 0 if options.device.startswith("cuda") else 128
+    return options
+
+
+def train(options: argparse.Namespace) -> int:
+    """Trains; returns the exit status."""
+    device = set_device(options)
+    ranks = Ranks("nccl" if device.type == "cuda" else "gloo")
+    if ranks.count > 1:
+        raise SystemExit("Rainbow has one rank: its replay is one process's")
+    environments = Environments(
+        options.game,
+        options.num_envs,
+        server=options.server,
+        server_timeout=options.server_timeout,
+        **pool_options(options, 0, 1),
+    )
+    try:
+        low, high = environments.return_range(options.mode)
+        if options.value_min is None:
+            options.value_min = min(0.0, low)
+        if options.value_max is None:
+            options.value_max = high
+        replay = Replay(
+            Path(options.output) / "replay.bin",
+            options.replay_size,
+            options.num_envs,
+            slack_min=options.num_steps,
+            n=options.n,
+            gamma=options.gamma,
+            alpha=options.alpha,
+        )
+        return TrainingRun(options, Rainbow(options, environments, replay), ranks).train()
+    finally:
+        environments.close()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Trains as the command line says; returns the exit status, 1 where the server has failed."""
+    try:
+        return train(parse(arguments))
+    except ProcgenError as error:
+        print(f"learners.rainbow: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

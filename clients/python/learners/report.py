@@ -1,0 +1,160 @@
+"""Figures and tables of an experiment's runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Range = tuple[float, float]  # Returns that are normalised to 0 and 1.
+
+
+class Run(NamedTuple):
+    """What a run has led to."""
+
+    game: str
+    label: str  # Of its variant.
+    seed: int
+    steps: np.ndarray  # [updates]
+    returns: np.ndarray  # Mean of the last episodes at each; NaN before the first   [updates]
+    train_return: float | None  # Of the trained policy, on its levels.
+    test_return: float | None  # On those of the test.
+
+
+def table(
+    runs: Sequence[Run], ranges: dict[str, Range | None], random: dict[str, list[float]]
+) -> str:
+    """Returns the last returns as a table in Markdown: means over seeds, and their spread."""
+    has_test = any(run.test_return is not None for run in runs)
+    head = ["game", "variant", "seeds", "last training episodes"]
+    head += ["train levels", "test levels"] if has_test else []
+    head += ["random agent"] if random else []
+    head += ["normalised"] + (["normalised, test"] if has_test else [])
+    lines = [_line(head), _line(["---", "---"] + ["---:"] * (len(head) - 2))]
+    normalized: dict[str, list[list[float]]] = {}
+    for game, label in _unique((run.game, run.label) for run in runs):
+        its_runs = [run for run in runs if (run.game, run.label) == (game, label)]
+        columns: list[Callable[[Run], Any]] = [lambda run: _last(run.returns)]
+        if has_test:
+            columns += [lambda run: run.train_return, lambda run: run.test_return]
+        means = [[column(run) for run in its_runs] for column in columns]
+        cells = [game, label, str(len(its_runs)), *map(_spread, means)]
+        cells += [_spread(random[game])] if random else []
+        scaled = [
+            _normalized(float(np.mean(means[column])), ranges[game])
+            for column in ([0, 2] if has_test else [0])
+        ]
+        normalized.setdefault(label, []).append(scaled)
+        lines.append(_line([*cells, *(_number(value) for value in scaled)]))
+    if len({run.game for run in runs}) > 1:
+        for label, rows in normalized.items():
+            blank = [""] * (len(head) - 2 - len(rows[0]))
+            means_of_label = np.mean(rows, 0)
+            lines.append(_line(["mean", label, *blank, *map(_number, means_of_label)]))
+    return "\n".join(lines)
+
+
+def plot(
+    runs: Sequence[Run],
+    ranges: dict[str, Range | None],
+    random: dict[str, list[float]],
+    title: str,
+    path: Path,
+) -> None:
+    """Draws returns against steps, a picture a game, then the mean; nothing without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        print(f"matplotlib is not installed: {path} is not drawn")
+        return
+    games = list(_unique(run.game for run in runs))
+    labels = list(_unique(run.label for run in runs))
+    # Where some mode has no constants, there is no mean.
+    pictures = [*games, "mean, normalised"] if all(ranges[game] for game in games) else games
+    columns = min(4, len(pictures))
+    rows = -(-len(pictures) // columns)
+    figure = Figure(figsize=(3.6 * columns, 2.8 * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid[len(pictures) :]:
+        axes.set_axis_off()
+    for axes, game in zip(grid, pictures, strict=False):
+        axes.set_title(game)
+        axes.ticklabel_format(axis="x", scilimits=(0, 0))
+        for color, label in enumerate(labels):
+            its_runs = [run for run in runs if run.label == label]
+            if game in games:
+                curves = [(run.steps, run.returns) for run in its_runs if run.game == game]
+            else:
+                curves = _normalized_means(its_runs, ranges)
+            _draw(axes, curves, f"C{color}", label)
+            for run in its_runs:
+                if run.game == game and run.test_return is not None:
+                    axes.plot(run.steps[-1], run.test_return, "o", color=f"C{color}")
+        for value in random.get(game, []):
+            axes.axhline(value, color="gray", linewidth=0.8)
+    grid[0].legend(fontsize="small")
+    figure.suptitle(f"{title}\n(dots: on the test's levels; grey: a random agent)", fontsize=9)
+    figure.savefig(path, dpi=120)
+
+
+def _draw(
+    axes: Any,  # noqa: ANN401
+    curves: Sequence[tuple[np.ndarray, np.ndarray]],
+    color: str,
+    label: str,
+) -> None:
+    """Draws the mean of curves, and between the least and the most of them."""
+    if not curves:
+        return
+    length = min(len(steps) for steps, _ in curves)
+    steps = curves[0][0][:length]
+    returns = np.stack([returns[:length] for _, returns in curves])
+    axes.plot(steps, returns.mean(0), color=color, label=label)
+    if len(curves) > 1:
+        axes.fill_between(steps, returns.min(0), returns.max(0), color=color, alpha=0.25)
+
+
+def _normalized_means(
+    runs: Sequence[Run], ranges: dict[str, Range | None]
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Returns a curve for each seed that all games have: the mean of normalised returns."""
+    games = list(_unique(run.game for run in runs))
+    curves = []
+    for seed in sorted({run.seed for run in runs}):
+        its_runs = [run for run in runs if run.seed == seed]
+        if len(its_runs) == len(games):
+            length = min(len(run.steps) for run in its_runs)
+            scaled = [_normalized(run.returns[:length], ranges[run.game]) for run in its_runs]
+            curves.append((its_runs[0].steps[:length], np.mean(scaled, 0)))
+    return curves
+
+
+def _normalized(value: Any, its_range: Range | None) -> Any:  # noqa: ANN401
+    if its_range is None:
+        return np.nan
+    low, high = its_range
+    return (value - low) / (high - low)
+
+
+def _last(returns: np.ndarray) -> float:
+    return float(returns[-1])
+
+
+def _spread(values: Sequence[float]) -> str:
+    """Returns the mean, and with several values the least and the most of them."""
+    mean = _number(float(np.mean(values)))
+    return f"{mean} ({min(values):.2f} to {max(values):.2f})" if len(values) > 1 else mean
+
+
+def _number(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.2f}"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _unique(values: Any) -> Any:  # noqa: ANN401 - of any type, in order
+    return dict.fromkeys(values)

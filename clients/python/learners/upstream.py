@@ -1,0 +1,130 @@
+"""PPO on upstream's package in place of a server, to be compared with a run on a server.
+
+    python3 -m learners.upstream --game coinrun --seed 1 --output runs/upstream
+    python3 -m learners.ppo --game coinrun --seed 1 --output runs/here --server localhost:50051
+    python3 -m learners.compare_runs runs/here runs/upstream
+
+Needs `pip install procgen` (Procgen 0.10.7). The server draws with upstream's art (its flag --art),
+since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections import deque
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from learners import ppo
+
+
+class Step(NamedTuple):
+    """What a learner reads of a Batch, for a half of the environments."""
+
+    observations: np.ndarray
+    rewards: np.ndarray
+    ended: np.ndarray
+    prev_level_seeds: np.ndarray
+    episode_returns: np.ndarray
+    episode_lengths: np.ndarray
+
+
+class UpstreamEnvironments:
+    """The interface of learners.environments.Environments over a ProcgenGym3Env.
+
+    That steps all environments at once: when both halves have been sent.
+    """
+
+    def __init__(
+        self,
+        game: str,
+        env_count: int,
+        *,
+        package: str,
+        server: str | None,
+        server_timeout: float,
+        first_environment: int,
+        total_environments: int,
+        **options: Any,  # noqa: ANN401
+    ) -> None:
+        """Makes the environments; what only a server has (addresses, ranks) must not be used."""
+        if server or total_environments != env_count:
+            raise SystemExit("upstream's package has neither servers nor ranks")
+        middle = env_count // 2
+        self.halves = (slice(0, middle), slice(middle, env_count))
+        make = importlib.import_module(package).ProcgenGym3Env
+        self._env = make(num=env_count, env_name=game, **options)
+        self._actions = np.zeros(env_count, np.int32)
+        self._sent_count = 0
+        self._returns = np.zeros(env_count, np.float32)
+        self._lengths = np.zeros(env_count, np.int32)
+        self._answers: deque[Step] = deque()
+
+    def send_observe(self) -> None:
+        """Requests the observations of both halves as they are now."""
+        self._answer()
+
+    def send(self, half: int, actions: np.ndarray) -> None:
+        """Takes the actions of a half, and steps with those of the second."""
+        self._actions[self.halves[half]] = actions
+        self._sent_count += 1
+        if self._sent_count % 2 == 0:
+            self._env.act(self._actions)
+            self._returns += self._env.observe()[0]
+            self._lengths += 1
+            self._answer()
+
+    def receive(self) -> Step:
+        """Returns the oldest answer."""
+        return self._answers.popleft()
+
+    def save_states(self) -> list[bytes]:
+        """Returns nothing: a run cannot be continued."""
+        return []
+
+    def reopen(self, states: list[bytes] | None) -> None:
+        """Refuses to continue a run."""
+        raise SystemExit("a run on upstream's package cannot be continued")
+
+    def close(self) -> None:
+        """Ends the environments."""
+        self._env.close()
+
+    def _answer(self) -> None:
+        rewards, observations, first = self._env.observe()
+        prev_levels = np.array([info["prev_level_seed"] for info in self._env.get_info()])
+        ended = first.astype(bool)
+        for rows in self.halves:
+            self._answers.append(
+                Step(
+                    *(observations["rgb"][rows].copy(), rewards[rows].copy(), ended[rows]),
+                    *(prev_levels[rows], self._returns[rows].copy(), self._lengths[rows].copy()),
+                )
+            )
+        self._returns[ended] = 0
+        self._lengths[ended] = 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Trains as the command line says; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python3 -m learners.upstream",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="All other options are those of learners.ppo.",
+    )
+    parser.add_argument("--package", default="procgen", help="default: %(default)s")
+    given, others = parser.parse_known_args(arguments)
+
+    def make(*positional: Any, **keywords: Any) -> UpstreamEnvironments:  # noqa: ANN401
+        return UpstreamEnvironments(*positional, package=given.package, **keywords)
+
+    return ppo.train(ppo.parse(others), make)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

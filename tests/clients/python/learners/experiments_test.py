@@ -1,0 +1,86 @@
+"""An experiment runs its grid, continues where it was stopped, and writes a table and a figure."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from learners import experiments, report
+from procgen_client import Client, ServerProcess
+
+_TINY = [
+    *("--total-steps", "512", "--num-envs", "8", "--num-steps", "32", "--minibatches", "2"),
+    *("--chunk-size", "64"),
+]
+
+
+@pytest.fixture(autouse=True)
+def few_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Policies are tested with few episodes."""
+    small = experiments.SCALES["small"]._replace(episode_count=4)
+    monkeypatch.setitem(experiments.SCALES, "small", small)
+
+
+def _run(name: str, server: ServerProcess, output: Path, *others: str) -> Path:
+    command = [name, "--output", str(output), "--server", server.address, *_TINY, *others]
+    assert experiments.main(command) == 0
+    return output / f"{name}-small"
+
+
+def test_a_grid_is_run_once(
+    server: ServerProcess, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    root = _run("generalization", server, tmp_path, "--games", "bigfish")
+    assert "[4/4] bigfish, 1000 levels, seed 0" in capfd.readouterr().out
+    table = (root / "table.md").read_text().splitlines()
+    assert table[0].startswith("| game | variant | seeds | last training episodes | train levels |")
+    assert [line.split(" | ")[1] for line in table[2:]] == [
+        f"{count} levels" for count in (1, 10, 100, 1000)
+    ]
+    if importlib.util.find_spec("matplotlib"):
+        assert (root / "curves.png").read_bytes().startswith(b"\x89PNG")
+    written = {path: path.stat().st_mtime_ns for path in root.rglob("*.csv")}
+    assert len(written) == 4 * 3
+    _run("generalization", server, tmp_path, "--games", "bigfish")
+    assert {path: path.stat().st_mtime_ns for path in root.rglob("*.csv")} == written
+
+
+def test_random_agents_stand_beside(server: ServerProcess, tmp_path: Path) -> None:
+    root = _run("all_games", server, tmp_path, "--games", "coinrun")
+    head, _, row = (root / "table.md").read_text().splitlines()
+    assert "random agent" in head
+    assert " to " in row, "the spread of some random runs"
+
+
+def test_only_games_with_the_mode_are_run(server: ServerProcess, tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match="none of these games has mode memory"):
+        _run("memory", server, tmp_path, "--games", "bigfish")
+
+
+def test_each_experiment_has_runs(client: Client) -> None:
+    for experiment in experiments.EXPERIMENTS.values():
+        for scale in experiments.SCALES.values():
+            changed = experiment.change(scale)
+            jobs = list(experiments.jobs_of(experiment, changed, Path()))
+            assert len({job.folder for job in jobs}) == len(jobs) >= len(changed.games)
+
+
+def test_the_table_has_means_and_their_spread() -> None:
+    steps = np.array([1.0, 2.0])
+    runs = [
+        report.Run("maze", "PPO", 0, steps, np.array([np.nan, 6.0]), 6.0, 5.0),
+        report.Run("maze", "PPO", 1, steps, np.array([4.0, 8.0]), 8.0, 6.0),
+        report.Run("coinrun", "PPO", 0, steps, np.array([5.0, 10.0]), 10.0, 7.5),
+    ]
+    ranges = {"maze": (5.0, 10.0), "coinrun": (5.0, 10.0)}
+    assert report.table(runs, ranges, {}).splitlines()[2:] == [
+        "| maze | PPO | 2 | 7.00 (6.00 to 8.00) | 7.00 (6.00 to 8.00) | 5.50 (5.00 to 6.00) | "
+        "0.40 | 0.10 |",
+        "| coinrun | PPO | 1 | 10.00 | 10.00 | 7.50 | 1.00 | 0.50 |",
+        "| mean | PPO |  |  |  |  | 0.70 | 0.30 |",
+    ]

@@ -1,0 +1,67 @@
+"""procgen-evaluate plays what the learners have saved."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_runs import STEPS_OF_UPDATE, train, train_rainbow
+
+from learners import policy
+from procgen_client import ServerProcess, errors
+
+
+@pytest.fixture(scope="module")
+def runs(server: ServerProcess, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a run of PPO on bigfish and one of Rainbow on coinrun."""
+    folder = tmp_path_factory.mktemp("runs")
+    train(folder / "bigfish", server.address, total_steps=STEPS_OF_UPDATE)
+    train_rainbow(folder / "coinrun", server.address, game="coinrun", total_steps=STEPS_OF_UPDATE)
+    return folder
+
+
+def test_the_evaluation_plays_saved_policies(server: ServerProcess, runs: Path) -> None:
+    run = subprocess.run(
+        [
+            *(sys.executable, "-m", "procgen_client.tools.evaluate", "bigfish", "coinrun"),
+            *("--mode", "easy", "--policy", "learners.policy:load", "--server", server.address),
+            *("--episodes", "4", "--environments", "4"),
+        ],
+        env=os.environ | {"PROCGEN_RUN": str(runs)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert [line.split(" | ")[0] for line in run.stdout.splitlines()[2:]] == [
+        "| bigfish",
+        "| coinrun",
+        "| mean",
+    ]
+
+
+@pytest.mark.parametrize("game", ["bigfish", "coinrun"])
+def test_equal_calls_give_equal_actions(runs: Path, game: str) -> None:
+    observations = np.random.default_rng(0).integers(0, 256, (6, 64, 64, 3), np.uint8)
+    actions = [policy.load_run(runs / game)(observations) for _ in range(2)]
+    assert (actions[0] == actions[1]).all()
+    assert actions[0].shape == (6,)
+    assert ((actions[0] >= 0) & (actions[0] < 15)).all()
+
+
+def test_a_run_of_another_game_is_refused(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PROCGEN_RUN", str(runs / "bigfish"))
+    with pytest.raises(errors.InvalidArgumentError, match="trained on bigfish, not on maze"):
+        policy.load("maze")
+
+
+def test_a_folder_without_a_run_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PROCGEN_RUN", str(tmp_path))
+    with pytest.raises(errors.InvalidArgumentError, match="checkpoint.pt"):
+        policy.load("maze")

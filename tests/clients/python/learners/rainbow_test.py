@@ -1,0 +1,70 @@
+"""Rainbow continues as if undisturbed, and its parts do what the papers say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from small_runs import train_rainbow
+
+from learners import rainbow
+from procgen_client import ServerProcess
+
+torch = pytest.importorskip("torch")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(
+    server: ServerProcess, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, str]:
+    """The results of four updates."""
+    return train_rainbow(tmp_path_factory.mktemp("undisturbed"), server.address)
+
+
+def test_a_row_is_written_for_each_update(undisturbed: dict[str, str]) -> None:
+    rows = undisturbed["learning"].splitlines()
+    assert rows[0] == "step,loss,q_mean"
+    assert len(rows) == 5
+    assert len(undisturbed["episodes"].splitlines()) > 1
+
+
+def test_equal_seeds_give_equal_runs(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    assert train_rainbow(tmp_path / "same", server.address, threads=1) == undisturbed
+    assert train_rainbow(tmp_path / "other", server.address, seed=1) != undisturbed
+
+
+def test_a_run_that_was_stopped_after_each_update_continues_as_if_undisturbed(
+    server: ServerProcess, undisturbed: dict[str, str], tmp_path: Path
+) -> None:
+    for _ in range(4):
+        stopped = train_rainbow(tmp_path, server.address, time_limit=0, resume=True)
+    assert stopped == undisturbed
+
+
+def test_projecting_keeps_the_mean_within_the_range() -> None:
+    atoms = torch.linspace(-1, 3, 9)
+    probabilities = torch.softmax(torch.randn(4, 9, generator=torch.manual_seed(0)), -1)
+    returns = torch.tensor([0.3, 0.0, -9.0, 1.25])
+    discounts = torch.tensor([0.5, 0.0, 0.9, 0.0])
+    projected = rainbow.project(probabilities, atoms, returns, discounts)
+    assert torch.allclose(projected.sum(-1), torch.ones(4))
+    wanted = (returns + discounts * (probabilities @ atoms)).clamp(-1, 3)
+    assert torch.allclose(projected @ atoms, wanted, atol=1e-5)
+    assert projected[2].tolist() == pytest.approx([1] + [0] * 8)
+
+
+def test_noise_changes_what_a_noisy_layer_gives_and_none_is_none() -> None:
+    layer = rainbow.NoisyLinear(8, 4)
+    x = torch.ones(1, 8)
+    plain = torch.nn.functional.linear(x, layer.weight, layer.bias)
+    assert torch.equal(layer(x), plain)
+    random = torch.Generator().manual_seed(0)
+    outputs = []
+    for _ in range(2000):
+        layer.resample(random)
+        outputs.append(layer(x))
+    outputs = torch.cat(outputs)
+    assert torch.allclose(outputs.mean(0), plain[0], atol=0.05)
+    assert (outputs.std(0) > 0.1).all()
