@@ -26,7 +26,7 @@ from procgen_client.errors import (
     UnimplementedError,
 )
 from procgen_client.tools.evaluate import return_range
-from procgen_client.tools.private_server import is_private, open_client
+from procgen_client.tools.local_server import is_private, open_client
 
 # Errors after which the pool may be made again on the same address: its server stopped.
 LOST = (UnavailableError, NotFoundError, DeadlineExceededError)
@@ -83,12 +83,12 @@ class Environments:
         """Requests the observations of both halves as they are now; two are to be received."""
         for rows in self.halves:
             self._pool.send_observe(
-                first_environment=rows.start, environment_count=rows.stop - rows.start
+                first_env=rows.start, env_count=rows.stop - rows.start
             )
 
     def send(self, half: int, actions: np.ndarray) -> None:
         """Begins a step of a half; `actions` is int [its number of rows]."""
-        self._pool.send_step(actions, first_environment=self.halves[half].start)
+        self._pool.send_step(actions, first_env=self.halves[half].start)
 
     def receive(self) -> Batch:
         """Waits for the oldest request.
@@ -177,8 +177,8 @@ def pool_options(options: argparse.Namespace, rank: int, rank_count: int) -> dic
         "start_level": options.start_level,
         "use_sequential_levels": options.sequential_levels,
         "rand_seed": options.seed,
-        "first_environment": rank * options.num_envs,
-        "total_environments": rank_count * options.num_envs,
+        "first_env": rank * options.num_envs,
+        "total_env_count": rank_count * options.num_envs,
     }
 
 

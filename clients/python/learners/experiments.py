@@ -2,8 +2,8 @@
 
     python3 -m learners.experiments generalization --scale small --games coinrun bigfish
 
-Runs that were finished are not run again, and one that was stopped is continued: the same command
-goes on where it was. Everything is in DIR/EXPERIMENT-SCALE: a folder for each run, curves.png
+Finished runs are kept and a stopped run is continued, so the same command resumes an interrupted
+experiment. Everything is in DIR/EXPERIMENT-SCALE: a folder for each run, curves.png
 (with matplotlib) and table.md.
 """
 
@@ -213,7 +213,7 @@ def test(client: Client, job: Job, experiment: Experiment, scale: Scale) -> None
     path.write_text(json.dumps(returns) + "\n")
 
 
-def random_returns(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
+def random_baseline(client: Client, game: str, scale: Scale, root: Path) -> list[float]:
     """Returns the mean returns of some runs of a random agent."""
     path = root / game / "random.json"
     if not path.exists():
@@ -292,7 +292,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ranges = {game: return_range_or_none(client, game, scale.mode) for game in games}
     random = {}
     if experiment.has_random_agent:
-        random = {game: random_returns(client, game, scale, root) for game in games}
+        random = {game: random_baseline(client, game, scale, root) for game in games}
     title = f"{given.name}: {experiment.description}"
     (root / "table.md").write_text(report.table(done, ranges, random) + "\n")
     report.plot(done, ranges, random, title, root / "curves.png")

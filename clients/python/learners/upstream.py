@@ -4,8 +4,8 @@
     python3 -m learners.ppo --game coinrun --seed 1 --output runs/here --server localhost:50051
     python3 -m learners.compare_runs runs/here runs/upstream
 
-Needs `pip install procgen` (Procgen 0.10.7). The server draws with upstream's art (its flag --art),
-since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
+Needs `pip install procgen` (Procgen 0.10.7). The server needs upstream's art (its
+flag --art_dir), since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ class UpstreamEnvironments:
         package: str,
         server: str | None,
         server_timeout: float,
-        first_environment: int,
-        total_environments: int,
+        first_env: int,
+        total_env_count: int,
         **options: Any,  # noqa: ANN401
     ) -> None:
         """Makes the environments; what only a server has (addresses, ranks) must not be used."""
-        if server or total_environments != env_count:
+        if server or total_env_count != env_count:
             raise SystemExit("upstream's package has neither servers nor ranks")
         middle = env_count // 2
         self.halves = (slice(0, middle), slice(middle, env_count))
