@@ -4,8 +4,8 @@
     python3 -m learners.ppo --game coinrun --seed 1 --output runs/here --server localhost:50051
     python3 -m learners.compare_runs runs/here runs/upstream
 
-Needs `pip install procgen` (Procgen 0.10.7). The server needs upstream's art (its
-flag --art_dir), since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
+Needs `pip install procgen` (Procgen 0.10.7). The server needs upstream's art (its flag --art_dir),
+since the policy acts on pixels. The options are those of learners.ppo. A run can't be continued.
 """
 
 from __future__ import annotations
