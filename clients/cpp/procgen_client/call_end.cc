@@ -1,5 +1,6 @@
 #include "procgen_client/call_end.h"
 
+#include "absl/strings/str_cat.h"
 #include "grpc/support/time.h"
 
 namespace procgen_client {
@@ -22,6 +23,13 @@ CallTimer::CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::
       call->TryCancel();
     }
   });
+}
+
+absl::Status CheckEndInTime(const CallTimer& timer) {
+  return timer.is_due()
+             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
+                                                        absl::FormatDuration(kEndTimeout)))
+             : absl::OkStatus();
 }
 
 }  // namespace procgen_client

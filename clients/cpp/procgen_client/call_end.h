@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "grpcpp/alarm.h"
 #include "grpcpp/client_context.h"
@@ -24,6 +23,9 @@ class CallTimer {
   grpc::Alarm alarm_;
 };
 
+// DEADLINE_EXCEEDED if `timer`, of kEndTimeout, is due.
+absl::Status CheckEndInTime(const CallTimer& timer);
+
 // Waits until the server has ended a call whose responses are `Response`, and says how. For streams
 // whose Read returned false: either the server has ended the stream, or a response was no message.
 // Errors: DEADLINE_EXCEEDED it does not within 10 s; it is cancelled then.
@@ -36,10 +38,7 @@ absl::Status AwaitEnd(const std::shared_ptr<grpc::ClientContext>& context, Strea
   while (stream->Read(&dropped)) {
   }
   *end = stream->Finish();
-  return timer.is_due()
-             ? absl::DeadlineExceededError(absl::StrCat("the server did not end the stream within ",
-                                                        absl::FormatDuration(kEndTimeout)))
-             : absl::OkStatus();
+  return CheckEndInTime(timer);
 }
 
 }  // namespace procgen_client

@@ -1,5 +1,6 @@
 #include "procgen_client/client.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -7,7 +8,9 @@
 #include "absl/time/clock.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
+#include "grpcpp/support/async_unary_call.h"
 #include "procgen_client/answer_validation.h"
+#include "procgen_client/call_completions.h"
 #include "procgen_client/grpc_error.h"
 #include "procgen_client/timing.h"
 
@@ -30,6 +33,9 @@ constexpr absl::Duration kNearRoundTrip = absl::Milliseconds(3);
 constexpr int kNearAttempts = 5;
 constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
 
+// How long it may take to find out why there is no connection.
+constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
+
 // A server gives 1000 pools a page; a list beyond this many pages has no end.
 constexpr int kPoolPagesMax = 1000;
 
@@ -46,16 +52,21 @@ int Milliseconds(absl::Duration duration) {
 // Calls a unary method and returns its response.
 template <typename Stub, typename Request, typename Response>
 absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
-                                   grpc::Status (Stub::*method)(grpc::ClientContext*,
-                                                                const Request&, Response*),
+                                   std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> (Stub::*method)(grpc::ClientContext*,
+                                                                const Request&, grpc::CompletionQueue*),
                                    const Request& request) {
+  Cancellation cancellation(terms.is_cancelled);
   grpc::ClientContext context;
   ShowToken(options.token, &context);
   if (options.timeout != absl::InfiniteDuration()) {
     context.set_deadline(absl::ToChronoTime(absl::Now() + options.timeout));
   }
   Response response;
-  if (const grpc::Status status = (stub->*method)(&context, request, &response); !status.ok()) {
+  grpc::Status status ;
+  CallCompletions completions(&context, &cancellation);
+  const auto call = (stub->*method)(&context, request, completions.queue());
+  call->Finish(&response, &status, CallCompletions::TagOf(CallOperation::kFinish)); completions.Await(CallOperation::kFinish);
+  if (!status.ok()) {
     return ToAbslStatus(status);
   }
   return response;
@@ -63,12 +74,12 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
 
 // Whether the server answers so soon that it must be on this machine, and not at the far end of a
 // tunnel whose near end is.
-bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const std::string& token) {
+bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& terms) {
   for (int attempt = 0; attempt < kNearAttempts; ++attempt) {
     const auto begin = std::chrono::steady_clock::now();
     // Whatever it answers. A call that is given up at the round trip would be an error in the
     // metrics of a server that is busy.
-    CallUnary({token, kNearTimeout}, catalog, &v1::CatalogService::Stub::GetLoad,
+    CallUnary({.token = terms.token, .timeout = kNearTimeout, .is_cancelled = terms.is_cancelled}, catalog, &v1::CatalogService::Stub::AsyncGetLoad,
               v1::GetLoadRequest())
         .IgnoreError();
     const absl::Duration round_trip = absl::FromChrono(std::chrono::steady_clock::now() - begin);
@@ -95,7 +106,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   if (!channel_credentials.ok()) {
     return channel_credentials.status();
   }
-  grpc::ChannelArguments arguments;
+  grpc::ChannelArguments arguments= options.channel_arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
   // Servers compress no messages, and some kilobytes could become gigabytes.
   arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1);
@@ -111,20 +122,23 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   const auto connect = [&]() -> absl::StatusOr<std::unique_ptr<Client>> {
     const std::shared_ptr<grpc::Channel> channel =
         grpc::CreateCustomChannel(address, *channel_credentials, arguments);
-    if (!channel->WaitForConnected(absl::ToChronoTime(absl::Now() + options.timeout))) {
-      return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
-                                                 absl::FormatDuration(options.timeout)));
+    std::unique_ptr<Client>client(new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
+    absl::Status status = client->AwaitConnection(channel.get(), address, options.timeout);
+    if (!status.ok()) {
+      return status;
     }
-    return std::unique_ptr<Client>(new Client(channel, credentials->token, options.call_timeout));
+    return client;
   };
   if (!IsThisMachine(address)) {
     return connect();
   }
+  This machine is never behind a proxy, whatever http_proxy says.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   grpc::ChannelArguments far_arguments = arguments;
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLoopbackWindowBytes);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   auto near = connect();
-  if (!near.ok() || AnswersAtOnce((*near)->catalog_.get(), credentials->token)) {
+  if (!near.ok() || AnswersAtOnce((*near)->catalog_.get(), (*near)->call_options_)) {
     return near;
   }
   arguments.Swap(far_arguments);
@@ -133,12 +147,40 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
 
 std::unique_ptr<Client> Client::FromChannel(const std::shared_ptr<grpc::Channel>& channel,
                                             std::string token, absl::Duration call_timeout) {
-  return std::unique_ptr<Client>(new Client(channel, std::move(token), call_timeout));
+  return std::unique_ptr<Client>(new Client(channel, {std::move(token), call_timeout}));
 }
 
-Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
-               absl::Duration call_timeout)
-    : call_options_{std::move(token), call_timeout},
+absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& address,
+                                     absl::Duration timeout) {
+  Cancellation cancellation(call_options_.is_cancelled);
+  const absl::Time deadline = absl::Now() + timeout;
+  while (!channel->WaitForConnected(
+      absl::ToChronoTime(std::min(deadline, absl::Now() + kCancellationInterval)))) {
+    if (cancellation.Check()) {
+      return absl::CancelledError("connecting was cancelled");
+    }
+    if (absl::Now() >= deadline) {
+      return absl::UnavailableError(absl::StrCat("no server answers at ", address, " within ",
+                                                 absl::FormatDuration(timeout), ": ",
+                                                 WhyNotConnected()));
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::string Client::WhyNotConnected() {
+  // A call that does not wait for the connection fails as it did.
+  const CallOptions terms = {call_options_.token, kFailureTimeout, call_options_.is_cancelled};
+  const absl::Status status =
+      CallUnary(terms, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
+                v1::GetLoadRequest())
+          .status();
+  return absl::IsUnavailable(status) ? std::string(status.message())
+                                     : "it has not answered in time";
+}
+
+Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions terms)
+    : call_options_(std::move(terms)),
       catalog_(v1::CatalogService::NewStub(channel)),
       cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
@@ -147,17 +189,17 @@ Client::Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
       render_(v1::RenderService::NewStub(channel)) {}
 
 absl::StatusOr<v1::Catalog> Client::GetCatalog() {
-  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::GetCatalog,
+  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::AsyncGetCatalog,
                    v1::GetCatalogRequest());
 }
 
 absl::StatusOr<v1::Load> Client::GetLoad() {
-  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::GetLoad,
+  return CallUnary(call_options_, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
                    v1::GetLoadRequest());
 }
 
 absl::StatusOr<v1::ListNodesResponse> Client::ListNodes() {
-  return CallUnary(call_options_, cluster_.get(), &v1::ClusterService::Stub::ListNodes,
+  return CallUnary(call_options_, cluster_.get(), &v1::ClusterService::Stub::AsyncListNodes,
                    v1::ListNodesRequest());
 }
 
@@ -171,7 +213,7 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::CreatePool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncCreatePool, request);
   absl::Status status = pool.ok() ? ValidateCreatedPool(*pool, request) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -179,7 +221,7 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
 absl::StatusOr<v1::Pool> Client::GetPool(const std::string& name) {
   v1::GetPoolRequest request;
   request.set_name(name);
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::GetPool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncGetPool, request);
   absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -189,7 +231,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
   v1::ListPoolsRequest request;
   for (int page_count = 0; page_count < kPoolPagesMax; ++page_count) {
     absl::StatusOr<v1::ListPoolsResponse> page =
-        CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::ListPools, request);
+        CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncListPools, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -211,7 +253,7 @@ absl::StatusOr<std::vector<v1::Pool>> Client::ListPools() {
 absl::Status Client::DeletePool(const std::string& name) {
   v1::DeletePoolRequest request;
   request.set_name(name);
-  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::DeletePool, request)
+  return CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncDeletePool, request)
       .status();
 }
 
@@ -224,7 +266,7 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
     request.mutable_lease_duration()->set_seconds(duration.tv_sec);
     request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
   }
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::RenewPool, request);
+  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncRenewPool, request);
   absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -232,7 +274,7 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
   std::unique_ptr<StepStream> stream(
-      new StepStream(step_.get(), call_options_.token, call_options_.timeout, pool, options));
+      new StepStream(step_.get(), call_options_, pool, options));
   if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
@@ -249,7 +291,7 @@ absl::StatusOr<std::vector<v1::State>> Client::SaveStates(const std::string& poo
   request.set_response_bytes_max(response_bytes_max);
   do {
     absl::StatusOr<v1::SaveStatesResponse> page =
-        CallUnary(call_options_, states_.get(), &v1::StateService::Stub::SaveStates, request);
+        CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncSaveStates, request);
     if (!page.ok()) {
       return page.status();
     }
@@ -294,7 +336,7 @@ absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1:
 }
 
 absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::RestoreStates, request)
+  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncRestoreStates, request)
       .status();
 }
 
@@ -305,7 +347,7 @@ absl::Status Client::CloneStates(const std::string& pool, absl::Span<const v1::C
   request.set_source_pool(source.pool);
   request.set_source_server(source.server);
   request.mutable_pairs()->Add(pairs.begin(), pairs.end());
-  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::CloneStates, request)
+  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncCloneStates, request)
       .status();
 }
 
@@ -316,7 +358,7 @@ absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t 
   request.set_environment(environment);
   request.set_selector(selector);
   auto episode =
-      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::GetEpisode, request);
+      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncReadEpisode, request);
   absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
   return IfValid(std::move(episode), std::move(status));
 }
@@ -331,7 +373,7 @@ absl::StatusOr<v1::RenderEnvironmentsResponse> Client::RenderEnvironments(
   request.set_format(format);
   request.set_view(view);
   auto rendered = CallUnary(call_options_, render_.get(),
-                            &v1::RenderService::Stub::RenderEnvironments, request);
+                            &v1::RenderService::Stub::AsyncRenderEnvironments, request);
   absl::Status status = rendered.ok()
                             ? ValidateFrames(rendered->frames(), environments, size_px, format)
                             : rendered.status();

@@ -12,6 +12,7 @@
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "grpcpp/channel.h"
+#include "grpcpp/support/channel_arguments.h"
 #include "procgen/v1/catalog.grpc.pb.h"
 #include "procgen/v1/cluster.grpc.pb.h"
 #include "procgen/v1/pools.grpc.pb.h"
@@ -19,6 +20,8 @@
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/call_terms.h"
+#include "procgen_client/cancellation.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/step_stream.h"
 #include "procgen_client/watch.h"
@@ -38,18 +41,17 @@ struct ConnectOptions {
   absl::Duration keepalive_timeout = absl::Seconds(10);
   // How long each call may take, of a stream its first attach; then it is DEADLINE_EXCEEDED.
   absl::Duration call_timeout = absl::InfiniteDuration();
+  // Called every 50 ms on each thread that waits for the server, from connecting on. True: what it
+  // waits for ends with CANCELLED, and a stream is over. Null: never. A Watch has Stop instead.
+  CancellationCheck is_cancelled = nullptr;
+  // Further arguments of the channel, for what has no option here.
+  grpc::ChannelArguments channel_arguments = {};
 };
 
 // Where CloneStates reads.
 struct CloneSource {
   std::string pool;    // its name; empty: that of the pool that is written
   std::string server;  // "host:port" as the server that is asked can reach it; empty: itself
-};
-
-// What goes with each call.
-struct CallOptions {
-  std::string token;  // empty: none
-  absl::Duration timeout = absl::InfiniteDuration();
 };
 
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
@@ -123,8 +125,11 @@ class Client {
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
  private:
-  Client(const std::shared_ptr<grpc::Channel>& channel, std::string token,
-         absl::Duration call_timeout);
+  Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions terms);
+  absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address,
+                               absl::Duration timeout);
+  // Why there is no connection.
+  std::string WhyNotConnected();
   absl::Status Restore(const procgen::v1::RestoreStatesRequest& request);
 
   const CallOptions call_options_;

@@ -21,6 +21,7 @@ bool IsThisMachine(absl::string_view address) {
   if (absl::StartsWith(address, "unix:")) {
     return true;
   }
+  absl::ConsumePrefix(&address, "dns:///");
   absl::string_view text = address.substr(0, address.rfind(':'));
   if (absl::ConsumePrefix(&text, "[") && absl::ConsumeSuffix(&text, "]")) {
     in6_addr ipv6 = {};

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
@@ -23,6 +24,8 @@ namespace {
 constexpr size_t kLengthBytes = sizeof(uint32_t);
 // Answers are small: the values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
+
+const auto kPollMilliseconds = static_cast<int>(kCancellationInterval / absl::Milliseconds(1));
 
 // How long a server may take to answer at its socket.
 constexpr timeval kAnswerTimeout = {.tv_sec = 2, .tv_usec = 0};
@@ -58,7 +61,8 @@ int ConnectedTo(const std::string& name) {
 }  // namespace
 
 std::unique_ptr<PipeTransport> PipeTransport::Open(const procgen::v1::PipeTransport& offer,
-                                                   int64_t response_bytes_max) {
+                                                   int64_t response_bytes_max,
+                                             std::shared_ptr<Cancellation> cancellation) {
   const int connection = ConnectedTo(offer.socket_name());
   if (connection < 0) {
     return nullptr;
@@ -66,7 +70,7 @@ std::unique_ptr<PipeTransport> PipeTransport::Open(const procgen::v1::PipeTransp
   const absl::Cleanup disconnect = [connection] { close(connection); };
   const std::string& key = offer.key();
   const ssize_t shown = send(connection, key.data(), key.size(), MSG_NOSIGNAL);
-  std::unique_ptr<PipeTransport> pipes(new PipeTransport(response_bytes_max));
+  std::unique_ptr<PipeTransport> pipes(new PipeTransport(response_bytes_max, std::move(cancellation)));
   return shown == static_cast<ssize_t>(key.size()) && pipes->TakeEnds(connection) ? std::move(pipes)
                                                                                   : nullptr;
 }
@@ -128,8 +132,22 @@ bool PipeTransport::Send(const procgen::v1::StepPoolRequest& request) {
 bool PipeTransport::AwaitRoom() const {
   std::array<pollfd, 2> ends = {{{.fd = requests_, .events = POLLOUT, .revents = 0},
                                  {.fd = responses_, .events = 0, .revents = 0}}};
-  poll(ends.data(), ends.size(), -1);
+  while (poll(ends.data(), ends.size(), kPollMilliseconds) <= 0) {
+    if (cancellation_->Check()) {
+      return false;
+    }
+  }
   return (ends[1].revents & POLLHUP) == 0;
+}
+
+bool PipeTransport::AwaitResponse() const {
+  pollfd end = {.fd = responses_, .events = POLLIN, .revents = 0};
+  while (poll(&end, 1, kPollMilliseconds) <= 0) {
+    if (cancellation_->Check()) {
+      return false;
+    }
+  }
+  return true;
 }
 
 bool PipeTransport::Receive(procgen::v1::StepPoolResponse* response) {
@@ -163,6 +181,9 @@ bool PipeTransport::Fill(size_t count) {
     buffer_.resize(std::max({buffer_.size(), count, kBufferBytes}));
   }
   while (end_ - begin_ < count) {
+    if (!AwaitResponse()) {
+      return false;
+    }
     const ssize_t received = read(responses_, buffer_.data() + end_, buffer_.size() - end_);
     if (received < 0 && errno == EINTR) {
       continue;

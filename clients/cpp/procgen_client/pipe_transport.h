@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/cancellation.h"
 
 namespace procgen_client {
 
@@ -15,14 +17,16 @@ namespace procgen_client {
 class PipeTransport {
  public:
   // Connects; null: that cannot be done from here, and gRPC's stream does as well.
-  // `response_bytes_max`: of responses.
+  // `response_bytes_max`: of responses. `cancellation`: of the stream, ends waits.
   static std::unique_ptr<PipeTransport> Open(const procgen::v1::PipeTransport& offer,
-                                             int64_t response_bytes_max);
+                                             int64_t response_bytes_max,
+                                          std::shared_ptr<Cancellation> cancellation);
   ~PipeTransport();
   PipeTransport(const PipeTransport&) = delete;
   PipeTransport& operator=(const PipeTransport&) = delete;
 
-  // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why.
+  // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why; or the wait was
+  // cancelled.
   bool Send(const procgen::v1::StepPoolRequest& request);
   // Waits for the next response. False: as for Send.
   bool Receive(procgen::v1::StepPoolResponse* response);
@@ -32,15 +36,19 @@ class PipeTransport {
   void HangUp() const;
 
  private:
-  explicit PipeTransport(int64_t response_bytes_max) : response_bytes_max_(response_bytes_max) {}
+  PipeTransport(int64_t response_bytes_max, std::shared_ptr<Cancellation> cancellation)
+      : response_bytes_max_(response_bytes_max), cancellation_(std::move(cancellation)) {}
   // Receives the ends of the pipes.
   bool TakeEnds(int socket);
-  // Waits until there is room for a request. False: the pipes have ended.
+  // Waits until there is room for a request. False: the pipes have ended, or was cancelled.
   bool AwaitRoom() const;
+  // Waits until there is something to read, or nothing ever will be. False: cancelled.
+  bool AwaitResponse() const;
   // Waits until `count` bytes are there from begin_ on.
   bool Fill(size_t count);
 
   const int64_t response_bytes_max_;
+  const std::shared_ptr<Cancellation> cancellation_;
   bool is_damaged_ = false;
   int requests_ = -1;
   // Their reading end, from which nobody reads here: while it is open, who writes gets no SIGPIPE.

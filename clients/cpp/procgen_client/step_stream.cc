@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "procgen_client/call_end.h"
-#include "procgen_client/credentials.h"
 #include "procgen_client/grpc_error.h"
 #include "procgen_client/timing.h"
 
@@ -58,15 +56,17 @@ class Backoff {
 
 }  // namespace
 
-StepStream::StepStream(procgen::v1::StepService::Stub* stub, std::string token,
-                       absl::Duration attach_timeout, const std::string& pool,
-                       const StreamOptions& options)
+StepStream::StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms,
+                       const std::string& pool, const StreamOptions& options)
     : stub_(stub),
-      token_(std::move(token)),
-      attach_timeout_(attach_timeout),
+      token_(terms.token),
+      attach_timeout_(terms.timeout),
+      cancellation_(std::make_shared<Cancellation>(terms.is_cancelled)),
       reconnect_timeout_(options.reconnect_timeout),
       wants_pipe_transport_(options.pipe_transport),
-      chunk_count_(options.chunk_count) {
+      chunk_count_(options.chunk_count),
+      held_(options.held_batches == nullptr ? std::make_shared<HeldBatches>()
+                                            : options.held_batches) {
   procgen::v1::Attach* attach = attach_.mutable_attach();
   attach->set_pool(pool);
   attach->set_requests_in_flight_max(options.requests_in_flight_max);
@@ -105,17 +105,15 @@ absl::Status StepStream::Attach() {
 absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* attached,
                               bool* is_broken) {
   *is_broken = false;
-  auto connection = std::make_shared<StreamConnection>();
-  connection->context.set_wait_for_ready(attached_.has_pool());  // it was attached before
-  ShowToken(token_, &connection->context);
+  const bool was_attached = attached_.has_pool();
+  auto connection = std::make_shared<StreamConnection>(cancellation_, token_, was_attached);
   const std::vector<int32_t> held = held_->TakeHeld();
   attach_.mutable_attach()->mutable_held_batches()->Assign(held.begin(), held.end());
   procgen::v1::StepPoolResponse response;
   {
     // Not the call's deadline, which would be that of the whole stream.
-    const CallTimer timer(ContextOf(connection), timeout);
-    connection->stream = stub_->StepPool(&connection->context);  // waits for the server, too
-    if (!connection->stream->Write(attach_) || !connection->stream->Read(&response)) {
+    const CallTimer timer(connection->context(), timeout);
+    if (!connection->Start(stub_, attach_) || !connection->Read(&response)) {
       absl::Status status = EndOf(connection, is_broken);
       *is_broken = *is_broken || timer.is_due();
       return timer.is_due()
@@ -129,13 +127,10 @@ absl::Status StepStream::Open(absl::Duration timeout, procgen::v1::Attached* att
     status = Accept(response.attached());
   }
   if (!status.ok()) {
-    connection->context.TryCancel();
-    connection->stream->Finish();
     return status;
   }
   if (wants_pipe_transport_) {
-    connection->pipes = PipeTransport::Open(response.attached().shared_memory().pipe_transport(),
-                                            response.attached().response_bytes_max());
+    connection->OpenPipes(response.attached());
   }
   {
     absl::MutexLock lock(&mutex_);
@@ -208,7 +203,9 @@ absl::Status StepStream::Reconnect() {
           absl::StrCat("the connection broke and could not be made again within ",
                        absl::FormatDuration(reconnect_timeout_), ": ", status.message())));
     }
-    absl::SleepFor(delay);
+    if (!cancellation_->Sleep(delay)) {
+      return FinishWith(absl::CancelledError("the wait for the server was cancelled"));
+    }
     status = Resume(left, &is_broken);
     if (status.ok()) {
       return status;
@@ -225,8 +222,7 @@ absl::Status StepStream::Resume(absl::Duration timeout, bool* is_broken) {
   const std::shared_ptr<StreamConnection> connection = this->connection();
   const int64_t stands_at = attached.next_sequence_number();
   if (stands_at <= answered_sequence_number_ || stands_at > next_sequence_number_) {
-    connection->context.TryCancel();
-    connection->stream->Finish();
+    connection->context()->TryCancel();
     return absl::AbortedError(absl::StrCat(
         "pool ", attached.pool().name(), " is at request ", stands_at, ", and this stream left it ",
         "between ", answered_sequence_number_ + 1, " and ", int64_t{next_sequence_number_},
@@ -250,10 +246,10 @@ absl::Status StepStream::EndOf(const std::shared_ptr<StreamConnection>& connecti
                                bool* is_broken) {
   grpc::Status end;
   *is_broken = false;
-  if (absl::Status status = AwaitEnd(connection, &end); !status.ok()) {
+  if (absl::Status status = connection->AwaitEnd(&end); !status.ok()) {
     return status;
   }
-  *is_broken = IsBrokenConnection(end, connection->context);
+  *is_broken = IsBrokenConnection(end, *connection->context());
   return end.ok() ? absl::UnavailableError("the server ended the stream") : ToAbslStatus(end);
 }
 
@@ -361,8 +357,8 @@ absl::Status StepStream::Receive(Batch* batch) {
   // Not before all of it is there: what was read of an answer whose connection broke comes again.
   absl::Status status = is_there.ok() ? Understand(batch) : is_there.status();
   if (!status.ok()) {
-    *batch = Batch();                   // nobody reads what is not valid
-    connection()->context.TryCancel();  // so that nobody goes on writing
+    *batch = Batch();                      // nobody reads what is not valid
+    connection()->context()->TryCancel();  // so that nobody goes on writing
     absl::MutexLock sending(&send_mutex_);
     return GiveUp(std::move(status));
   }
@@ -432,13 +428,13 @@ absl::Status StepStream::FinishWith(absl::Status status) {
 
 absl::Status StepStream::GiveUp(absl::Status status) {
   const std::shared_ptr<StreamConnection> connection = this->connection();
-  connection->context.TryCancel();
+  connection->context()->TryCancel();
   bool is_broken = false;
   EndOf(connection, &is_broken).IgnoreError();
   return FinishWith(std::move(status));
 }
 
-void StepStream::Cancel() { connection()->context.TryCancel(); }
+void StepStream::Cancel() { connection()->context()->TryCancel(); }
 
 absl::Status StepStream::Close() {
   {
@@ -450,12 +446,9 @@ absl::Status StepStream::Close() {
     status_ = absl::FailedPreconditionError("the stream is closed");
   }
   const std::shared_ptr<StreamConnection> connection = this->connection();
-  if (connection->pipes != nullptr) {
-    connection->pipes->HangUp();
-  }
-  connection->stream->WritesDone();
+  connection->EndRequests();
   grpc::Status end;
-  absl::Status status = AwaitEnd(connection, &end);
+  absl::Status status = connection->AwaitEnd(&end);
   return status.ok() ? ToAbslStatus(end) : status;
 }
 

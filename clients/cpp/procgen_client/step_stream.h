@@ -15,6 +15,8 @@
 #include "absl/types/span.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
+#include "procgen_client/call_terms.h"
+#include "procgen_client/cancellation.h"
 #include "procgen_client/observation_decoder.h"
 #include "procgen_client/response_validator.h"
 #include "procgen_client/shared_mapping.h"
@@ -44,6 +46,9 @@ struct StreamOptions {
   // Of such a pool: messages go past gRPC by two pipes, where the server can give them, which costs
   // less than half. False: by gRPC's stream, where its interceptors see them.
   bool pipe_transport = true;
+  // Of such a pool: what the learner holds of its memory from streams before
+  // (StepStream::held_batches). Null: nothing.
+  std::shared_ptr<HeldBatches> held_batches = nullptr;
 };
 
 // One learner's hold of one pool. Made by Client::Attach, which it must not outlive.
@@ -60,6 +65,8 @@ struct StreamOptions {
 // Every response is validated before it is read. One that does not fit its request, whatever server
 // sent it, ends the stream with DATA_LOSS (an answer to attach with INTERNAL).
 //
+// Waits end with CANCELLED when ConnectOptions::is_cancelled says so, and the stream with them.
+//
 // After an error of the server the stream is over: every further call returns that same error. The
 // pool stays, and can be attached again.
 // Threads: one may send while another receives; otherwise one at a time.
@@ -75,6 +82,12 @@ class StepStream {
   int32_t env_count() const { return pool().spec().env_count(); }
   int32_t requests_in_flight_max() const { return attached_.requests_in_flight_max(); }
   int64_t response_bytes_max() const { return attached_.response_bytes_max(); }
+
+  // What is held of the memory that the pool shares; a later stream of the same learner takes it
+  // over (StreamOptions::held_batches).
+  const std::shared_ptr<HeldBatches>& held_batches() const { return held_; }
+  // How many batches that memory has; 0: the pool shares none.
+  int32_t shared_batch_count() const { return mapping_ == nullptr ? 0 : mapping_->batch_count(); }
 
   // In how many chunks a step of the whole pool is carried out.
   int32_t chunk_count() const { return chunk_count_; }
@@ -115,9 +128,9 @@ class StepStream {
 
  private:
   friend class Client;
-  // `attach_timeout`: of the first attach.
-  StepStream(procgen::v1::StepService::Stub* stub, std::string token, absl::Duration attach_timeout,
-             const std::string& pool, const StreamOptions& options);
+  // `terms`: their timeout is that of the first attach.
+  StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms, const std::string& pool,
+             const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
   procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions);
@@ -159,6 +172,7 @@ class StepStream {
   procgen::v1::StepService::Stub* const stub_;
   const std::string token_;  // empty: none
   const absl::Duration attach_timeout_;
+  const std::shared_ptr<Cancellation> cancellation_;
   const absl::Duration reconnect_timeout_;
   const bool wants_pipe_transport_;
   int32_t chunk_count_;  // 0: until it is attached
@@ -174,7 +188,7 @@ class StepStream {
   // Set by attaching, with send_mutex_ held, and read by who receives or with send_mutex_ held.
   // Null: values are received.
   std::shared_ptr<const SharedMapping> mapping_;
-  const std::shared_ptr<HeldBatches> held_ = std::make_shared<HeldBatches>();
+  const std::shared_ptr<HeldBatches> held_;
 
   // Lock order: send_mutex_, mutex_.
   absl::Mutex send_mutex_;  // of who writes, or makes the connection anew

@@ -1,7 +1,10 @@
 #include "procgen_client/stream_connection.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "procgen_client/call_end.h"
+#include "procgen_client/credentials.h"
 
 namespace procgen_client {
 namespace {
@@ -11,19 +14,57 @@ constexpr int kNoticesMax = 1000;
 
 }  // namespace
 
-bool StreamConnection::Write(const procgen::v1::StepPoolRequest& request) const {
-  return pipes == nullptr ? stream->Write(request) : pipes->Send(request);
+StreamConnection::StreamConnection(std::shared_ptr<Cancellation> cancellation,
+                                   const std::string& token, bool waits_for_server)
+    : cancellation_(std::move(cancellation)), completions_(&context_, cancellation_.get()) {
+  context_.set_wait_for_ready(waits_for_server);
+  ShowToken(token, &context_);
 }
 
-bool StreamConnection::Read(procgen::v1::StepPoolResponse* response) const {
-  return pipes == nullptr ? stream->Read(response) : pipes->Receive(response);
+// What is under way uses the stream, so it ends first.
+StreamConnection::~StreamConnection() { completions_.Drain(); }
+
+bool StreamConnection::Start(procgen::v1::StepService::Stub* stub,
+                             const procgen::v1::StepPoolRequest& attach) {
+  stream_ = stub->AsyncStepPool(&context_, completions_.queue(),
+                                CallCompletions::TagOf(CallOperation::kStart));
+  return completions_.Await(CallOperation::kStart) && Write(attach);
+}
+
+void StreamConnection::OpenPipes(const procgen::v1::Attached& attached) {
+  pipes_ = PipeTransport::Open(attached.shared_memory().pipe_transport(), attached.response_bytes_max(),
+                           cancellation_);
+}
+
+bool StreamConnection::Write(const procgen::v1::StepPoolRequest& request) {
+  if (pipes_ != nullptr) {
+    return pipes_->Send(request);
+  }
+  stream_->Write(request, CallCompletions::TagOf(CallOperation::kWrite));
+  return completions_.Await(CallOperation::kWrite);
+}
+
+bool StreamConnection::Read(procgen::v1::StepPoolResponse* response) {
+  if (pipes_ == nullptr) {
+    return ReadFromCall(response);
+  }
+  const bool is_there = pipes_->Receive(response);
+  if (!is_there && cancellation_->Check()) {
+    context_.TryCancel();
+  }
+  return is_there;
+}
+
+bool StreamConnection::ReadFromCall(procgen::v1::StepPoolResponse* response) {
+  stream_->Read(response, CallCompletions::TagOf(CallOperation::kRead));
+  return completions_.Await(CallOperation::kRead);
 }
 
 absl::StatusOr<bool> StreamConnection::ReadAnswer(int64_t number,
-                                                  procgen::v1::StepPoolResponse* response) const {
+                                                  procgen::v1::StepPoolResponse* response) {
   for (int notices = 0; notices <= kNoticesMax; ++notices) {
     if (!Read(response)) {
-      if (pipes != nullptr && pipes->is_damaged()) {
+      if (pipes_ != nullptr && pipes_->is_damaged()) {
         return absl::DataLossError(absl::StrCat("the server's answer to request ", number,
                                                 ": what came by the pipe is no response"));
       }
@@ -39,14 +80,28 @@ absl::StatusOr<bool> StreamConnection::ReadAnswer(int64_t number,
                                           kNoticesMax, " responses of unknown kinds before it"));
 }
 
-std::shared_ptr<grpc::ClientContext> ContextOf(
-    const std::shared_ptr<StreamConnection>& connection) {
-  return {connection, &connection->context};
+void StreamConnection::EndRequests() {
+  if (pipes_ != nullptr) {
+    pipes_->HangUp();
+  }
+  stream_->WritesDone(CallCompletions::TagOf(CallOperation::kWritesDone));
+  completions_.Await(CallOperation::kWritesDone);
 }
 
-absl::Status AwaitEnd(const std::shared_ptr<StreamConnection>& connection, grpc::Status* end) {
-  return AwaitEnd<procgen::v1::StepPoolResponse>(ContextOf(connection), connection->stream.get(),
-                                                 end);
+absl::Status StreamConnection::AwaitEnd(grpc::Status* end) {
+  if (end_.has_value()) {
+    *end = *end_;
+    return absl::OkStatus();
+  }
+  const CallTimer timer(context(), kEndTimeout);
+  // gRPC tells the end to who has read all.
+  procgen::v1::StepPoolResponse dropped;
+  while (ReadFromCall(&dropped)) {
+  }
+  stream_->Finish(end, CallCompletions::TagOf(CallOperation::kFinish));
+  completions_.Await(CallOperation::kFinish);
+  end_ = *end;
+  return CheckEndInTime(timer);
 }
 
 }  // namespace procgen_client

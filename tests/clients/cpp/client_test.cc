@@ -19,9 +19,9 @@ class ClientTest : public ServiceTest {};
 TEST_F(ClientTest, ConnectingToNobodyFailsInTime) {
   procgen_client::ConnectOptions options;
   options.timeout = absl::Milliseconds(200);
-  EXPECT_THAT(
-      procgen_client::Client::Connect("127.0.0.1:1", options),
-      StatusIs(absl::StatusCode::kUnavailable, "no server answers at 127.0.0.1:1 within 200ms"));
+  EXPECT_THAT(procgen_client::Client::Connect("127.0.0.1:1", options),
+              StatusIs(absl::StatusCode::kUnavailable,
+                       testing::StartsWith("no server answers at 127.0.0.1:1 within 200ms: ")));
 }
 
 TEST_F(ClientTest, ErrorOfAStreamStays) {

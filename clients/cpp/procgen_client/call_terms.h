@@ -1,0 +1,20 @@
+#ifndef PROCGEN_CLIENT_CALL_TERMS_H_
+#define PROCGEN_CLIENT_CALL_TERMS_H_
+
+#include <string>
+
+#include "absl/time/time.h"
+#include "procgen_client/cancellation.h"
+
+namespace procgen_client {
+
+// What goes with each call.
+struct CallOptions {
+  std::string token;  // empty: none
+  absl::Duration timeout = absl::InfiniteDuration();
+  CancellationCheck is_cancelled = nullptr;  // null: never
+};
+
+}  // namespace procgen_client
+
+#endif  // PROCGEN_CLIENT_CALL_TERMS_H_
