@@ -14,36 +14,68 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from procgen_client import Client, Pool, ProcgenVectorEnv, ServerProcess
+from procgen_client import Client, Credentials, Pool, ProcgenVectorEnv, ServerProcess
 
 _WORKERS = 2
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 0}  # The levels of the pool in process.
-_AIM = 0.8
 _WARM_UP_STEPS = 50
 _TURN_SECONDS = 0.05
+_CA_VARIABLE = "PROCGEN_SERVER_CA"
 
-Turn = Callable[[], float]  # Steps for a while; gives what a step took, in seconds.
-Costs = dict[str, float]  # Of a step in seconds, by contestant.
 
-# Yardsticks, and who competes with each.
-_IN_PROCESS, _CPP_TCP = "C++, in process", "C++, TCP"
-_COMPETITORS = {
-    "C++, shared memory": _IN_PROCESS,
-    "Python, shared memory, two in flight": _IN_PROCESS,
-    "Python, shared memory, waiting": _IN_PROCESS,
-    "ProcgenVectorEnv, shared memory": _IN_PROCESS,
-    "Python, TCP, two in flight": _CPP_TCP,
-    "Python, TCP, waiting": _CPP_TCP,
-    "ProcgenVectorEnv, TCP": _CPP_TCP,
+class Cost(NamedTuple):
+    """What a step takes, in seconds."""
+
+    wall: float
+    cpu: float = math.nan  # Of the learner's process; of one in C++ it is not known.
+
+
+Turn = Callable[[], Cost]  # Steps for a while.
+Costs = dict[str, Cost]  # Of a step, by worker.
+
+
+class Comparison(NamedTuple):
+    """What a competitor is compared with, and how it should do at least."""
+
+    yardstick: str
+    aim: float | None = None
+
+
+# How batches reach the learner, and what pools are made with for that.
+_TRANSPORTS: dict[str, dict[str, Any]] = {
+    "shared memory": {"transport": "shared_memory"},
+    "TCP": {},
+    "TLS": {},
+    "compressed": {"encoding": "delta_zstd"},
 }
+_CPP_ARGUMENTS = {"shared memory": ["shared_memory"], "compressed": ["compressed"]}
+_IN_PROCESS = "C++, in process"
+_COMPETITORS = {
+    "C++, shared memory": Comparison(_IN_PROCESS),
+    "Python, shared memory, two in flight": Comparison("C++, shared memory", 0.97),
+    "Python, shared memory, waiting": Comparison(_IN_PROCESS, 0.8),
+    "ProcgenVectorEnv, shared memory": Comparison(_IN_PROCESS, 0.8),
+    "Python, TCP, two in flight": Comparison("C++, TCP", 0.97),
+    "Python, TCP, waiting": Comparison("C++, TCP", 0.8),
+    "C++, TLS": Comparison("C++, TCP"),
+    "Python, TLS, two in flight": Comparison("Python, TCP, two in flight", 0.6),
+    "C++, compressed": Comparison("C++, TCP"),
+    "Python, compressed, two in flight": Comparison("C++, compressed", 0.95),
+    "ProcgenVectorEnv, TCP": Comparison("C++, TCP", 0.8),
+}
+_CPU_MEASURED = "Python, shared memory, two in flight"
+_CPU_US_MAX = 15
 
 
 class Case(NamedTuple):
@@ -62,24 +94,24 @@ class Ratios(NamedTuple):
 
     @classmethod
     def of(cls, competitor: str, costs: dict[str, Costs]) -> Ratios:
-        """Takes what a step costs each contestant, by game."""
-        yardstick = _COMPETITORS[competitor]
-        ratios = {game: by[yardstick] / by[competitor] for game, by in costs.items()}
+        """Takes what a step costs each worker, by game."""
+        yardstick = _COMPETITORS[competitor].yardstick
+        ratios = {game: by[yardstick].wall / by[competitor].wall for game, by in costs.items()}
         mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
         ordered = sorted((ratio, game) for game, ratio in ratios.items())
         return cls(mean, ordered[0], ordered[-1])
 
 
-def measure(step: Callable[[], object]) -> float:
-    """Steps for a turn and gives what a step took on average, in seconds."""
-    begin = time.perf_counter()
+def measure(step: Callable[[], object]) -> Cost:
+    """Steps for a turn and gives what a step took on average."""
+    begin, cpu_begin = time.perf_counter(), time.process_time()
     count = 0
     while True:
         step()
         count += 1
         elapsed = time.perf_counter() - begin
         if elapsed >= _TURN_SECONDS:
-            return elapsed / count
+            return Cost(elapsed / count, (time.process_time() - cpu_begin) / count)
 
 
 class Actions:
@@ -106,7 +138,7 @@ def pool_ahead(stack: ExitStack, client: Client, case: Case, transport: str) -> 
         pool.send_step(actions.next())
         pool.receive()
 
-    def turn() -> float:
+    def turn() -> Cost:
         pool.send_step(actions.next())
         cost = measure(exchange)
         pool.receive()
@@ -130,7 +162,7 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
         case.env_count,
         server=client,
         **_OPTIONS,
-        transport=transport,
+        **_TRANSPORTS[transport],
         copy=False,
         autoreset_mode="SameStep",
     )
@@ -143,7 +175,9 @@ def vector_env(stack: ExitStack, client: Client, case: Case, transport: str) -> 
 def made_pool(stack: ExitStack, client: Client, case: Case, transport: str) -> Pool:
     """Makes a pool, which ends with the stack."""
     return stack.enter_context(
-        client.create_pool(case.game, case.env_count, **_OPTIONS, transport=transport)
+        client.create_pool(
+            case.game, case.env_count, **_OPTIONS, **_TRANSPORTS[transport]
+        )
     )
 
 
@@ -153,7 +187,9 @@ def warm_up(pool: Pool, actions: Actions) -> None:
         pool.step(actions.next())
 
 
-def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
+def worker(
+    stack: ExitStack, program: str, case: Case, *how: str, ca: Path | None = None
+) -> Turn:
     """A learner in C++: of a pool in its own process, unless `how` has a server's address."""
     process = stack.enter_context(
         subprocess.Popen(
@@ -162,6 +198,7 @@ def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
             stdout=subprocess.PIPE,
             text=True,
             bufsize=1,
+            env=os.environ if ca is None else os.environ | {_CA_VARIABLE: str(ca)},
         )
     )
     # Its input ends before it is waited for.
@@ -171,43 +208,81 @@ def worker(stack: ExitStack, program: str, case: Case, *how: str) -> Turn:
     if reader.readline() != "ready\n":
         raise RuntimeError(f"{program} did not start")
 
-    def turn() -> float:
+    def turn() -> Cost:
         writer.write("turn\n")
-        return float(reader.readline()) / 1e6
+        return Cost(float(reader.readline()) / 1e6)
 
     return turn
 
 
-def all_turns(stack: ExitStack, program: str, client: Client, case: Case) -> dict[str, Turn]:
+class Servers(NamedTuple):
+    """A server in plain text and one with TLS."""
+
+    plain: Client
+    secure: Client
+    ca: Path
+
+
+def start_servers(stack: ExitStack, program: str) -> Servers:
+    """Starts them, until the stack ends."""
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+        + ["-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext"]
+        + ["subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", "key.pem", "-out", "ca.pem"],
+        cwd=folder,
+        check=True,
+        stderr=subprocess.DEVNULL,
+    )
+    ca = folder / "ca.pem"
+    tls = [f"--tls_certificate={ca}", f"--tls_key={folder}/key.pem"]
+    clients = []
+    for flags, credentials in (([], Credentials()), (tls, Credentials(ca=ca))):
+        server = ServerProcess(program, [f"--workers={_WORKERS}", *flags], tied=True)
+        stack.enter_context(server)
+        clients.append(stack.enter_context(Client(server.address, credentials=credentials)))
+    return Servers(*clients, ca)
+
+
+def all_turns(
+    stack: ExitStack, program: str, servers: Servers, case: Case
+) -> dict[str, Turn]:
     """Gives who competes, each with a pool of its own."""
-    turns = {
-        _IN_PROCESS: worker(stack, program, case),
-        "C++, shared memory": worker(stack, program, case, client.address, "shared_memory"),
-        _CPP_TCP: worker(stack, program, case, client.address),
-    }
-    for name, transport in (("shared memory", "shared_memory"), ("TCP", "stream")):
-        turns[f"Python, {name}, two in flight"] = pool_ahead(stack, client, case, transport)
-        turns[f"Python, {name}, waiting"] = pool_waiting(stack, client, case, transport)
-        turns[f"ProcgenVectorEnv, {name}"] = vector_env(stack, client, case, transport)
+    turns = {_IN_PROCESS: worker(stack, program, case)}
+    for name in _TRANSPORTS:
+        client, ca = (servers.secure, servers.ca) if name == "TLS" else (servers.plain, None)
+        how = _CPP_ARGUMENTS.get(name, [])
+        turns[f"C++, {name}"] = worker(stack, program, case, client.address, *how, ca=ca)
+        makers = {
+            f"Python, {name}, two in flight": pool_ahead,
+            f"Python, {name}, waiting": pool_waiting,
+            f"ProcgenVectorEnv, {name}": vector_env,
+        }
+        for competitor, make in makers.items():
+            if competitor in _COMPETITORS:
+                turns[competitor] = make(stack, client, case, name)
     return turns
 
 
 def compete(turns: dict[str, Turn], rounds: int) -> Costs:
-    """Lets all take their turns and gives the best of each, in seconds a step."""
-    best = dict.fromkeys(turns, float("inf"))
+    """Lets all take their turns and gives the best of each."""
+    taken = {name: [] for name in turns}
     for _ in range(rounds):
         for name, turn in turns.items():
-            best[name] = min(best[name], turn())
-    return best
+            taken[name].append(turn())
+    return {
+        name: Cost(min(cost.wall for cost in costs), min(cost.cpu for cost in costs))
+        for name, costs in taken.items()
+    }
 
 
 def print_games(costs: dict[str, Costs], env_count: int) -> None:
     """Prints in Markdown what a step costs each in each game."""
-    names = [_IN_PROCESS, _CPP_TCP, *_COMPETITORS]
+    names = [_IN_PROCESS, "C++, TCP", *_COMPETITORS]
     print(f"| us a step of {env_count} environments | {' | '.join(names)} |")
     print("| --- " * (len(names) + 1) + "|")
     for game, by in costs.items():
-        print(f"| {game} | {' | '.join(f'{1e6 * by[name]:.0f}' for name in names)} |")
+        print(f"| {game} | {' | '.join(f'{1e6 * by[name].wall:.0f}' for name in names)} |")
     print()
 
 
@@ -215,14 +290,20 @@ def print_summary(costs: dict[str, Costs], env_count: int) -> None:
     """Prints rows in Markdown, as they stand in the root's README.md."""
     print("| what | aim | measured |")
     print("| --- | --- | --- |")
-    for competitor, yardstick in _COMPETITORS.items():
+    for competitor, (yardstick, aim) in _COMPETITORS.items():
         ratios = Ratios.of(competitor, costs)
-        of = "the pool in process" if yardstick == _IN_PROCESS else "the C++ client's"
-        aim = f"{_AIM:.2f}" if "Python" in competitor or "Vector" in competitor else ""
         print(
-            f"| {competitor}, {env_count} environments: rate, of {of} | {aim} | {ratios.mean:.2f} "
+            f"| {competitor}, {env_count} environments: rate, of {yardstick!r} | "
+            f"{'' if aim is None else f'{aim:.2f}'} | {ratios.mean:.2f} "
             f"({ratios.least[1]} {ratios.least[0]:.2f}, {ratios.most[1]} {ratios.most[0]:.2f}) |"
         )
+    cpu = sorted((1e6 * by[_CPU_MEASURED].cpu, game) for game, by in costs.items())
+    mean = math.exp(sum(math.log(us) for us, _ in cpu) / len(cpu))
+    print(
+        f"| {_CPU_MEASURED}, {env_count} environments: the learner's CPU, us a batch | "
+        f"{_CPU_US_MAX} at most | {mean:.1f} ({cpu[0][1]} {cpu[0][0]:.1f}, "
+        f"{cpu[-1][1]} {cpu[-1][0]:.1f}) |"
+    )
 
 
 def main() -> None:
@@ -238,14 +319,11 @@ def main() -> None:
     arguments = parser.parse_args()
     count = arguments.environments
     costs: dict[str, Costs] = {}
-    with (
-        ServerProcess(arguments.server, [f"--workers={_WORKERS}"], tied=True) as server,
-        Client(server.address) as client,
-    ):
-        for game in arguments.games or [game.name for game in client.catalog().games]:
+    with ExitStack() as servers_stack:
+        servers = start_servers(servers_stack, arguments.server)
+        for game in arguments.games or [game.name for game in servers.plain.catalog().games]:
             with ExitStack() as stack:
-                case = Case(game, count)
-                turns = all_turns(stack, arguments.worker, client, case)
+                turns = all_turns(stack, arguments.worker, servers, Case(game, count))
                 costs[game] = compete(turns, arguments.rounds)
     if not arguments.summary:
         print_games(costs, count)

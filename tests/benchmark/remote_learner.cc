@@ -60,6 +60,9 @@ absl::Status RemoteLearner::MakePool() {
   if (case_.shares_memory) {
     spec.set_transport(v1::TRANSPORT_SHARED_MEMORY);
   }
+  if (case_.is_compressed) {
+    spec.set_encoding(v1::ENCODING_DELTA_ZSTD);
+  }
   const auto pool = client_->CreatePool(spec);
   if (!pool.ok()) {
     return pool.status();

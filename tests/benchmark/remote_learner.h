@@ -32,6 +32,7 @@ struct RemoteCase {
   int requests_in_flight = 1;
   int32_t chunk_count = 1;     // as StreamOptions::chunk_count
   bool shares_memory = false;  // else all is sent
+  bool is_compressed = false;  // ENCODING_DELTA_ZSTD; else raw
 };
 
 // A connection to a server, a pool of its own on it, and the random actions that it is given.

@@ -61,11 +61,14 @@ absl::Status CompeteOverStream(const std::string& address, const RemoteCase& rem
 
 int main(int argc, char** argv) {
   int32_t env_count = 0;
-  const bool shares_memory = argc == 5 && absl::string_view(argv[4]) == "shared_memory";
-  if (argc < 3 || argc > 5 || (argc == 5 && !shares_memory) ||
+  const absl::string_view how = argc == 5 ? argv[4] : "";
+  const bool shares_memory = how == "shared_memory";
+  const bool is_compressed = how == "compressed";
+  if (argc < 3 || argc > 5 || (argc == 5 && !shares_memory && !is_compressed) ||
       !absl::SimpleAtoi(argv[2], &env_count) || env_count < 1) {
     std::cerr
-        << "Usage: procgen-benchmark-worker GAME ENVIRONMENTS [SERVER [shared_memory]]\n"
+        << "Usage: procgen-benchmark-worker GAME ENVIRONMENTS [SERVER "
+           "[shared_memory|compressed]]\n"
            "Steps a pool in easy mode, of its own or on a server, for a while for each line of "
            "standard input;\nprints what a step took, in microseconds.\n";
     return 2;
@@ -76,7 +79,8 @@ int main(int argc, char** argv) {
           : procgen::CompeteOverStream(argv[3], {.game = argv[1],
                                                  .env_count = env_count,
                                                  .requests_in_flight = procgen::kRequestsInFlight,
-                                                 .shares_memory = shares_memory});
+                                                 .shares_memory = shares_memory,
+                                                 .is_compressed = is_compressed});
   if (!status.ok()) {
     std::cerr << "procgen-benchmark-worker: " << status << "\n";
     return 1;
