@@ -25,11 +25,12 @@ packages=(
   librsvg2-bin            # rasterises the art while building
   nlohmann-json3-dev      # recordings and what pages are told are JSON
   zlib1g-dev              # and compressed
+  pybind11-dev            # the C++ client as a module of Python
   python3                 # the Python client, the quickstart, some tests
+  python3-dev             # headers of that module
   python3-grpcio          # the Python client's transport
   python3-protobuf        # its messages
   python3-numpy           # its arrays
-  python3-zstandard       # decompresses observations
   python3-pil             # the picture that the quickstart draws
   dpkg-dev                # what a Debian package depends on
   file                    # what is a program in it

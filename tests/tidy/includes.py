@@ -87,6 +87,7 @@ ARROWS = {
                "server/fleet", "server/cluster", "server/web"),
     "clients/cpp": ("proto",),
     "clients/libenv": ("proto", "envcore/pool", "clients/cpp"),
+    "clients/python/native": ("proto", "clients/cpp"),
     "clients/top": ("proto", "clients/cpp"),
     "clients": ("proto",),
     # Programs for people, over the engine or over a server.

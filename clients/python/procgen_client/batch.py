@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from procgen_client._transport.wire import Part
+if TYPE_CHECKING:
+    from procgen_client import _native
 
 
 @dataclass(slots=True)
@@ -15,15 +17,15 @@ class Batch:
 
     Row i is environment ``first_env + i`` of the pool.
 
-    ``observations`` and ``final_observations`` are views of the received message: nothing is
-    copied, they stay valid as long as they are referred to, they are never written again, and they
-    are **read-only** (``.copy()`` gives a writable one). Where an answer came in several responses
-    they are one joined array instead, and observations of a pool with an encoding are decoded ones.
-    All other arrays are the caller's own and writable.
+    All arrays are the caller's own and writable. ``observations`` and ``final_observations`` borrow
+    the memory that the answer was received into, without a copy; it is used again when no array
+    refers to it any more. The other arrays are copies.
 
-    Of a pool with transport "shared_memory" they are views of the memory that the server draws
-    into. It does so again only when no array refers to that batch any more; so copy what is kept
-    for long (Client.create_pool, ``held_batches_max``). Who takes the pool over ends that promise.
+    Of a pool with transport "shared_memory" observations are **read-only** views of the memory that
+    the server draws into (``.copy()`` gives a writable array). The server draws there again only
+    when no array refers to that batch any more; so copy what is kept for long
+    (Client.create_pool, ``held_batches_max``). Another learner that takes the pool over ends that
+    promise.
 
     F is the shape of one observation, ``Pool.observation_shape``: by default 64, 64, 3.
 
@@ -57,21 +59,26 @@ class Batch:
         return self.terminated | self.truncated
 
 
-def assemble(parts: list[Part], observation_shape: tuple[int, ...]) -> Batch:
-    """Joins the responses to one request, which have been checked as they came."""
-    first_part = parts[0]
-    if len(parts) == 1:
-        arrays = first_part.arrays
-    else:
-        names = first_part.arrays
-        arrays = {name: np.concatenate([part.arrays[name] for part in parts]) for name in names}
+class ReceivedBatch(Batch):
+    """A batch whose arrays are made when they are first asked for; few are."""
 
-    observations = arrays.pop("observations").reshape(-1, *observation_shape)
-    final_observations = arrays.pop("final_observations").reshape(-1, *observation_shape)
-    return Batch(
-        sequence_number=first_part.sequence_number,
-        first_env=first_part.first_env,
-        observations=observations if len(observations) else None,
-        final_observations=final_observations,
-        **arrays,
-    )
+    __slots__ = ("_received",)
+
+    _received: _native.Batch
+
+    def __getattr__(self, name: str) -> np.ndarray | None:
+        """Makes an array, once: no other attribute is missing."""
+        if name not in Batch.__dataclass_fields__:
+            raise AttributeError(f"a batch has no {name}")
+        array = self._received.array(name)
+        setattr(self, name, array)
+        return array
+
+
+def batch_of(received: _native.Batch) -> Batch:
+    """Gives an answer as a Batch."""
+    batch = ReceivedBatch.__new__(ReceivedBatch)
+    batch._received = received
+    batch.sequence_number = received.sequence_number
+    batch.first_env = received.first_env
+    return batch

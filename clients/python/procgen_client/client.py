@@ -3,54 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import grpc
+from google.protobuf import empty_pb2
 from google.protobuf import message as protobuf_message
 
 from procgen_client import _fork
 from procgen_client import options as _options
-from procgen_client._proto import (
-    catalog_pb2,
-    catalog_pb2_grpc,
-    cluster_pb2,
-    cluster_pb2_grpc,
-    pools_pb2,
-    pools_pb2_grpc,
-    render_pb2,
-    render_pb2_grpc,
-    states_pb2,
-    states_pb2_grpc,
-)
+from procgen_client._proto import catalog_pb2, cluster_pb2, pools_pb2
 from procgen_client._requests import in_range
-from procgen_client._transport.channel_call import ChannelCall
-from procgen_client._transport.encoding import check_decodable
-from procgen_client._transport.http2 import MESSAGE_BYTES_MAX, Http2Call
-from procgen_client._transport.http2_channel import Http2Channel
-from procgen_client._transport.latest import latest_of
-from procgen_client._transport.target import Target
-from procgen_client._validation import POOL_PAGES_MAX, check_pool
-from procgen_client.credentials import Credentials, is_this_machine
-from procgen_client.errors import (
-    CancelledError,
-    DeadlineExceededError,
-    FailedPreconditionError,
-    InternalError,
-    UnavailableError,
-    from_rpc_error,
-)
+from procgen_client._transport import open_connection
+from procgen_client.credentials import Credentials
+from procgen_client.errors import CancelledError, FailedPreconditionError, InternalError
 from procgen_client.pool import Pool
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-STEP_POOL_METHOD = "/procgen.v1.StepService/StepPool"
-# Most chunks that a step can be asked to be carried out in (Step.chunk_count).
+    from procgen_client._native import Connection
+
+_Message = TypeVar("_Message", bound=protobuf_message.Message)
+
+# Most slices that a step can be asked to be carried out in (Step.chunk_count).
 _CHUNK_COUNT_MAX = 64
 # Of clients that were made before this process was forked. Never freed: that would end those of
 # the parent.
-_abandoned_channels: list[Http2Channel | grpc.Channel] = []
+_abandoned_connections: list[Connection] = []
 
 
 class Client:
@@ -92,41 +71,32 @@ class Client:
                 ends the stream, and the server keeps nothing.
             credentials: For a server that speaks TLS or asks who calls. None: what the environment
                 says (Credentials.from_environment); nothing there: plain text without a token.
-            channel_options: More of gRPC's channel arguments; connections are grpcio's then.
+            channel_options: More of gRPC's channel arguments.
 
         Raises:
             UnavailableError: No server answered in time. The message says where and why.
             UnauthenticatedError: The server asks for another token.
-            InvalidArgumentError, NotFoundError: As Credentials.channel.
+            InvalidArgumentError, NotFoundError: As Credentials.arguments.
             UnimplementedError: What answers there is no Procgen Server.
-            FailedPreconditionError: It takes grpcio (TLS, a proxy, `channel_options`), and this
-                process was forked from one that has such connections.
+            FailedPreconditionError: The native module is missing, and this process was forked from
+                one that has connections.
         """
         self.address = address
         self.reconnect_timeout = reconnect_timeout
-        self._call_timeout = call_timeout
         self._closed = False
         self._process_id = os.getpid()
         self._is_abandoned = False  # In a child of that process.
         shown = Credentials.from_environment() if credentials is None else credentials
-        is_plain = shown.ca is None and not channel_options
-        target = Target.of(address) if is_plain else None
-        if target is None:
-            _fork.use_grpc(address)
-            arguments = [*channel_arguments(address), *channel_options]
-            self._channel = shown.channel(address, arguments)
-        else:
-            shown.check(address)
-            self._channel = Http2Channel(target)
-        self._metadata = shown.metadata()
-        self._catalog_stub = catalog_pb2_grpc.CatalogServiceStub(self._channel)
-        self._cluster_stub = cluster_pb2_grpc.ClusterServiceStub(self._channel)
-        self._pool_stub = pools_pb2_grpc.PoolServiceStub(self._channel)
-        self._state_stub = states_pb2_grpc.StateServiceStub(self._channel)
-        self._render_stub = render_pb2_grpc.RenderServiceStub(self._channel)
+        self._connection: Connection = open_connection(
+            address,
+            timeout=timeout,
+            call_timeout=call_timeout,
+            channel_options=list(channel_options),
+            **shown.arguments(address),
+        )
         _fork.bind(self)
         try:
-            self._catalog = self._first_catalog(timeout)
+            self._catalog = self._first_catalog()
         except BaseException:
             self.close()
             raise
@@ -153,12 +123,12 @@ class Client:
         if self._is_abandoned:
             return  # Its sockets are shared with the parent.
         self._closed = True
-        self._channel.close()
+        self._connection.close()
 
     def abandon(self) -> None:
         """In a forked child: leaves the connection to the parent."""
         self._closed = self._is_abandoned = True
-        _abandoned_channels.append(self._channel)
+        _abandoned_connections.append(self._connection)
 
     def check_open(self) -> None:
         """Checks that calls can be made.
@@ -185,14 +155,16 @@ class Client:
 
     def load(self) -> catalog_pb2.Load:
         """Tells how busy the server is at this moment."""
-        return self._unary(self._catalog_stub.GetLoad, catalog_pb2.GetLoadRequest())
+        return self._call("GetLoad", catalog_pb2.GetLoadRequest(), catalog_pb2.Load)
 
     def list_nodes(self) -> cluster_pb2.ListNodesResponse:
         """Tells which servers there are in the server's cluster; it alone where it has none.
 
         The fields are described in proto/procgen/v1/cluster.proto.
         """
-        return self._unary(self._cluster_stub.ListNodes, cluster_pb2.ListNodesRequest())
+        return self._call(
+            "ListNodes", cluster_pb2.ListNodesRequest(), cluster_pb2.ListNodesResponse
+        )
 
     def watch_nodes(self) -> Iterator[cluster_pb2.WatchNodesResponse]:
         """Tells which servers there are: at first as they are now, then after each change.
@@ -203,7 +175,9 @@ class Client:
             UnavailableError: The server stops, or the connection broke.
             CancelledError: This client was closed.
         """
-        return self._watch(self._cluster_stub.WatchNodes, cluster_pb2.WatchNodesRequest())
+        return self._watch(
+            "WatchNodes", cluster_pb2.WatchNodesRequest(), cluster_pb2.WatchNodesResponse
+        )
 
     def create_pool(
         self,
@@ -291,11 +265,9 @@ class Client:
 
         Errors as :meth:`create_pool`.
         """
-        check_decodable(spec.encoding)
         _check_chunk_count(chunk_count)
         request = pools_pb2.CreatePoolRequest(pool_id=pool_id, spec=spec)
-        message = self._unary(self._pool_stub.CreatePool, request)
-        check_pool(message, f"pools/{pool_id}" if pool_id else None, spec.env_count)
+        message = self._call("CreatePool", request, pools_pb2.Pool)
         return Pool(
             self,
             message,
@@ -325,8 +297,7 @@ class Client:
             NotFoundError: There is no such pool.
         """
         _check_chunk_count(chunk_count)
-        message = self._unary(self._pool_stub.GetPool, pools_pb2.GetPoolRequest(name=name))
-        check_pool(message, name)
+        message = self._call("GetPool", pools_pb2.GetPoolRequest(name=name), pools_pb2.Pool)
         return Pool(
             self,
             message,
@@ -338,15 +309,8 @@ class Client:
 
     def list_pools(self) -> list[pools_pb2.Pool]:
         """Tells what pools there are, oldest first, as messages (proto/procgen/v1/pools.proto)."""
-        pools: list[pools_pb2.Pool] = []
         request = pools_pb2.ListPoolsRequest()
-        for _ in range(POOL_PAGES_MAX):
-            response = self._unary(self._pool_stub.ListPools, request)
-            pools += response.pools
-            request.page_token = response.next_page_token
-            if not request.page_token:
-                return pools
-        raise InternalError(f"a list of pools has more than {POOL_PAGES_MAX} pages")
+        return list(self._call("ListPools", request, pools_pb2.ListPoolsResponse).pools)
 
     def delete_pool(self, name: str) -> None:
         """Ends a pool and frees its environments.
@@ -357,97 +321,36 @@ class Client:
             InvalidArgumentError: `name` is not of the form ``pools/{pool_id}``.
             NotFoundError: There is no such pool.
         """
-        self._unary(self._pool_stub.DeletePool, pools_pb2.DeletePoolRequest(name=name))
+        self._call("DeletePool", pools_pb2.DeletePoolRequest(name=name), empty_pb2.Empty)
 
-    def _step_pool(self, timeout: float | None) -> ChannelCall | Http2Call:
-        """Begins a call of StepPool, for which the server is waited for so long, if it has to be.
-
-        In place of the generated stub: requests and responses are bytes.
-        """
+    def _call(
+        self,
+        method: str,
+        request: protobuf_message.Message,
+        response_type: type[_Message],
+    ) -> _Message:
+        """Calls a unary method."""
         self.check_open()
-        if isinstance(self._channel, Http2Channel):
-            return self._channel.stream_stream(STEP_POOL_METHOD, self._metadata, timeout)
-        return ChannelCall(
-            self._channel.stream_stream(STEP_POOL_METHOD),
-            self._metadata,
-            waits_for_server=timeout is not None,
-        )
-
-    def _renew_pool(self, request: pools_pb2.RenewPoolRequest) -> pools_pb2.Pool:
-        return self._unary(self._pool_stub.RenewPool, request)
-
-    def _save_states(self, request: states_pb2.SaveStatesRequest) -> states_pb2.SaveStatesResponse:
-        return self._unary(self._state_stub.SaveStates, request)
-
-    def _restore_states(self, request: states_pb2.RestoreStatesRequest) -> None:
-        self._unary(self._state_stub.RestoreStates, request)
-
-    def _clone_states(self, request: states_pb2.CloneStatesRequest) -> None:
-        self._unary(self._state_stub.CloneStates, request)
-
-    def _get_episode(self, request: states_pb2.GetEpisodeRequest) -> states_pb2.Episode:
-        return self._unary(self._state_stub.GetEpisode, request)
-
-    def _render_environments(
-        self, request: render_pb2.RenderEnvironmentsRequest
-    ) -> render_pb2.RenderEnvironmentsResponse:
-        return self._unary(self._render_stub.RenderEnvironments, request)
-
-    def _watch_pool(
-        self, request: render_pb2.WatchPoolRequest
-    ) -> Iterator[render_pb2.WatchPoolResponse]:
-        return self._watch(self._render_stub.WatchPool, request)
+        response = self._connection.call(method, request.SerializeToString())
+        return response_type.FromString(response)
 
     def _watch(
-        self, method: Callable[..., Any], request: protobuf_message.Message
-    ) -> Iterator[Any]:
-        """Gives what a server tells from time to time, until it ends or is closed."""
-        call = self._unary(method, request, timeout=None)
-        try:
-            yield from latest_of(call)
-        except grpc.RpcError as error:
-            raise from_rpc_error(error) from None
-        finally:
-            call.cancel()
-
-    def _unary(
-        self, method: Callable[..., Any], request: protobuf_message.Message, **arguments: Any
-    ) -> Any:  # noqa: ANN401
+        self, method: str, request: protobuf_message.Message, response_type: type[_Message]
+    ) -> Iterator[_Message]:
+        """Gives what a server reports from time to time, until it ends or is closed."""
         self.check_open()
+        watch = self._connection.watch(method, request.SerializeToString())
         try:
-            return method(
-                request,
-                **({"timeout": self._call_timeout, "metadata": self._metadata} | arguments),
-            )
-        except grpc.RpcError as error:
-            raise from_rpc_error(error) from None
+            for message in watch:
+                yield response_type.FromString(message)
+        finally:
+            watch.close()
 
-    def _first_catalog(self, timeout: float) -> catalog_pb2.Catalog:
-        try:
-            # Not by channel_ready_future, which takes 0.2 s also where the server is there.
-            catalog = self._unary(
-                self._catalog_stub.GetCatalog,
-                catalog_pb2.GetCatalogRequest(),
-                timeout=timeout,
-                wait_for_ready=True,
-            )
-        except DeadlineExceededError:
-            raise UnavailableError(
-                f"no server answers at {self.address} ({self._reason()}); waited {timeout:g} s"
-            ) from None
+    def _first_catalog(self) -> catalog_pb2.Catalog:
+        catalog = self._call("GetCatalog", catalog_pb2.GetCatalogRequest(), catalog_pb2.Catalog)
         if not catalog.games:
             raise InternalError(f"the server at {self.address} tells of no games")
         return catalog
-
-    def _reason(self) -> str:
-        """Tells why the connection fails, in gRPC's words."""
-        try:
-            self._catalog_stub.GetCatalog(
-                catalog_pb2.GetCatalogRequest(), timeout=1, metadata=self._metadata
-            )
-        except grpc.RpcError as error:
-            return error.details() or error.code().name
-        return "it has just begun to"
 
 
 def _check_chunk_count(chunk_count: int | None) -> None:
@@ -460,30 +363,3 @@ def connect(
 ) -> Client:
     """Connects to a server; the same as :class:`Client` with these arguments."""
     return Client(address, timeout=timeout, credentials=credentials)
-
-
-def channel_arguments(address: str) -> list[tuple[str, Any]]:
-    """Gives the arguments of a channel to a server."""
-    arguments: list[tuple[str, Any]] = [
-        # Attach says how large responses may be, and far less is usual. This bounds what a faulty
-        # server can make this process take.
-        ("grpc.max_receive_message_length", MESSAGE_BYTES_MAX),
-        # Servers compress nothing, and some kilobytes could become gigabytes.
-        ("grpc.compression_enabled_algorithms_bitset", 1),
-        ("grpc.per_message_decompression", 0),
-        ("grpc.max_send_message_length", -1),
-        # A connection of its own for each client, so that several in one process do not share one.
-        ("grpc.use_local_subchannel_pool", 1),
-        # A connection that is silent is asked for a sign of life, so that a dead one is found.
-        ("grpc.keepalive_time_ms", 20000),
-        ("grpc.keepalive_timeout_ms", 10000),
-        ("grpc.http2.max_pings_without_data", 0),
-        # A server that is just starting is found soon.
-        ("grpc.initial_reconnect_backoff_ms", 100),
-        ("grpc.min_reconnect_backoff_ms", 100),
-        ("grpc.max_reconnect_backoff_ms", 1000),
-    ]
-    if is_this_machine(address):
-        # This very machine is never behind a proxy, whatever http_proxy says.
-        arguments.append(("grpc.enable_http_proxy", 0))
-    return arguments

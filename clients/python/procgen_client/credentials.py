@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import grpc
-
 from procgen_client.errors import InvalidArgumentError, NotFoundError
 
 # Where to look if nobody says: paths of PEM files, and the token itself.
@@ -74,29 +72,21 @@ class Credentials:
                 f"the server (ca, or {CA_VARIABLE}), or say token_in_plain_text"
             )
 
-    def channel(self, address: str, arguments: list, kind: Any = grpc) -> Any:  # noqa: ANN401
-        """Opens a channel of grpcio to `address` with them.
-
-        Args:
-            address: Where to.
-            arguments: gRPC's channel arguments.
-            kind: The module whose channel it is: grpc, or grpc.aio for asyncio.
+    def arguments(self, address: str) -> dict[str, Any]:
+        """Gives them as a connection to `address` takes them, files read.
 
         Raises:
             InvalidArgumentError: As check.
             NotFoundError: A file cannot be read.
         """
         self.check(address)
-        if self.ca is None:
-            return kind.insecure_channel(address, arguments)
-        tls = grpc.ssl_channel_credentials(
-            _pem(self.ca, "ca"), _pem(self.key, "key"), _pem(self.certificate, "certificate")
-        )
-        return kind.secure_channel(address, tls, arguments)
-
-    def metadata(self) -> tuple[tuple[str, str], ...]:
-        """What each call bears."""
-        return (("authorization", f"Bearer {self.token}"),) if self.token else ()
+        return {
+            "ca": _pem(self.ca, "ca"),
+            "certificate": _pem(self.certificate, "certificate"),
+            "key": _pem(self.key, "key"),
+            "token": self.token or "",
+            "token_in_plain_text": self.token_in_plain_text,
+        }
 
 
 def is_this_machine(address: str) -> bool:
@@ -113,9 +103,9 @@ def is_this_machine(address: str) -> bool:
         return False
 
 
-def _pem(given: Pem | None, name: str) -> bytes | None:
+def _pem(given: Pem | None, name: str) -> bytes:
     if given is None or isinstance(given, bytes):
-        return given
+        return given or b""
     try:
         return Path(given).read_bytes()
     except OSError as error:

@@ -8,7 +8,36 @@ a mistake does not cost the stream.
 
 from __future__ import annotations
 
-import grpc
+import enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from grpc import StatusCode
+else:
+    try:
+        from grpc import StatusCode
+    except ImportError:  # The native module needs no grpcio.
+
+        class StatusCode(enum.Enum):
+            """The status codes, as those of grpcio, which is not installed."""
+
+            OK = (0, "ok")
+            CANCELLED = (1, "cancelled")
+            UNKNOWN = (2, "unknown")
+            INVALID_ARGUMENT = (3, "invalid argument")
+            DEADLINE_EXCEEDED = (4, "deadline exceeded")
+            NOT_FOUND = (5, "not found")
+            ALREADY_EXISTS = (6, "already exists")
+            PERMISSION_DENIED = (7, "permission denied")
+            RESOURCE_EXHAUSTED = (8, "resource exhausted")
+            FAILED_PRECONDITION = (9, "failed precondition")
+            ABORTED = (10, "aborted")
+            OUT_OF_RANGE = (11, "out of range")
+            UNIMPLEMENTED = (12, "unimplemented")
+            INTERNAL = (13, "internal")
+            UNAVAILABLE = (14, "unavailable")
+            DATA_LOSS = (15, "data loss")
+            UNAUTHENTICATED = (16, "unauthenticated")
 
 
 class ProcgenError(Exception):
@@ -19,9 +48,9 @@ class ProcgenError(Exception):
         message: What was given and what is allowed, in words.
     """
 
-    default_code = grpc.StatusCode.UNKNOWN
+    default_code = StatusCode.UNKNOWN
 
-    def __init__(self, message: str, code: grpc.StatusCode | None = None) -> None:
+    def __init__(self, message: str, code: StatusCode | None = None) -> None:
         """Keeps the message, and the code if it is another than the class's own."""
         super().__init__(message)
         self.message = message
@@ -39,7 +68,7 @@ class ProcgenError(Exception):
 class InvalidArgumentError(ProcgenError, ValueError):
     """A value is out of range, of a wrong length, or asks for what a game lacks: correct it."""
 
-    default_code = grpc.StatusCode.INVALID_ARGUMENT
+    default_code = StatusCode.INVALID_ARGUMENT
 
 
 class UpstreamAssertionError(InvalidArgumentError, AssertionError):
@@ -49,82 +78,83 @@ class UpstreamAssertionError(InvalidArgumentError, AssertionError):
 class NotFoundError(ProcgenError):
     """There is no such game or pool."""
 
-    default_code = grpc.StatusCode.NOT_FOUND
+    default_code = StatusCode.NOT_FOUND
 
 
 class AlreadyExistsError(ProcgenError):
     """A pool of that name exists: choose another, or none."""
 
-    default_code = grpc.StatusCode.ALREADY_EXISTS
+    default_code = StatusCode.ALREADY_EXISTS
 
 
 class FailedPreconditionError(ProcgenError):
     """The pool is in the wrong state: another stream is attached, an ended episode is stepped."""
 
-    default_code = grpc.StatusCode.FAILED_PRECONDITION
+    default_code = StatusCode.FAILED_PRECONDITION
 
 
 class AbortedError(ProcgenError):
     """Something else on this pool won: it was deleted, or another stream took over."""
 
-    default_code = grpc.StatusCode.ABORTED
+    default_code = StatusCode.ABORTED
 
 
 class ResourceExhaustedError(ProcgenError):
     """A limit of the server, which the message names."""
 
-    default_code = grpc.StatusCode.RESOURCE_EXHAUSTED
+    default_code = StatusCode.RESOURCE_EXHAUSTED
 
 
 class UnimplementedError(ProcgenError):
     """In the contract, but not offered by this server: see the catalog's ``features``."""
 
-    default_code = grpc.StatusCode.UNIMPLEMENTED
+    default_code = StatusCode.UNIMPLEMENTED
 
 
 class UnavailableError(ProcgenError):
     """The server cannot be reached, starts or drains: repeat later, or elsewhere."""
 
-    default_code = grpc.StatusCode.UNAVAILABLE
+    default_code = StatusCode.UNAVAILABLE
 
 
 class DeadlineExceededError(ProcgenError):
     """The server took longer to answer than the client was told to wait."""
 
-    default_code = grpc.StatusCode.DEADLINE_EXCEEDED
+    default_code = StatusCode.DEADLINE_EXCEEDED
 
 
 class CancelledError(ProcgenError):
     """The call was given up by this client: its channel was closed."""
 
-    default_code = grpc.StatusCode.CANCELLED
+    default_code = StatusCode.CANCELLED
 
 
 class UnauthenticatedError(ProcgenError):
     """The server asks for credentials, and there were none or wrong ones."""
 
-    default_code = grpc.StatusCode.UNAUTHENTICATED
+    default_code = StatusCode.UNAUTHENTICATED
 
 
 class PermissionDeniedError(ProcgenError):
     """The credentials do not allow this."""
 
-    default_code = grpc.StatusCode.PERMISSION_DENIED
+    default_code = StatusCode.PERMISSION_DENIED
 
 
 class DataLossError(ProcgenError):
-    """A snapshot or an encoded observation is damaged."""
+    """A snapshot is damaged, or an answer of a stream does not fit its request."""
 
-    default_code = grpc.StatusCode.DATA_LOSS
+    default_code = StatusCode.DATA_LOSS
 
 
 class InternalError(ProcgenError):
     """A bug of the server, or an answer that this client cannot read."""
 
-    default_code = grpc.StatusCode.INTERNAL
+    default_code = StatusCode.INTERNAL
 
 
-_CLASSES = {
+_CODES: dict[int, StatusCode] = {code.value[0]: code for code in StatusCode}
+_CLASSES: dict[StatusCode, type[ProcgenError]] = {
     cls.default_code: cls
     for cls in (
         InvalidArgumentError,
@@ -145,8 +175,7 @@ _CLASSES = {
 }
 
 
-def from_rpc_error(error: grpc.RpcError) -> ProcgenError:
-    """Gives the error of this package for one of gRPC's."""
-    code = error.code() if hasattr(error, "code") else grpc.StatusCode.UNKNOWN
-    message = (error.details() if hasattr(error, "details") else None) or str(error)
+def of_code(number: int, message: str) -> ProcgenError:
+    """Gives the error of this package for a status code of gRPC, by its number."""
+    code = _CODES.get(number, StatusCode.UNKNOWN)
     return _CLASSES.get(code, ProcgenError)(message, code)

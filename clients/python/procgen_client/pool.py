@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,16 +11,12 @@ import numpy.typing as npt
 from procgen_client._proto import pools_pb2, step_pb2
 from procgen_client._requests import (
     Reset,
-    action_bytes,
+    in_range,
     observation,
     reset_messages,
-    step_request,
+    step_exceptions,
 )
-from procgen_client._transport.shared_memory import SharedMapping
-from procgen_client._transport.stream import Stream
-from procgen_client._transport.wire import Part
-from procgen_client._validation import Expected
-from procgen_client.batch import Batch, assemble
+from procgen_client.batch import Batch, batch_of
 from procgen_client.errors import (
     FailedPreconditionError,
     InvalidArgumentError,
@@ -32,6 +27,7 @@ from procgen_client.options import LevelSampler, level_sampler_message
 from procgen_client.pool_resource import RESPONSE_BYTES_DEFAULT, PoolResource
 
 if TYPE_CHECKING:
+    from procgen_client import _native
     from procgen_client.client import Client
 
 # What a response for one environment has besides an observation and a final one, at most. In bytes.
@@ -92,8 +88,8 @@ class Pool(PoolResource):
         self.held_batches_max = held_batches_max
         self._deletes_on_close = deletes_on_close
         self._closed = False
-        self._stream: Stream | None = None
-        self._mapping: SharedMapping | None = None  # Of the last stream; arrays may refer to it.
+        self._stream: _native.Stream | None = None
+        self._held_batches: _native.HeldBatches | None = None  # Of the last stream.
 
     def __repr__(self) -> str:
         """Gives e.g. ``<Pool pools/7: 64 x coinrun>``."""
@@ -224,8 +220,8 @@ class Pool(PoolResource):
         """
         self._require_nothing_in_flight()
         sampler = level_sampler_message(level_sampler)
-        self._send(step_pb2.StepPoolRequest(level_sampler=sampler).SerializeToString(), None)
-        self._receive()
+        self._send(step_pb2.StepPoolRequest(level_sampler=sampler))
+        self.receive()
 
     # Stepping with requests sent ahead.
 
@@ -250,20 +246,18 @@ class Pool(PoolResource):
                 Or arrays refer to so many batches of shared memory that there is none for the
                 answer: let go of some, or copy them. Nothing was sent.
         """
-        on_wire = action_bytes(actions)
-        self._check_slice(first_env, len(on_wire), "actions")
-        request = step_request(
-            on_wire,
+        array = np.asarray(actions)
+        self._check_slice(first_env, array.size, "actions")
+        more = step_exceptions(next_levels, resets)
+        return self._ready_stream().send_step(
+            array,
             first_env,
-            repeat_count=repeat_count,
-            observe=observe,
-            final_observations=final_observations,
-            chunk_count=self.chunk_count if observe and len(on_wire) == self.env_count else 0,
-            next_levels=next_levels,
-            resets=resets,
+            in_range("repeat_count", repeat_count, 1, 1000),
+            bool(observe),
+            bool(final_observations),
+            self.chunk_count if observe and array.size == self.env_count else 0,
+            more,
         )
-        expected = Expected(first_env, len(on_wire), observe, final_observations)
-        return self._send(request, expected)
 
     def send_observe(
         self,
@@ -275,10 +269,7 @@ class Pool(PoolResource):
         """Sends the request of :meth:`observe`; errors as :meth:`send_step`."""
         which = self._slice(first_env, env_count)
         request = step_pb2.Observe(slice=which, observation=observation(observe))
-        return self._send(
-            step_pb2.StepPoolRequest(observe=request).SerializeToString(),
-            Expected(first_env, which.env_count, observe),
-        )
+        return self._send(step_pb2.StepPoolRequest(observe=request))
 
     def send_reset(
         self,
@@ -295,10 +286,7 @@ class Pool(PoolResource):
         request = step_pb2.ResetSlice(
             slice=which, resets=reset_messages(resets), observation=observation(observe)
         )
-        return self._send(
-            step_pb2.StepPoolRequest(reset=request).SerializeToString(),
-            Expected(first_env, which.env_count, observe),
-        )
+        return self._send(step_pb2.StepPoolRequest(reset=request))
 
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request.
@@ -308,8 +296,15 @@ class Pool(PoolResource):
             ProcgenError: The server refused that request, or is gone. The stream is over, and
                 answers to later requests are lost with it.
         """
-        answer = self._receive()
-        return answer if isinstance(answer, Batch) else assemble(answer, self.observation_shape)
+        self._client.check_open()
+        stream = self._stream
+        if stream is None or not stream.in_flight:
+            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
+        try:
+            return batch_of(stream.receive())
+        except BaseException:
+            self._drop()
+            raise
 
     # The stream's beginning and end.
 
@@ -339,15 +334,12 @@ class Pool(PoolResource):
             response_bytes_max=response_bytes_max or self._response_bytes_max(),
             held_batches_max=self.held_batches_max,
         )
-        self._stream = Stream(
-            self._client._step_pool,
-            attach,
-            self._message,
-            self._client.reconnect_timeout,
-            self._mapping,
+        self._client.check_open()
+        self._stream = self._client._connection.attach(
+            attach.SerializeToString(), self._client.reconnect_timeout, self._held_batches
         )
-        self._mapping = self._stream.mapping
-        self.requests_in_flight_max = self._stream.attached.requests_in_flight_max
+        self._held_batches = self._stream.held_batches
+        self.requests_in_flight_max = self._stream.requests_in_flight_max
 
     def detach(self) -> None:
         """Lets the pool go, so that another client can attach.
@@ -391,41 +383,28 @@ class Pool(PoolResource):
             return 0
         return min(row, self._client.catalog().limits.response_bytes_max)
 
-    def _send(self, request: bytes, expected: Expected | None) -> int:
+    def _send(self, request: step_pb2.StepPoolRequest) -> int:
+        return self._ready_stream().send(request.SerializeToString())
+
+    def _ready_stream(self) -> _native.Stream:
+        """Gives the stream, attached and with room for a request."""
         self._client.check_open()
-        in_flight = self.in_flight
-        if in_flight >= self.requests_in_flight_max:
+        if self._stream is None:
+            self.attach()
+        stream = self._stream
+        assert stream is not None
+        if stream.in_flight >= self.requests_in_flight_max:
             raise FailedPreconditionError(
-                f"{in_flight} requests to {self.name} are unanswered, of at most "
+                f"{stream.in_flight} requests to {self.name} are unanswered, of at most "
                 f"{self.requests_in_flight_max}: receive first"
             )
-        self.attach()
-        assert self._stream is not None
-        if self._mapping is not None:
-            self._require_room(self._mapping, in_flight)
-        return self._stream.send(request, expected)
+        return stream
 
-    def _require_room(self, mapping: SharedMapping, in_flight: int) -> None:
-        """Checks that there is a batch of shared memory for the answer."""
-        if mapping.held_count + in_flight < mapping.batch_count:
-            return
-        gc.collect()  # What is only in cycles is nobody's.
-        if mapping.held_count + in_flight >= mapping.batch_count:
-            raise FailedPreconditionError(
-                f"arrays refer to {mapping.held_count} batches of the shared memory of {self.name} "
-                f"and {in_flight} requests are unanswered, of {mapping.batch_count} batches: copy "
-                "observations that are kept, or make the pool with a larger held_batches_max"
-            )
-
-    def _receive(self) -> Batch | list[Part]:
-        self._client.check_open()
-        if self._stream is None or not self._stream.in_flight:
-            raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
-        try:
-            return self._stream.receive()
-        except BaseException:
-            self._stream = None
-            raise
+    def _drop(self) -> None:
+        """Ends the stream at once; what was sent is carried out."""
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.cancel()
 
     def _require_nothing_in_flight(self) -> None:
         if self.in_flight:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from google.protobuf import empty_pb2
+
 from procgen_client._proto import pools_pb2, render_pb2, states_pb2
 from procgen_client._requests import clone_pair_messages, in_range, message_of, state_messages
-from procgen_client._validation import check_frames, check_states
-from procgen_client.errors import InternalError, InvalidArgumentError
+from procgen_client.errors import InvalidArgumentError
 from procgen_client.options import duration
 
 if TYPE_CHECKING:
@@ -27,8 +28,6 @@ _EPISODE_SELECTORS = {
     "last": states_pb2.EPISODE_SELECTOR_LAST,
     "current": states_pb2.EPISODE_SELECTOR_CURRENT,
 }
-# What a state has in a request besides its own bytes, at most: a tag and a length.
-_STATE_OVERHEAD_BYTES = 8
 
 
 class PoolResource(abc.ABC):
@@ -81,15 +80,8 @@ class PoolResource(abc.ABC):
         request = message_of(
             states_pb2.SaveStatesRequest, pool=self.name, environments=environments
         )
-        wanted = range(self.env_count) if environments is None else environments
-        snapshots: list[bytes] = []
-        while True:
-            page = self._client._save_states(request)
-            check_states(page, wanted, len(snapshots))
-            snapshots += [state.snapshot for state in page.states]
-            request.page_token = page.next_page_token
-            if not request.page_token:
-                return snapshots
+        response = self._client._call("SaveStates", request, states_pb2.SaveStatesResponse)
+        return [state.snapshot for state in response.states]
 
     def restore_states(self, states: Mapping[int, bytes] | Sequence[bytes]) -> None:
         """Puts environments into saved states.
@@ -114,9 +106,10 @@ class PoolResource(abc.ABC):
             DataLossError: A snapshot is damaged, or of another version.
         """
         self._require_nothing_in_flight()
-        bytes_max = self._client.catalog().limits.request_bytes_max
-        for request in restore_requests(self.name, states, self.env_count, bytes_max):
-            self._client._restore_states(request)
+        messages = state_messages(states, self.env_count)
+        if messages:
+            request = states_pb2.RestoreStatesRequest(pool=self.name, states=messages)
+            self._client._call("RestoreStates", request, empty_pb2.Empty)
 
     def clone_states(
         self,
@@ -150,14 +143,13 @@ class PoolResource(abc.ABC):
         if not messages:
             return
         source_name = source_pool.name if isinstance(source_pool, PoolResource) else source_pool
-        self._client._clone_states(
-            states_pb2.CloneStatesRequest(
-                pool=self.name,
-                source_pool=source_name,
-                source_server=source_server,
-                pairs=messages,
-            )
+        request = states_pb2.CloneStatesRequest(
+            pool=self.name,
+            source_pool=source_name,
+            source_server=source_server,
+            pairs=messages,
         )
+        self._client._call("CloneStates", request, empty_pb2.Empty)
 
     def get_episode(self, environment: int, selector: str = "last") -> states_pb2.Episode:
         """Tells what happened in an episode of an environment, so that it can be played again.
@@ -183,13 +175,7 @@ class PoolResource(abc.ABC):
             environment=environment,
             selector=_EPISODE_SELECTORS[selector],
         )
-        episode = self._client._get_episode(request)
-        if episode.environment != environment:
-            raise InternalError(
-                f"the server answers with an episode of environment {episode.environment}, "
-                f"expected: {environment}"
-            )
-        return episode
+        return self._client._call("GetEpisode", request, states_pb2.Episode)
 
     # The lease.
 
@@ -206,9 +192,8 @@ class PoolResource(abc.ABC):
             NotFoundError: The pool is gone; its lease may have run out.
         """
         length = None if lease_duration is None else duration(lease_duration)
-        self._client._renew_pool(
-            pools_pb2.RenewPoolRequest(name=self.name, lease_duration=length)
-        )
+        request = pools_pb2.RenewPoolRequest(name=self.name, lease_duration=length)
+        self._client._call("RenewPool", request, pools_pb2.Pool)
 
     # Looking.
 
@@ -237,9 +222,10 @@ class PoolResource(abc.ABC):
             request = self._frames_request(
                 render_pb2.RenderEnvironmentsRequest, wanted[begin : begin + at_a_time], size_px
             )
-            rendered = self._client._render_environments(request).frames
-            check_frames(rendered, request)
-            frames += [_pixels_of(frame) for frame in rendered]
+            rendered = self._client._call(
+                "RenderEnvironments", request, render_pb2.RenderEnvironmentsResponse
+            )
+            frames += [_pixels_of(frame) for frame in rendered.frames]
         return frames
 
     def watch(
@@ -278,8 +264,7 @@ class PoolResource(abc.ABC):
             size_px,
             frames_per_second_max=frames_per_second_max,
         )
-        for moment in self._client._watch_pool(request):
-            check_frames(moment.frames, request)
+        for moment in self._client._watch("WatchPool", request, render_pb2.WatchPoolResponse):
             yield [_pixels_of(frame) for frame in moment.frames]
 
     def _frames_request(
@@ -314,24 +299,3 @@ def _frame_bytes(size_px: int) -> int:
 def _pixels_of(frame: render_pb2.Frame) -> np.ndarray:
     pixels = np.frombuffer(frame.image, np.uint8)
     return pixels.reshape(frame.size_px, frame.size_px, 3)
-
-
-def restore_requests(
-    pool: str, states: Mapping[int, bytes] | Sequence[bytes], env_count: int, bytes_max: int
-) -> Iterator[states_pb2.RestoreStatesRequest]:
-    """Gives the requests that restore states, as few as hold them all.
-
-    Errors as PoolResource.restore_states.
-    """
-    request = states_pb2.RestoreStatesRequest(pool=pool)
-    empty_bytes = request_bytes = request.ByteSize()
-    for state in state_messages(states, env_count):
-        state_bytes = state.ByteSize() + _STATE_OVERHEAD_BYTES
-        if request.states and request_bytes + state_bytes > bytes_max:
-            yield request
-            request = states_pb2.RestoreStatesRequest(pool=pool)
-            request_bytes = empty_bytes
-        request.states.append(state)
-        request_bytes += state_bytes
-    if request.states:
-        yield request

@@ -70,7 +70,8 @@ def test_where_nobody_listens_is_unavailable() -> None:
     with socket.socket() as bound:
         bound.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{bound.getsockname()[1]}"
-        with pytest.raises(errors.UnavailableError, match=f"no server answers at {address}.*0.3 s"):
+        expected = f"no server answers at {address} within (300ms|0.3 s): "
+        with pytest.raises(errors.UnavailableError, match=expected):
             connect(address, timeout=0.3)
 
 
@@ -82,7 +83,7 @@ def test_an_address_without_meaning_is_unavailable() -> None:
 def test_a_server_that_never_answers_is_given_up_in_time() -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         begun = time.monotonic()
-        with pytest.raises(errors.UnavailableError, match=r"has not answered in time.*0.3 s"):
+        with pytest.raises(errors.UnavailableError, match=r"within (300ms|0.3 s): "):
             connect(f"127.0.0.1:{silent.getsockname()[1]}", timeout=0.3)
         assert time.monotonic() - begun < 10
 

@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 
 from procgen_client import Client, ServerProcess
+from procgen_client._transport import is_native
 from procgen_client.tools.server_process import BINARY_VARIABLE
 
 _ROOT = Path(__file__).resolve().parents[3]
+# Marks what grpcio does not carry, where there is no native module.
+native_only = pytest.mark.skipif(not is_native(), reason="the native module is missing")
+ENCODINGS = ["raw", pytest.param("delta_zstd", marks=native_only)]
 
 
 def server_binary() -> Path:

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import native_only
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, Reset, ServerProcess
-from procgen_client._transport import stream as _stream
-from procgen_client._transport.wire import Part, read_response
-from procgen_client.errors import (
-    AbortedError,
-    DataLossError,
-    InvalidArgumentError,
-    UnimplementedError,
-)
+from procgen_client._transport import is_native
+from procgen_client.errors import AbortedError, InvalidArgumentError, UnimplementedError
 
 _ENCODING = "delta_zstd"
 _FORMATS: dict[str, dict[str, Any]] = {
@@ -70,6 +63,7 @@ def assert_go_alike(raw: Pool, encoded: Pool, request_count: int, seed: int) -> 
         assert_same(raw.receive(), encoded.receive())
 
 
+@native_only
 @pytest.mark.parametrize("form", _FORMATS)
 @pytest.mark.parametrize("game", ["coinrun", "fruitbot", "maze"])
 def test_answers_are_those_of_a_raw_pool(client: Client, game: str, form: str) -> None:
@@ -83,6 +77,7 @@ def test_answers_are_those_of_a_raw_pool(client: Client, game: str, form: str) -
         assert_go_alike(raw, encoded, request_count=200, seed=3)
 
 
+@native_only
 def test_states_are_restored_and_streams_follow_one_another(
     server: ServerProcess, client: Client
 ) -> None:
@@ -108,6 +103,7 @@ def test_states_are_restored_and_streams_follow_one_another(
         assert_go_alike(raw, encoded, request_count=10, seed=5)
 
 
+@native_only
 def test_vector_environments_show_the_same(client: Client) -> None:
     arguments: dict[str, Any] = {"num_envs": 4, "server": client, **_OPTIONS}
     with (
@@ -124,44 +120,6 @@ def test_vector_environments_show_the_same(client: Client) -> None:
             np.testing.assert_array_equal(expected, seen)
 
 
-@pytest.fixture
-def damage(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
-    """Damages the answer to one request on its way from the server to the client."""
-
-    def damage_answer(number: int) -> None:
-        def read_damaged(message: bytes) -> Any:  # noqa: ANN401
-            response = read_response(message)
-            damaged = isinstance(response, Part) and response.sequence_number == number
-            if damaged and len(response.arrays["observations"]):
-                observations = response.arrays["observations"].copy()
-                observations[len(observations) // 2] ^= 1
-                response.arrays["observations"] = observations
-            return response
-
-        monkeypatch.setattr(_stream, "read_response", read_damaged)
-
-    return damage_answer
-
-
-def test_a_damaged_answer_ends_the_stream(
-    client: Client, damage: Callable[[int], None]
-) -> None:
-    damage(3)
-    with (
-        client.create_pool("coinrun", _ENV_COUNT, **_OPTIONS) as raw,
-        client.create_pool("coinrun", _ENV_COUNT, encoding=_ENCODING, **_OPTIONS) as encoded,
-    ):
-        actions = [7] * _ENV_COUNT
-        for _ in range(2):
-            assert_same(raw.step(actions, observe=False), encoded.step(actions, observe=False))
-        with pytest.raises(DataLossError, match=f"{encoded.name} to request 3: encoded obs"):
-            encoded.step(actions)
-        assert not encoded.attached
-        raw.step(actions, observe=False)
-        encoded.attach(take_over=True)
-        assert_same(raw.step(actions), encoded.step(actions))
-
-
 @pytest.mark.parametrize("encoding", ["gzip", "lz4_difference"])
 def test_unknown_encodings_are_refused(client: Client, encoding: str) -> None:
     allowed = "it is one of raw, delta_zstd"
@@ -169,11 +127,10 @@ def test_unknown_encodings_are_refused(client: Client, encoding: str) -> None:
         client.create_pool("maze", 1, encoding=encoding)
 
 
-def test_without_its_package_no_pool_is_made(
-    client: Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "zstandard", None)
+@pytest.mark.skipif(is_native(), reason="the native module decodes")
+def test_without_the_native_module_no_pool_is_made(client: Client) -> None:
     before = client.load().pool_count
-    with pytest.raises(UnimplementedError, match="is not installed"):
-        client.create_pool("maze", 1, encoding=_ENCODING)
+    for options in ({"encoding": _ENCODING}, {"transport": "shared_memory"}):
+        with pytest.raises(UnimplementedError, match="need the module procgen_client._native"):
+            client.create_pool("maze", 1, **options)
     assert client.load().pool_count == before

@@ -10,9 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import server_binary
+from conftest import native_only, server_binary
 
 from procgen_client import ServerProcess
+from procgen_client._transport import is_native
 
 _CHILDREN_MAKE_THEIR_OWN = """
 import multiprocessing
@@ -156,21 +157,19 @@ env.close()
 _BY_GRPCIO = """
 import os
 import sys
-from procgen_client import Client, ProcgenVectorEnv, errors
+from procgen_client import Client, errors
 
-client = Client(sys.argv[1], channel_options=[("grpc.primary_user_agent", "test")])
+client = Client(sys.argv[1])
 pool = client.create_pool("maze", 2)
 pool.step([4, 4])
 child = os.fork()
 if child == 0:
     try:
-        Client(sys.argv[1], channel_options=[("grpc.primary_user_agent", "test")])
+        Client(sys.argv[1])
         os._exit(1)
     except errors.FailedPreconditionError as error:
         assert f"forked from process {os.getppid()}" in error.message
         assert "spawn" in error.message
-    with ProcgenVectorEnv("maze", 2, server=sys.argv[1]) as env:  # Without grpcio.
-        env.reset()
     os._exit(0)
 _, status = os.waitpid(child, 0)
 assert os.waitstatus_to_exitcode(status) == 0
@@ -178,6 +177,30 @@ pool.step([4, 4])
 pool.save_states()
 pool.close()
 client.close()
+"""
+
+_GENERATIONS = """
+import os
+import sys
+from procgen_client import Client
+
+def generation(number):
+    client = Client(sys.argv[1])
+    pool = client.create_pool("maze", 2)
+    pool.step([4, 4])
+    if number < 3:
+        child = os.fork()
+        if child == 0:
+            generation(number + 1)
+        _, status = os.waitpid(child, 0)
+        assert os.waitstatus_to_exitcode(status) == 0
+    pool.step([4, 4])
+    pool.close()
+    client.close()
+    if number:
+        os._exit(0)
+
+generation(0)
 """
 
 _CHILD_OUTLIVES_IT = """
@@ -212,16 +235,19 @@ def _environment() -> dict[str, str]:
     return os.environ | {"PROCGEN_SERVER_BINARY": str(server_binary())}
 
 
+@native_only
 @pytest.mark.parametrize("how", ["fork", "spawn"])
 def test_children_make_environments_while_their_parent_has_some(how: str, tmp_path: Path) -> None:
     _run(_CHILDREN_MAKE_THEIR_OWN, how, "{}", folder=tmp_path)
 
 
+@native_only
 def test_children_do_so_beside_a_stream(server: ServerProcess, tmp_path: Path) -> None:
     where = repr({"server": server.address})
     _run(_CHILDREN_MAKE_THEIR_OWN, "fork", where, folder=tmp_path)
 
 
+@native_only
 def test_environments_run_in_worker_processes_beside_an_open_one(tmp_path: Path) -> None:
     _run(_ASYNC_VECTOR_ENV, folder=tmp_path)
 
@@ -234,10 +260,16 @@ def test_a_child_cannot_use_its_parents_environment_nor_end_it(
     _run(_THE_PARENTS_OWN, repr(arguments), folder=tmp_path)
 
 
+@pytest.mark.skipif(is_native(), reason="of grpcio")
 def test_connections_by_grpcio_are_refused_in_children(
     server: ServerProcess, tmp_path: Path
 ) -> None:
     _run(_BY_GRPCIO, server.address, folder=tmp_path)
+
+
+@native_only
+def test_children_of_children_connect(server: ServerProcess, tmp_path: Path) -> None:
+    _run(_GENERATIONS, server.address, folder=tmp_path)
 
 
 def test_a_local_server_ends_with_its_program_whose_children_live() -> None:

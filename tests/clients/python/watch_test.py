@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import server_binary
+from conftest import native_only, server_binary
 
 from procgen_client import Client, ServerProcess, connect
 from procgen_client.errors import (
@@ -27,6 +27,7 @@ def test_a_pool_is_watched_while_it_is_stepped(client: Client) -> None:
         assert next(pool.watch())[0].shape == (256, 256, 3)
 
 
+@native_only
 def test_who_takes_long_between_two_moments_misses_those_in_between(client: Client) -> None:
     with client.create_pool("bigfish", 1) as pool:
         slow, quick = (pool.watch([0], size_px=64, frames_per_second_max=60) for _ in range(2))

@@ -104,12 +104,11 @@ class ProcgenVectorEnv(VectorEnv):
                 its value.
             render_mode: "rgb_array" for render(), or None.
             render_size_px: Side of render's square pictures, in pixels.
-            copy: True: observations are copies of your own. False: they are read-only views of what
-                was received; they are not written again, so they may be kept. It saves 12 kB of
-                copying for each environment. With transport "shared_memory" they are views of
+            copy: True: observations are arrays of your own. So they are without a copy, unless they
+                are shared. False: with transport "shared_memory" they are read-only views of
                 memory that the server draws into, and only so many may be kept
-                (held_batches_max, 2 by default, and those of this step). With an encoding they
-                are arrays of your own anyway.
+                (held_batches_max, 2 by default, and those of this step). It saves 12 kB of
+                copying for each environment.
             frame_skip: Each action is taken so many times, in [1, 1000], and only the last is
                 drawn; rewards are summed, and an environment stops when its episode ends.
             **options: As Client.create_pool takes them: the options of Procgen 0.10.7
@@ -356,7 +355,7 @@ class ProcgenVectorEnv(VectorEnv):
     def _observations(self, batch: Batch) -> np.ndarray:
         observations = batch.observations
         assert observations is not None
-        # What was joined from several responses is an array of its own already.
+        # What was received is an array of the learner's own already.
         if not self._copy or observations.flags.writeable:
             return observations
         return observations.copy()

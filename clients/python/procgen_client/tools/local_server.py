@@ -8,6 +8,7 @@ import shutil
 import tempfile
 import threading
 
+from procgen_client._transport import is_native
 from procgen_client.client import Client
 from procgen_client.credentials import Credentials
 from procgen_client.errors import InvalidArgumentError
@@ -99,8 +100,8 @@ def open_client(
 
 
 def is_local(client: Client) -> bool:
-    """Whether a client is of this program's own server, with which it shares memory."""
-    return any(client.address == server.address for server in _servers.values())
+    """Whether a client is of this program's own server, and can share memory with it."""
+    return is_native() and any(client.address == server.address for server in _servers.values())
 
 
 def _forget() -> None:

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bad_network import Proxy, connected
-from conftest import server_binary
+from conftest import native_only, server_binary
 
 from procgen_client import Batch, Client, Pool, ProcgenVectorEnv, ServerProcess, errors
-from procgen_client._proto import step_pb2
-from procgen_client._transport.pipe_transport import PipeTransport
+
+pytestmark = native_only
 
 _ENV_COUNT = 4
 _OPTIONS = {"distribution_mode": "easy", "rand_seed": 5}
@@ -216,14 +216,9 @@ def test_what_is_held_stays_over_streams_of_a_pool(server: ServerProcess) -> Non
             np.testing.assert_array_equal(held, content)
 
 
-@pytest.mark.parametrize("pipe_transport", [True, False])
-def test_what_is_held_stays_on_a_bad_network(
-    server: ServerProcess, client: Client, monkeypatch: pytest.MonkeyPatch, *, pipe_transport: bool
-) -> None:
-    # A pipe transport goes past the network, and ends with the connection beside it.
-    if not pipe_transport:
-        monkeypatch.setattr(PipeTransport, "open", lambda *_: None)
-    proxy = Proxy(server.address, 7, 3000, silence_max_ms=10 if pipe_transport else 0)
+def test_what_is_held_stays_on_a_bad_network(server: ServerProcess, client: Client) -> None:
+    # Messages go past the network, by pipes, which end with the connection beside them.
+    proxy = Proxy(server.address, 7, 3000, silence_max_ms=10)
     with client.create_pool(["maze", "bigfish"], _ENV_COUNT, **_OPTIONS) as undisturbed:
         with _create(client) as pool, connected(proxy.address) as learner:
             other = None
@@ -234,7 +229,7 @@ def test_what_is_held_stays_on_a_bad_network(
                 except errors.ProcgenError:
                     pass
             held = []
-            for step in range(500 if pipe_transport else 300):
+            for step in range(500):
                 batch = other.step(_actions(step))
                 _assert_equal(undisturbed.step(_actions(step)), batch)
                 held.append((batch.observations, batch.observations.copy()))
@@ -245,30 +240,12 @@ def test_what_is_held_stays_on_a_bad_network(
     assert proxy.stop() >= 10
 
 
-def test_a_pipe_transport_bears_the_messages_and_the_call_their_errors(client: Client) -> None:
+def test_errors_end_the_stream_and_its_pipes(client: Client) -> None:
     with _create(client) as pool:
-        pool.attach()
-        stream = pool._stream
-        assert stream is not None
-        assert stream._pipes is not None
         pool.step([4] * _ENV_COUNT)
         with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
             pool.step([4] * _ENV_COUNT, next_levels={99: 1})
-
-
-def test_without_a_pipe_transport_the_stream_does(
-    client: Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def nowhere(offer: step_pb2.PipeTransport, response_bytes_max: int) -> PipeTransport | None:
-        nobody = step_pb2.PipeTransport(socket_name="nobody-listens", key=offer.key)
-        return open_pipes(nobody, response_bytes_max)
-
-    open_pipes = PipeTransport.open
-    monkeypatch.setattr(PipeTransport, "open", nowhere)
-    with _create(client) as pool:
-        assert pool.step([4] * _ENV_COUNT).observations is not None
-        assert pool._stream is not None
-        assert pool._stream._pipes is None
+        pool.step([4] * _ENV_COUNT)
 
 
 def test_who_takes_over_has_all_batches(client: Client) -> None:

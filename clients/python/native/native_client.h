@@ -1,0 +1,67 @@
+#ifndef CLIENTS_PYTHON_NATIVE_NATIVE_CLIENT_H_
+#define CLIENTS_PYTHON_NATIVE_NATIVE_CLIENT_H_
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "clients/python/native/native_stream.h"
+#include "clients/python/native/native_watch.h"
+#include "clients/python/native/process_owner.h"
+#include "procgen_client/client.h"
+#include "pybind11/pybind11.h"
+
+namespace procgen_python {
+
+// The names and values of gRPC's channel arguments.
+using ChannelArguments = std::vector<std::pair<std::string, std::variant<int, std::string>>>;
+
+// What procgen_client::Client is to Python, with messages serialised. The GIL is released while the
+// server is waited for, and handlers of signals run.
+// Threads: any method from any thread.
+class NativeClient : public std::enable_shared_from_this<NativeClient> {
+ public:
+  // Connects. Times are in seconds.
+  static std::shared_ptr<NativeClient> Connect(const std::string& address, double timeout,
+                                               double call_timeout,
+                                               procgen_client::Credentials credentials,
+                                               const ChannelArguments& channel_arguments);
+  ~NativeClient();
+  NativeClient(const NativeClient&) = delete;
+  NativeClient& operator=(const NativeClient&) = delete;
+
+  // Calls a unary method by its name, e.g. "CreatePool". Lists that the server gives page by page
+  // are whole, and states that do not fit one request are sent in several.
+  pybind11::bytes Call(const std::string& method, const pybind11::bytes& request);
+  // Calls WatchNodes or WatchPool.
+  std::unique_ptr<NativeWatch> Watch(const std::string& method, const pybind11::bytes& request);
+  // Attaches with a serialised Attach. `reconnect_timeout`: in seconds. `held_batches`: of the
+  // stream that the learner had of the pool before; null: none.
+  std::shared_ptr<NativeStream> Attach(const pybind11::bytes& attach, double reconnect_timeout,
+                                       std::shared_ptr<procgen_client::HeldBatches> held_batches);
+  // Ends all calls with CANCELLED.
+  void Close();
+
+  // The status, in words of the client's where it was closed.
+  absl::Status Explained(absl::Status status) const;
+
+ private:
+  NativeClient() = default;
+
+  const ProcessOwner owner_;
+  // Shared with the checks of calls, which may outlast the client's destructor.
+  const std::shared_ptr<std::atomic<bool>> is_closed_ = std::make_shared<std::atomic<bool>>(false);
+  std::unique_ptr<procgen_client::Client> client_;
+  absl::Mutex mutex_;
+  std::vector<std::weak_ptr<procgen_client::StepStream>> streams_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace procgen_python
+
+#endif  // CLIENTS_PYTHON_NATIVE_NATIVE_CLIENT_H_

@@ -1,0 +1,64 @@
+#ifndef CLIENTS_PYTHON_NATIVE_NATIVE_STREAM_H_
+#define CLIENTS_PYTHON_NATIVE_NATIVE_STREAM_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "clients/python/native/native_batch.h"
+#include "clients/python/native/process_owner.h"
+#include "procgen/v1/step.pb.h"
+#include "procgen_client/step_stream.h"
+#include "pybind11/numpy.h"
+#include "pybind11/pybind11.h"
+
+namespace procgen_python {
+
+class NativeClient;
+
+// What StepStream is to Python. The GIL is released while the server is waited for.
+// Threads: as StepStream.
+class NativeStream {
+ public:
+  NativeStream(std::shared_ptr<NativeClient> client,
+               std::shared_ptr<procgen_client::StepStream> stream);
+  // Ends the stream at once.
+  ~NativeStream();
+  NativeStream(const NativeStream&) = delete;
+  NativeStream& operator=(const NativeStream&) = delete;
+
+  int32_t requests_in_flight_max() const { return stream_->requests_in_flight_max(); }
+  int64_t in_flight() const { return in_flight_; }
+  const std::shared_ptr<procgen_client::HeldBatches>& held_batches() const {
+    return stream_->held_batches();
+  }
+
+  // Sends a serialised StepPoolRequest; returns its sequence number.
+  int64_t Send(const pybind11::bytes& request);
+  // Sends a step of the environments from `first_env` on. `actions`: [n], of any integer
+  // type. `more`: empty, or a serialised Step with what has no argument here.
+  int64_t SendStep(const pybind11::array& actions, int32_t first_env, int32_t repeat_count,
+                   bool observe, bool final_observations, int32_t chunk_count,
+                   const pybind11::bytes& more);
+  std::unique_ptr<NativeBatch> Receive();
+  // Ends the stream, and waits until the server has.
+  void Close();
+  // Ends the stream at once; from any thread.
+  void Cancel();
+
+ private:
+  int64_t SendMessage(procgen::v1::StepPoolRequest request);
+
+  const ProcessOwner owner_;
+  std::shared_ptr<NativeClient> client_;
+  std::shared_ptr<procgen_client::StepStream> stream_;
+  const std::shared_ptr<BatchReserve> reserve_ = std::make_shared<BatchReserve>();
+  const std::shared_ptr<const std::vector<pybind11::ssize_t>> shape_;
+  int64_t in_flight_ = 0;
+};
+
+}  // namespace procgen_python
+
+#endif  // CLIENTS_PYTHON_NATIVE_NATIVE_STREAM_H_

@@ -1,0 +1,131 @@
+"""Connections: closed, interrupted, over a unix socket, with large messages."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import native_only, server_binary
+
+from procgen_client import Client, Pool, Reset, ServerProcess, connect, errors
+
+# Ctrl-C ends a wait within 0.1 s; the rest is for a machine that is busy.
+_INTERRUPTED_WITHIN = 1.0
+_TRANSPORTS = ["stream", pytest.param("shared_memory", marks=native_only)]
+
+
+def test_closing_the_client_ends_streams(server: ServerProcess, client: Client) -> None:
+    closed = Client(server.address)
+    pool = closed.create_pool("maze", 2)
+    pool.step([4, 4])
+    closed.close()
+    for _ in range(2):
+        with pytest.raises(errors.CancelledError):
+            pool.step([4, 4])
+    client.delete_pool(pool.name)
+
+
+def test_large_requests_are_sent_whole(client: Client) -> None:
+    count = 4096
+    with client.create_pool("bigfish", count) as pool:
+        resets = [Reset(i, level_seed=2**30 + i, rand_seed=2**50 + i) for i in range(count)]
+        batch = pool.reset(resets, observe=False)  # More than the server's first window.
+        assert batch.level_seeds.tolist() == list(range(2**30, 2**30 + count))
+
+
+def test_a_unix_socket_will_do(tmp_path: Path) -> None:
+    with ServerProcess(flags=["--workers=1"], address=f"unix:{tmp_path}/socket") as server:
+        with Client(server.address) as client, client.create_pool("maze", 2) as pool:
+            assert pool.step([4, 4]).observations is not None
+
+
+@contextmanager
+def stopped(server: ServerProcess) -> Iterator[None]:
+    """Has a server answer nothing for a while."""
+    os.kill(server.process_id, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(server.process_id, signal.SIGCONT)
+
+
+def assert_interrupted(wait: Callable[[], object]) -> None:
+    """Checks that Ctrl-C ends a wait that has no end."""
+    sent: list[float] = []
+
+    def interrupt() -> None:
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        wait()
+    assert time.monotonic() - sent[0] < _INTERRUPTED_WITHIN
+    timer.join()
+
+
+@pytest.fixture
+def own() -> Iterator[ServerProcess]:
+    """A server of the test's own, which can be stopped."""
+    with ServerProcess(server_binary(), ["--workers=1"]) as process:
+        yield process
+
+
+@pytest.mark.parametrize("transport", _TRANSPORTS)
+def test_a_wait_for_an_answer_is_interrupted(own: ServerProcess, transport: str) -> None:
+    with Client(own.address) as client, client.create_pool("maze", 2, transport=transport) as pool:
+        pool.step([4, 4])
+        with stopped(own):
+            pool.send_step([4, 4])
+            assert_interrupted(pool.receive)
+        assert not pool.attached
+        pool.attach(take_over=True)
+        assert pool.step([4, 4]).env_count == 2
+
+
+@native_only
+def test_waits_of_all_kinds_are_interrupted(own: ServerProcess) -> None:
+    with Client(own.address) as client, client.create_pool("maze", 2) as pool:
+        watch = pool.watch()
+        next(watch)
+        with stopped(own):
+            assert_interrupted(client.load)
+            assert_interrupted(pool.attach)
+            assert_interrupted(lambda: next(watch))
+            assert_interrupted(lambda: connect(own.address, timeout=60))
+
+
+@native_only
+def test_a_wait_for_a_broken_connection_is_interrupted(own: ServerProcess) -> None:
+    with Client(own.address) as client:
+        pool = client.create_pool("maze", 2)
+        pool.step([4, 4])
+        os.kill(own.process_id, signal.SIGKILL)
+
+        def step_on() -> None:
+            while True:
+                pool.step([4, 4])
+
+        assert_interrupted(step_on)
+
+
+@native_only
+def test_memory_of_decoded_observations_is_used_again(client: Client) -> None:
+    def address_of(array: np.ndarray) -> int:
+        return array.__array_interface__["data"][0]
+
+    with client.create_pool("maze", 64, encoding="delta_zstd") as pool:
+        kept = pool.step([4] * 64).observations
+        content = kept.copy()
+        addresses = {address_of(pool.step([4] * 64).observations) for _ in range(20)}
+        assert len(addresses) < 5
+        assert address_of(kept) not in addresses, "an array refers to it"
+        np.testing.assert_array_equal(kept, content)
