@@ -126,13 +126,12 @@ const std::map<std::string, Method>& Methods() {
 }
 
 template <typename Watch>
-std::unique_ptr<NativeWatch> WatchOf(std::shared_ptr<NativeClient> client,
+std::unique_ptr<NativeWatch> WatchOf(const std::shared_ptr<Client>& client,
                                      std::unique_ptr<Watch> watch,
                                      std::shared_ptr<std::atomic<bool>> is_closed) {
   const std::shared_ptr<Watch> shared = std::move(watch);
   return std::make_unique<NativeWatch>([client, shared] { return Serialised(shared->Next()); },
-                                       [client = std::move(client), shared] { shared->Stop(); },
-                                       std::move(is_closed));
+                                       [client, shared] { shared->Stop(); }, std::move(is_closed));
 }
 
 }  // namespace
@@ -163,26 +162,33 @@ std::shared_ptr<NativeClient> NativeClient::Connect(const std::string& address, 
 
 NativeClient::~NativeClient() {
   if (!owner_.is_this_process()) {
-    static_cast<void>(client_.release());
+    new std::shared_ptr<Client>(std::move(client_));
   }
+}
+
+std::shared_ptr<Client> NativeClient::client() const {
+  if (client_ == nullptr) {
+    Raise(absl::CancelledError("the connection was closed by this client"));
+  }
+  return client_;
 }
 
 py::bytes NativeClient::Call(const std::string& method, const py::bytes& request) {
   const std::string serialised = request;
-  absl::StatusOr<std::string> response =
-      WithoutGil([&] { return Methods().at(method)(client_.get(), serialised); });
-  Check(Explained(response.status()));
-  return py::bytes(*response);
+  const auto client = this->client();
+  return py::bytes(
+      ValueOf(WithoutGil([&] { return Methods().at(method)(client.get(), serialised); })));
 }
 
 std::unique_ptr<NativeWatch> NativeClient::Watch(const std::string& method,
                                                  const py::bytes& request) {
+  const auto client = this->client();
   if (method == "WatchNodes") {
-    return WatchOf(shared_from_this(), client_->WatchNodes(), is_closed_);
+    return WatchOf(client, client->WatchNodes(), is_closed_);
   }
   v1::WatchPoolRequest message;
   message.ParseFromString(std::string(request));
-  return WatchOf(shared_from_this(), client_->Watch(message), is_closed_);
+  return WatchOf(client, client->Watch(message), is_closed_);
 }
 
 std::shared_ptr<NativeStream> NativeClient::Attach(
@@ -197,31 +203,23 @@ std::shared_ptr<NativeStream> NativeClient::Attach(
   options.held_batches_max = message.held_batches_max();
   options.reconnect_timeout = absl::Seconds(reconnect_timeout);
   options.held_batches = std::move(held_batches);
-  auto attached = WithoutGil([&] { return client_->Attach(message.pool(), options); });
-  Check(Explained(attached.status()));
-  const std::shared_ptr<procgen_client::StepStream> stream = *std::move(attached);
-  {
-    absl::MutexLock lock(&mutex_);
-    std::erase_if(streams_, [](const auto& each) { return each.expired(); });
-    streams_.push_back(stream);
-  }
-  return std::make_shared<NativeStream>(shared_from_this(), stream);
+  const auto client = this->client();
+  std::shared_ptr<procgen_client::StepStream> attached =
+      ValueOf(WithoutGil([&] { return client->Attach(message.pool(), options); }));
+  auto stream = std::make_shared<NativeStream>(client, std::move(attached));
+  std::erase_if(streams_, [](const auto& each) { return each.expired(); });
+  streams_.push_back(stream);
+  return stream;
 }
 
 void NativeClient::Close() {
   *is_closed_ = true;
-  absl::MutexLock lock(&mutex_);
-  for (const std::weak_ptr<procgen_client::StepStream>& each : streams_) {
-    if (const std::shared_ptr<procgen_client::StepStream> stream = each.lock()) {
+  client_ = nullptr;
+  for (const std::weak_ptr<NativeStream>& each : std::exchange(streams_, {})) {
+    if (const std::shared_ptr<NativeStream> stream = each.lock()) {
       stream->Cancel();
     }
   }
-}
-
-absl::Status NativeClient::Explained(absl::Status status) const {
-  return *is_closed_ && absl::IsCancelled(status)
-             ? absl::CancelledError("the connection was closed by this client")
-             : status;
 }
 
 }  // namespace procgen_python

@@ -8,9 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "absl/base/thread_annotations.h"
-#include "absl/status/status.h"
-#include "absl/synchronization/mutex.h"
 #include "clients/python/native/native_stream.h"
 #include "clients/python/native/native_watch.h"
 #include "clients/python/native/process_owner.h"
@@ -25,7 +22,7 @@ using ChannelArguments = std::vector<std::pair<std::string, std::variant<int, st
 // What procgen_client::Client is to Python, with messages serialised. The GIL is released while the
 // server is waited for, and handlers of signals run.
 // Threads: any method from any thread.
-class NativeClient : public std::enable_shared_from_this<NativeClient> {
+class NativeClient {
  public:
   // Connects. Times are in seconds.
   static std::shared_ptr<NativeClient> Connect(const std::string& address, double timeout,
@@ -45,21 +42,20 @@ class NativeClient : public std::enable_shared_from_this<NativeClient> {
   // stream that the learner had of the pool before; null: none.
   std::shared_ptr<NativeStream> Attach(const pybind11::bytes& attach, double reconnect_timeout,
                                        std::shared_ptr<procgen_client::HeldBatches> held_batches);
-  // Ends all calls with CANCELLED.
+  // Ends all calls with CANCELLED, and closes the connection once they have ended.
   void Close();
-
-  // The status, in words of the client's where it was closed.
-  absl::Status Explained(absl::Status status) const;
 
  private:
   NativeClient() = default;
+  // The client, which stays while this is kept. Raises CancelledError: it was closed.
+  std::shared_ptr<procgen_client::Client> client() const;
 
   const ProcessOwner owner_;
   // Shared with the checks of calls, which may outlast the client's destructor.
   const std::shared_ptr<std::atomic<bool>> is_closed_ = std::make_shared<std::atomic<bool>>(false);
-  std::unique_ptr<procgen_client::Client> client_;
-  absl::Mutex mutex_;
-  std::vector<std::weak_ptr<procgen_client::StepStream>> streams_ ABSL_GUARDED_BY(mutex_);
+  // With the GIL held:
+  std::shared_ptr<procgen_client::Client> client_;  // null: closed
+  std::vector<std::weak_ptr<NativeStream>> streams_;
 };
 
 }  // namespace procgen_python

@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "clients/python/native/native_client.h"
 #include "clients/python/native/python_error.h"
 
 namespace procgen_python {
@@ -55,20 +54,29 @@ void MergeSerialised(const py::bytes& serialised, Message* message) {
 
 }  // namespace
 
-NativeStream::NativeStream(std::shared_ptr<NativeClient> client,
+NativeStream::NativeStream(std::shared_ptr<procgen_client::Client> client,
                            std::shared_ptr<procgen_client::StepStream> stream)
-    : client_(std::move(client)), stream_(std::move(stream)), shape_(ShapeOf(stream_->pool())) {}
+    : requests_in_flight_max_(stream->requests_in_flight_max()),
+      shared_batch_count_(stream->shared_batch_count()),
+      held_(stream->held_batches()),
+      client_(std::move(client)),
+      stream_(std::move(stream)),
+      shape_(ShapeOf(stream_->pool())) {}
 
 NativeStream::~NativeStream() {
-  if (!owner_.is_this_process()) {
+  if (owner_.is_this_process()) {
+    Cancel();
+  } else {
     new std::shared_ptr<procgen_client::StepStream>(std::move(stream_));
-    new std::shared_ptr<NativeClient>(std::move(client_));
-    return;
+    new std::shared_ptr<procgen_client::Client>(std::move(client_));
   }
-  const py::gil_scoped_release released;
-  stream_->Cancel();
-  stream_ = nullptr;
-  client_ = nullptr;
+}
+
+std::shared_ptr<procgen_client::StepStream> NativeStream::stream() const {
+  if (stream_ == nullptr) {
+    Raise(absl::CancelledError("the stream, or its connection, was closed by this client"));
+  }
+  return stream_;
 }
 
 int64_t NativeStream::Send(const py::bytes& request) {
@@ -94,42 +102,48 @@ int64_t NativeStream::SendStep(const py::array& actions, int32_t first_env,
 }
 
 int64_t NativeStream::SendMessage(v1::StepPoolRequest request) {
-  const int32_t batch_count = stream_->shared_batch_count();
-  if (batch_count != 0 && held_batches()->count() + in_flight_ >= batch_count) {
+  const auto stream = this->stream();
+  if (shared_batch_count_ != 0 && held_->count() + in_flight_ >= shared_batch_count_) {
     // What is only in cycles is nobody's.
     py::module_::import("gc").attr("collect")();
-    const int32_t held = held_batches()->count();
-    if (held + in_flight_ >= batch_count) {
+    const int32_t held = held_->count();
+    if (held + in_flight_ >= shared_batch_count_) {
       Raise(absl::FailedPreconditionError(absl::StrCat(
-          "arrays refer to ", held, " batches of the shared memory of ", stream_->pool().name(),
-          " and ", in_flight_, " requests are unanswered, of ", batch_count,
+          "arrays refer to ", held, " batches of the shared memory of ", stream->pool().name(),
+          " and ", in_flight_, " requests are unanswered, of ", shared_batch_count_,
           " batches: copy observations that are kept, or make the pool with a larger "
           "held_batches_max")));
     }
   }
-  const int64_t number = ValueOf(WithoutGil([&] { return stream_->Send(std::move(request)); }));
+  const int64_t number = ValueOf(WithoutGil([&] { return stream->Send(std::move(request)); }));
   ++in_flight_;
   return number;
 }
 
 std::unique_ptr<NativeBatch> NativeStream::Receive() {
+  const auto stream = this->stream();
   std::unique_ptr<procgen_client::Batch> batch = reserve_->Take();
-  Check(client_->Explained(WithoutGil([&] { return stream_->Receive(batch.get()); })));
+  Check(WithoutGil([&] { return stream->Receive(batch.get()); }));
   --in_flight_;
   return std::make_unique<NativeBatch>(std::move(batch), reserve_, shape_,
-                                       stream_->shared_batch_count() != 0);
+                                       shared_batch_count_ != 0);
 }
 
 void NativeStream::Close() {
-  WithoutGil([&] { return stream_->Close(); }).IgnoreError();
+  const auto stream = this->stream();
+  WithoutGil([&] { return stream->Close(); }).IgnoreError();
   Check(absl::OkStatus());
 }
 
 void NativeStream::Cancel() {
-  WithoutGil([&] {
-    stream_->Cancel();
-    return 0;
-  });
+  auto stream = std::move(stream_);
+  auto client = std::move(client_);
+  if (stream != nullptr) {
+    const py::gil_scoped_release released;
+    stream->Cancel();
+    stream = nullptr;
+    client = nullptr;
+  }
 }
 
 }  // namespace procgen_python

@@ -10,30 +10,27 @@
 #include "clients/python/native/native_batch.h"
 #include "clients/python/native/process_owner.h"
 #include "procgen/v1/step.pb.h"
+#include "procgen_client/client.h"
 #include "procgen_client/step_stream.h"
 #include "pybind11/numpy.h"
 #include "pybind11/pybind11.h"
 
 namespace procgen_python {
 
-class NativeClient;
-
 // What StepStream is to Python. The GIL is released while the server is waited for.
 // Threads: as StepStream.
 class NativeStream {
  public:
-  NativeStream(std::shared_ptr<NativeClient> client,
+  NativeStream(std::shared_ptr<procgen_client::Client> client,
                std::shared_ptr<procgen_client::StepStream> stream);
   // Ends the stream at once.
   ~NativeStream();
   NativeStream(const NativeStream&) = delete;
   NativeStream& operator=(const NativeStream&) = delete;
 
-  int32_t requests_in_flight_max() const { return stream_->requests_in_flight_max(); }
+  int32_t requests_in_flight_max() const { return requests_in_flight_max_; }
   int64_t in_flight() const { return in_flight_; }
-  const std::shared_ptr<procgen_client::HeldBatches>& held_batches() const {
-    return stream_->held_batches();
-  }
+  const std::shared_ptr<procgen_client::HeldBatches>& held_batches() const { return held_; }
 
   // Sends a serialised StepPoolRequest; returns its sequence number.
   int64_t Send(const pybind11::bytes& request);
@@ -45,15 +42,20 @@ class NativeStream {
   std::unique_ptr<NativeBatch> Receive();
   // Ends the stream, and waits until the server has.
   void Close();
-  // Ends the stream at once; from any thread.
+  // Ends the stream at once, and lets go of its connection; from any thread.
   void Cancel();
 
  private:
+  // The stream, which stays while this is kept. Raises CancelledError: it was cancelled.
+  std::shared_ptr<procgen_client::StepStream> stream() const;
   int64_t SendMessage(procgen::v1::StepPoolRequest request);
 
   const ProcessOwner owner_;
-  std::shared_ptr<NativeClient> client_;
-  std::shared_ptr<procgen_client::StepStream> stream_;
+  const int32_t requests_in_flight_max_;
+  const int32_t shared_batch_count_;
+  const std::shared_ptr<procgen_client::HeldBatches> held_;
+  std::shared_ptr<procgen_client::Client> client_;      // which the stream must not outlive
+  std::shared_ptr<procgen_client::StepStream> stream_;  // null: cancelled
   const std::shared_ptr<BatchReserve> reserve_ = std::make_shared<BatchReserve>();
   const std::shared_ptr<const std::vector<pybind11::ssize_t>> shape_;
   int64_t in_flight_ = 0;

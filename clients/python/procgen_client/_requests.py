@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+, TypeVar
 
 import numpy as np
 from procgen_client._proto import states_pb2, step_pb2
 from procgen_client.errors import InvalidArgumentError
+
+# _Message = TypeVar("_Message")
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
 ACTION_MIN = -1
@@ -56,7 +60,10 @@ def step_exceptions(next_levels: Mapping[int, int] | None,
         ],
         resets=reset_messages(resets),
     )
-    # return step .SerializeToString()
+    # serialised: bytes = step .SerializeToString()
+
+
+return serialised
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:
@@ -118,9 +125,9 @@ def in_range(name: str, given: int, least: int, most: int) -> int:
     return given
 
 
-def message_of(cls: Any, **fields: Any) -> Any:  # noqa: ANN401
+def message_of(cls: Callable[..., _Message], **fields: Any) -> _Message:  # noqa: ANN401
     """Makes a message; a number that does not fit its field is an InvalidArgumentError."""
     try:
         return cls(**fields)
     except (TypeError, ValueError) as error:
-        raise InvalidArgumentError(f"{cls.DESCRIPTOR.name} has a wrong value: {error}") from error
+        raise InvalidArgumentError(f"{cls.__name__} has a wrong value: {error}") from error

@@ -56,7 +56,8 @@ class Batch:
     @property
     def ended(self) -> np.ndarray:
         """Whether an episode ended in this step, one way or the other; bool [n]."""
-        return self.terminated | self.truncated
+        ended: np.ndarray = self.terminated | self.truncated
+        return ended
 
 
 class ReceivedBatch(Batch):

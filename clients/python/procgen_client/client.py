@@ -331,8 +331,7 @@ class Client:
     ) -> _Message:
         """Calls a unary method."""
         self.check_open()
-        response = self._connection.call(method, request.SerializeToString())
-        return response_type.FromString(response)
+        return _parsed(response_type, self._connection.call(method, request.SerializeToString()))
 
     def _watch(
         self, method: str, request: protobuf_message.Message, response_type: type[_Message]
@@ -341,8 +340,8 @@ class Client:
         self.check_open()
         watch = self._connection.watch(method, request.SerializeToString())
         try:
-            for message in watch:
-                yield response_type.FromString(message)
+            for serialised in watch:
+                yield _parsed(response_type, serialised)
         finally:
             watch.close()
 
@@ -351,6 +350,14 @@ class Client:
         if not catalog.games:
             raise InternalError(f"the server at {self.address} tells of no games")
         return catalog
+
+
+def _parsed(message_type: type[_Message], serialised: bytes) -> _Message:
+    try:
+        message: _Message = message_type.FromString(serialised)
+        return message
+    except protobuf_message.DecodeError as error:
+        raise InternalError(f"the server answers no message: {error}") from None
 
 
 def _check_chunk_count(chunk_count: int | None) -> None:

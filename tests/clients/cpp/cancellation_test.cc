@@ -64,9 +64,9 @@ class CancelledWaitTest : public ServiceTest {
     is_cancelled_ = true;
     procgen_client::Batch batch;
     const absl::Time begin = absl::Now();
-    EXPECT_THAT((*stream)->Receive(&batch), StatusIs(absl::StatusCode::kCancelled));
+    EXPECT_THAT((*stream)->Receive(&batch), StatusIs(absl::StatusCode::kCancelled, testing::_));
     EXPECT_LT(absl::Now() - begin, kEndedWithin);
-    EXPECT_THAT((*stream)->Receive(&batch), StatusIs(absl::StatusCode::kCancelled));
+    EXPECT_THAT((*stream)->Receive(&batch), StatusIs(absl::StatusCode::kCancelled, testing::_));
   }
 
   std::atomic<bool> is_cancelled_ = false;
@@ -95,7 +95,7 @@ TEST_F(CancelledWaitTest, OfConnecting) {
   options.is_cancelled = [&checks] { return ++checks == 2; };
   EXPECT_THAT(
       procgen_client::Client::Connect(absl::StrCat("127.0.0.1:", ntohs(address.sin_port)), options),
-      StatusIs(absl::StatusCode::kCancelled));
+      StatusIs(absl::StatusCode::kCancelled, testing::_));
   close(listener);
 }
 

@@ -72,8 +72,8 @@ def _load_again(module: ModuleType) -> ModuleType:
         with open(module.__file__, "rb") as file:
             os.sendfile(memory, file.fileno(), 0, os.fstat(file.fileno()).st_size)
         path = f"/proc/{os.getpid()}/fd/{memory}"
-        loader = importlib.machinery.ExtensionFileLoader("procgen_client._native", path)
-        spec = importlib.util.spec_from_file_location(loader.name, path, loader=loader)
+        loader = importlib.machinery.ExtensionFileLoader(module.__name__, path)
+        spec = importlib.util.spec_from_file_location(module.__name__, path, loader=loader)
         assert spec is not None
         copy = importlib.util.module_from_spec(spec)
         copy.__file__ = module.__file__

@@ -174,10 +174,10 @@ class Batch:
         values = [getattr(part, name) for part in self._parts]
         dtype = _TYPES.get(step_pb2.Batch.DESCRIPTOR.fields_by_name[name].cpp_type)
         if dtype is not None:
-            numbers = np.concatenate([np.array(each, dtype) for each in values])
+            numbers: np.ndarray = np.concatenate([np.array(each, dtype) for each in values])
             # Fingerprints are sent as signed numbers.
-            return numbers.view("u8") if dtype == "i8" else numbers
-        joined = np.frombuffer(b"".join(values), np.uint8).reshape(-1, *self._shape).copy()
+            return np.array(numbers, "u8") if dtype == "i8" else numbers
+        joined: np.ndarray = np.frombuffer(b"".join(values), np.uint8).reshape(-1, *self._shape).copy()
         return joined if len(joined) or name == "final_observations" else None
 
 
@@ -266,7 +266,9 @@ class Stream:
             raise _of_rpc_error(error) from None
         if message is None:
             raise errors.UnavailableError(f"the server ended the stream of {self._pool}")
-        return step_pb2.StepPoolResponse.FromString(message)
+        response = step_pb2.StepPoolResponse()
+        response.ParseFromString(message)
+        return response
 
 
 def _require_plain(spec: pools_pb2.PoolSpec) -> None:

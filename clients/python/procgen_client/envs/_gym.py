@@ -69,7 +69,7 @@ def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not 
 
     from procgen_client.envs.procgen_compat import ProcgenEnv
 
-    class ProcgenGymEnv(gym.Env):  # type: ignore[misc]
+    class ProcgenGymEnv(gym.Env):
         """One environment: reset gives an observation, step four values.
 
         As upstream's, an episode ends by the game's rules alone: reset within an episode and seed
@@ -85,7 +85,8 @@ def _env_class() -> Any:  # noqa: ANN401 - a subclass of gym.Env, which may not 
             self.action_space = self.venv.action_space
 
         def reset(self) -> np.ndarray:
-            return self.venv.reset()["rgb"][0]
+            observation: np.ndarray = self.venv.reset()["rgb"][0]
+            return observation
 
         def step(self, action: int) -> tuple[np.ndarray, float, bool, dict[str, Any]]:
             before = self.venv.env.observe()[1]["rgb"][0]

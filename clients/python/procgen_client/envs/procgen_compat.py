@@ -182,7 +182,7 @@ class ProcgenGym3Env(Gym3Env):
         }
         if method not in methods:
             raise InvalidArgumentError(f"method is {method!r}; it is one of {', '.join(methods)}")
-        result = methods[method](*args, **kwargs)
+        result: list[Any] | None = methods[method](*args, **kwargs)
         return [None] * self.num if result is None else result
 
     def get_state(self) -> list[bytes]:
@@ -332,7 +332,8 @@ class ProcgenEnv:
         if mode == "human":
             return None
         if self.render_mode is None:
-            return self.env.observe()[1]["rgb"][0]
+            observation: np.ndarray = self.env.observe()[1]["rgb"][0]
+            return observation
         return self.env.pool.render([0], size_px=_RENDER_SIZE_PX)[0]
 
     def get_images(self) -> list[np.ndarray]:

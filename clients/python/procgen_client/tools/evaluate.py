@@ -251,7 +251,8 @@ def load_policy(name: str) -> MakePolicy:
         raise InvalidArgumentError(f"policy is {name!r}; it is MODULE:FUNCTION")
     sys.path.insert(0, "")  # As python3 -m has it: modules of the working folder are found.
     try:
-        return getattr(importlib.import_module(module), function)
+        make_policy: Callable[[str], Policy] = getattr(importlib.import_module(module), function)
+        return make_policy
     except (ImportError, AttributeError) as error:
         raise InvalidArgumentError(f"policy is {name!r}: {error}") from error
 
