@@ -49,7 +49,6 @@ def play_script(
 
 def record(address: str, folder: Path = FOLDER) -> None:
     """Writes all files."""
-    expected = []
     with grpc.insecure_channel(address) as channel:
         catalogs = catalog_pb2_grpc.CatalogServiceStub(channel)
         catalog = catalogs.GetCatalog(catalog_pb2.GetCatalogRequest())
@@ -57,10 +56,9 @@ def record(address: str, folder: Path = FOLDER) -> None:
         for encoding in ENCODINGS:
             pool, answers = play_script(channel, encoding)
             _write(folder / encoding, pool, answers)
-            expected.append(list(expected_values(answers)))
-    if any(values != expected[0] for values in expected):
-        raise SystemExit("the encodings tell different values")
-    (folder / EXPECTED).write_text(json.dumps(expected[0], indent=1) + "\n")
+            if encoding == "raw":  # A test holds the others to it.
+                expected = list(expected_values(answers))
+                (folder / EXPECTED).write_text(json.dumps(expected, indent=1) + "\n")
 
 
 def _write(

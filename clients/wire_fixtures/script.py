@@ -11,9 +11,8 @@ FOLDER = Path(__file__).resolve().parent
 sys.path.append(str(FOLDER.parent / "python"))
 
 from procgen_client._proto import pools_pb2, step_pb2  # noqa: E402
-from procgen_client._transport.encoding import decoder_for  # noqa: E402
-from procgen_client._transport.wire import Part, part_of  # noqa: E402
-from procgen_client.batch import assemble  # noqa: E402
+from procgen_client._transport import grpc_fallback  # noqa: E402
+from procgen_client.batch import Batch, batch_of  # noqa: E402
 
 # One folder of messages for each.
 ENCODINGS = {
@@ -95,26 +94,15 @@ def response_paths(encoding: str, number: int) -> list[Path]:
 def expected_values(
     responses: list[list[step_pb2.StepPoolResponse]],
 ) -> Iterator[dict[str, object] | None]:
-    """What a client should make of the responses to each request; None: no values."""
-    pool = responses[0][0].attached.pool
-    decoder = decoder_for(pool)
+    """What a client should make of the raw responses to each request; None: no values."""
+    shape = tuple(responses[0][0].attached.pool.observation_shape)
     for answer in responses:
-        parts = [part_of(response) for response in answer if response.HasField("batch")]
-        for part in parts:
-            _decode(decoder, part)
-        yield _values(parts, tuple(pool.observation_shape)) if parts else None
+        parts = [response for response in answer if response.HasField("batch")]
+        yield values_of(batch_of(grpc_fallback.Batch(parts, shape))) if parts else None
 
 
-def _decode(decoder: object, part: Part) -> None:
-    encoded = part.arrays["observations"]
-    if decoder is not None and len(encoded):
-        part.arrays["observations"] = decoder.decode(
-            part.first_env, part.env_count, encoded.tobytes()
-        )
-
-
-def _values(parts: list[Part], shape: tuple[int, ...]) -> dict[str, object]:
-    batch = assemble(parts, shape)
+def values_of(batch: Batch) -> dict[str, object]:
+    """The values of a batch as they stand in EXPECTED."""
     values: dict[str, object] = {
         name: getattr(batch, name).tolist()
         for name in (

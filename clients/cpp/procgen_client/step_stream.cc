@@ -436,6 +436,11 @@ absl::Status StepStream::GiveUp(absl::Status status) {
 
 void StepStream::Cancel() { connection()->context()->TryCancel(); }
 
+void StepStream::Abort() {
+  cancellation_->Cancel();
+  Cancel();
+}
+
 absl::Status StepStream::Close() {
   {
     absl::MutexLock lock(&mutex_);

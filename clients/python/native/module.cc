@@ -46,6 +46,8 @@ PYBIND11_MODULE(_native, module) {
            py::arg("repeat_count"), py::arg("observe"), py::arg("final_observations"),
            py::arg("chunk_count"), py::arg("more"))
       .def("receive", &NativeStream::Receive)
+      .def("begin_receive", &NativeStream::BeginReceive)
+      .def("end_receive", &NativeStream::EndReceive)
       .def("close", &NativeStream::Close)
       .def("cancel", &NativeStream::Cancel);
 

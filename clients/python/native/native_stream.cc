@@ -69,6 +69,7 @@ NativeStream::~NativeStream() {
   } else {
     new std::shared_ptr<procgen_client::StepStream>(std::move(stream_));
     new std::shared_ptr<procgen_client::Client>(std::move(client_));
+    static_cast<void>(receiver_.release());
   }
 }
 
@@ -123,7 +124,27 @@ int64_t NativeStream::SendMessage(v1::StepPoolRequest request) {
 std::unique_ptr<NativeBatch> NativeStream::Receive() {
   const auto stream = this->stream();
   std::unique_ptr<procgen_client::Batch> batch = reserve_->Take();
-  Check(WithoutGil([&] { return stream->Receive(batch.get()); }));
+  const absl::Status status = WithoutGil([&] { return stream->Receive(batch.get()); });
+  return Received(status, std::move(batch));
+}
+
+int NativeStream::BeginReceive() {
+  if (receiver_ == nullptr) {
+    receiver_ = std::make_unique<NativeReceiver>(stream(),
+                                                 [reserve = reserve_] { return reserve->Take(); });
+  }
+  receiver_->Begin();
+  return receiver_->event_file();
+}
+
+std::unique_ptr<NativeBatch> NativeStream::EndReceive() {
+  auto [status, batch] = receiver_->Take();
+  return Received(status, std::move(batch));
+}
+
+std::unique_ptr<NativeBatch> NativeStream::Received(const absl::Status& status,
+                                                    std::unique_ptr<procgen_client::Batch> batch) {
+  Check(status);
   --in_flight_;
   return std::make_unique<NativeBatch>(std::move(batch), reserve_, shape_,
                                        shared_batch_count_ != 0);
@@ -138,9 +159,11 @@ void NativeStream::Close() {
 void NativeStream::Cancel() {
   auto stream = std::move(stream_);
   auto client = std::move(client_);
+  auto receiver = std::move(receiver_);
   if (stream != nullptr) {
     const py::gil_scoped_release released;
-    stream->Cancel();
+    stream->Abort();
+    receiver = nullptr;
     stream = nullptr;
     client = nullptr;
   }

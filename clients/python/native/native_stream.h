@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "clients/python/native/native_batch.h"
+#include "clients/python/native/native_receiver.h"
 #include "clients/python/native/process_owner.h"
 #include "procgen/v1/step.pb.h"
 #include "procgen_client/client.h"
@@ -40,6 +41,10 @@ class NativeStream {
                    bool observe, bool final_observations, int32_t chunk_count,
                    const pybind11::bytes& more);
   std::unique_ptr<NativeBatch> Receive();
+  // The same for an event loop: waits for the answer from now on, and returns a file that is
+  // readable when it is there; EndReceive returns it.
+  int BeginReceive();
+  std::unique_ptr<NativeBatch> EndReceive();
   // Ends the stream, and waits until the server has.
   void Close();
   // Ends the stream at once, and lets go of its connection; from any thread.
@@ -49,6 +54,8 @@ class NativeStream {
   // The stream, which stays while this is kept. Raises CancelledError: it was cancelled.
   std::shared_ptr<procgen_client::StepStream> stream() const;
   int64_t SendMessage(procgen::v1::StepPoolRequest request);
+  std::unique_ptr<NativeBatch> Received(const absl::Status& status,
+                                        std::unique_ptr<procgen_client::Batch> batch);
 
   const ProcessOwner owner_;
   const int32_t requests_in_flight_max_;
@@ -58,6 +65,7 @@ class NativeStream {
   std::shared_ptr<procgen_client::StepStream> stream_;  // null: cancelled
   const std::shared_ptr<BatchReserve> reserve_ = std::make_shared<BatchReserve>();
   const std::shared_ptr<const std::vector<pybind11::ssize_t>> shape_;
+  std::unique_ptr<NativeReceiver> receiver_;  // null: nothing was received by BeginReceive
   int64_t in_flight_ = 0;
 };
 

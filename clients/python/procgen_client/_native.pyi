@@ -44,6 +44,10 @@ class Stream:
         """Sends a step; `more` is empty, or a Step with next levels and resets."""
     def receive(self) -> Batch:
         """Waits for the answer to the oldest unanswered request."""
+    def begin_receive(self) -> int:
+        """Gives a file that is readable when the answer is there; not of the fallback."""
+    def end_receive(self) -> Batch:
+        """Gives the answer, once that file is readable."""
     def close(self) -> None:
         """Ends the stream and waits until the server has."""
     def cancel(self) -> None:

@@ -14,7 +14,7 @@ import asyncio
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy.typing as npt
 
@@ -26,10 +26,28 @@ from procgen_client.credentials import Credentials
 from procgen_client.errors import FailedPreconditionError
 from procgen_client.pool import Pool
 
+if TYPE_CHECKING:
+    from procgen_client import _native
+
 _Result = TypeVar("_Result")
 
 # Threads of a client for calls beside streams; more calls at a time wait for one another.
 _CALL_THREADS = 4
+
+
+async def _answer_of(stream: _native.Stream) -> _native.Batch:
+    """Waits for a stream's answer, by an eventfd; over grpcio by a thread."""
+    loop = asyncio.get_running_loop()
+    if not hasattr(stream, "begin_receive"):
+        return await loop.run_in_executor(None, stream.receive)
+    file = stream.begin_receive()
+    is_there = asyncio.Event()
+    loop.add_reader(file, is_there.set)
+    try:
+        await is_there.wait()
+    finally:
+        loop.remove_reader(file)
+    return stream.end_receive()
 
 
 async def connect(
@@ -187,8 +205,9 @@ class AsyncPool:
         stream = self._pool._stream
         if stream is None or not stream.in_flight:
             raise FailedPreconditionError(f"no request to {self.name} is unanswered: send first")
+        self._client._client.check_open()
         try:
-            return batch_of(await self._client._run(stream.receive))
+            return batch_of(await _answer_of(stream))
         except BaseException:
             self._drop()
             raise

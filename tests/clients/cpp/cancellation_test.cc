@@ -79,6 +79,18 @@ TEST_F(CancelledWaitTest, OfAnAnswer) {
   CancelReceive(client.get(), spec);
 }
 
+TEST_F(CancelledWaitTest, OfAStreamThatIsAborted) {
+  v1::PoolSpec spec = MazeSpec(256);
+  spec.set_games(0, "caveflyer");
+  const auto stream = CreateAndAttach(spec);
+  v1::StepPoolRequest request = StepRequest(std::vector<int32_t>(256, 4));
+  request.mutable_step()->set_repeat_count(1000);
+  ASSERT_THAT(stream->Send(std::move(request)), IsOk());
+  stream->Abort();
+  procgen_client::Batch batch;
+  EXPECT_THAT(stream->Receive(&batch), StatusIs(absl::StatusCode::kCancelled, testing::_));
+}
+
 TEST_F(CancelledWaitTest, OfConnecting) {
   // Listens, and answers nothing.
   const int listener = socket(AF_INET, SOCK_STREAM, 0);

@@ -50,6 +50,7 @@ def test_a_unix_socket_will_do(tmp_path: Path) -> None:
 def stopped(server: ServerProcess) -> Iterator[None]:
     """Has a server answer nothing for a while."""
     os.kill(server.process_id, signal.SIGSTOP)
+    os.waitpid(server.process_id, os.WUNTRACED)  # Until all its threads have.
     try:
         yield
     finally:

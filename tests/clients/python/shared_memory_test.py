@@ -341,7 +341,7 @@ except errors.FailedPreconditionError as error:
             [sys.executable, "-c", learner], capture_output=True, text=True, check=False
         )
     assert "Permission denied" in said.stdout, said.stderr
-    assert 'transport="stream"' in said.stdout
+    assert "TRANSPORT_STREAM" in said.stdout
 
 
 def test_wrong_folders_are_refused(tmp_path: Path) -> None:

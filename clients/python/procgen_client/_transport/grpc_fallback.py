@@ -253,9 +253,10 @@ class Stream:
             pass
 
     def cancel(self) -> None:
-        """Ends the stream at once."""
-        self._requests.put(None)
-        self._call.cancel()
+        """Ends the stream at once; in a forked child it is the parent's."""
+        if os.getpid() == _connected_process:
+            self._requests.put(None)
+            self._call.cancel()
 
     __del__ = cancel
 
