@@ -9,8 +9,8 @@ from source_tree import Violation
 # holds the file. Read it as a map: state <- random <- world <- level <- scene <- {games,
 # render} <- environment <- pool, over any number of steps; render and games do not know each other;
 # the server knows the engine by envcore/pool alone; a client knows the contract alone, except
-# libenv, which is the engine in the host's process or, through the C++ client, a server; and top and
-# the Python client's native module, which are over that client.
+# libenv, which is the engine in the host's process or, through the C++ client, a server; and top
+# and the Python client's native module, which are over that client.
 _BELOW_SCENE = ("envcore/state", "envcore/random", "envcore/world", "envcore/level")
 # Each folder of server/session knows those above it; the pools by name know all.
 _BELOW_SESSION = ("envcore/pool", "server/concurrency", "server/encoding", "server/metrics",

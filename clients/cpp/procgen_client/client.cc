@@ -52,8 +52,9 @@ int Milliseconds(absl::Duration duration) {
 // Calls a unary method and returns its response.
 template <typename Stub, typename Request, typename Response>
 absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
-                                   std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> (Stub::*method)(grpc::ClientContext*,
-                                                                const Request&, grpc::CompletionQueue*),
+                                   std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> (
+                                       Stub::*method)(grpc::ClientContext*, const Request&,
+                                                      grpc::CompletionQueue*),
                                    const Request& request) {
   Cancellation cancellation(terms.is_cancelled);
   grpc::ClientContext context;
@@ -62,10 +63,11 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
     context.set_deadline(absl::ToChronoTime(absl::Now() + options.timeout));
   }
   Response response;
-  grpc::Status status ;
+  grpc::Status status;
   CallCompletions completions(&context, &cancellation);
   const auto call = (stub->*method)(&context, request, completions.queue());
-  call->Finish(&response, &status, CallCompletions::TagOf(CallOperation::kFinish)); completions.Await(CallOperation::kFinish);
+  call->Finish(&response, &status, CallCompletions::TagOf(CallOperation::kFinish));
+  completions.Await(CallOperation::kFinish);
   if (!status.ok()) {
     return ToAbslStatus(status);
   }
@@ -79,8 +81,8 @@ bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& terms) 
     const auto begin = std::chrono::steady_clock::now();
     // Whatever it answers. A call that is given up at the round trip would be an error in the
     // metrics of a server that is busy.
-    CallUnary({.token = terms.token, .timeout = kNearTimeout, .is_cancelled = terms.is_cancelled}, catalog, &v1::CatalogService::Stub::AsyncGetLoad,
-              v1::GetLoadRequest())
+    CallUnary({.token = terms.token, .timeout = kNearTimeout, .is_cancelled = terms.is_cancelled},
+              catalog, &v1::CatalogService::Stub::AsyncGetLoad, v1::GetLoadRequest())
         .IgnoreError();
     const absl::Duration round_trip = absl::FromChrono(std::chrono::steady_clock::now() - begin);
     if (round_trip < kNearRoundTrip) {
@@ -106,7 +108,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   if (!channel_credentials.ok()) {
     return channel_credentials.status();
   }
-  grpc::ChannelArguments arguments= options.channel_arguments;
+  grpc::ChannelArguments arguments = options.channel_arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
   // Servers compress no messages, and some kilobytes could become gigabytes.
   arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1);
@@ -122,7 +124,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   const auto connect = [&]() -> absl::StatusOr<std::unique_ptr<Client>> {
     const std::shared_ptr<grpc::Channel> channel =
         grpc::CreateCustomChannel(address, *channel_credentials, arguments);
-    std::unique_ptr<Client>client(new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
+    std::unique_ptr<Client> client(
+        new Client(channel, {credentials->token, options.call_timeout, options.is_cancelled}));
     absl::Status status = client->AwaitConnection(channel.get(), address, options.timeout);
     if (!status.ok()) {
       return status;
@@ -132,8 +135,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   if (!IsThisMachine(address)) {
     return connect();
   }
-  This machine is never behind a proxy, whatever http_proxy says.
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  This machine is never behind a proxy,
+      whatever http_proxy says.arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   grpc::ChannelArguments far_arguments = arguments;
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLoopbackWindowBytes);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -213,7 +216,8 @@ absl::StatusOr<v1::Pool> Client::CreatePool(const v1::PoolSpec& spec, const std:
   v1::CreatePoolRequest request;
   request.set_pool_id(pool_id);
   *request.mutable_spec() = spec;
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncCreatePool, request);
+  auto pool =
+      CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncCreatePool, request);
   absl::Status status = pool.ok() ? ValidateCreatedPool(*pool, request) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
@@ -266,15 +270,15 @@ absl::StatusOr<v1::Pool> Client::RenewPool(const std::string& name,
     request.mutable_lease_duration()->set_seconds(duration.tv_sec);
     request.mutable_lease_duration()->set_nanos(static_cast<int32_t>(duration.tv_nsec));
   }
-  auto pool = CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncRenewPool, request);
+  auto pool =
+      CallUnary(call_options_, pools_.get(), &v1::PoolService::Stub::AsyncRenewPool, request);
   absl::Status status = pool.ok() ? ValidatePool(*pool, name) : pool.status();
   return IfValid(std::move(pool), std::move(status));
 }
 
 absl::StatusOr<std::unique_ptr<StepStream>> Client::Attach(const std::string& pool,
                                                            const StreamOptions& options) {
-  std::unique_ptr<StepStream> stream(
-      new StepStream(step_.get(), call_options_, pool, options));
+  std::unique_ptr<StepStream> stream(new StepStream(step_.get(), call_options_, pool, options));
   if (absl::Status status = stream->Attach(); !status.ok()) {
     return status;
   }
@@ -336,7 +340,8 @@ absl::Status Client::RestoreStates(const std::string& pool, absl::Span<const v1:
 }
 
 absl::Status Client::Restore(const v1::RestoreStatesRequest& request) {
-  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncRestoreStates, request)
+  return CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncRestoreStates,
+                   request)
       .status();
 }
 

@@ -20,7 +20,7 @@
 #include "procgen/v1/states.grpc.pb.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
-#include "procgen_client/call_terms.h"
+#include "procgen_client/call_options.h"
 #include "procgen_client/cancellation.h"
 #include "procgen_client/credentials.h"
 #include "procgen_client/step_stream.h"

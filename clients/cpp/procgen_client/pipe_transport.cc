@@ -62,7 +62,7 @@ int ConnectedTo(const std::string& name) {
 
 std::unique_ptr<PipeTransport> PipeTransport::Open(const procgen::v1::PipeTransport& offer,
                                                    int64_t response_bytes_max,
-                                             std::shared_ptr<Cancellation> cancellation) {
+                                                   std::shared_ptr<Cancellation> cancellation) {
   const int connection = ConnectedTo(offer.socket_name());
   if (connection < 0) {
     return nullptr;
@@ -70,7 +70,8 @@ std::unique_ptr<PipeTransport> PipeTransport::Open(const procgen::v1::PipeTransp
   const absl::Cleanup disconnect = [connection] { close(connection); };
   const std::string& key = offer.key();
   const ssize_t shown = send(connection, key.data(), key.size(), MSG_NOSIGNAL);
-  std::unique_ptr<PipeTransport> pipes(new PipeTransport(response_bytes_max, std::move(cancellation)));
+  std::unique_ptr<PipeTransport> pipes(
+      new PipeTransport(response_bytes_max, std::move(cancellation)));
   return shown == static_cast<ssize_t>(key.size()) && pipes->TakeEnds(connection) ? std::move(pipes)
                                                                                   : nullptr;
 }

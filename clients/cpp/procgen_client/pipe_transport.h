@@ -20,7 +20,7 @@ class PipeTransport {
   // `response_bytes_max`: of responses. `cancellation`: of the stream, ends waits.
   static std::unique_ptr<PipeTransport> Open(const procgen::v1::PipeTransport& offer,
                                              int64_t response_bytes_max,
-                                          std::shared_ptr<Cancellation> cancellation);
+                                             std::shared_ptr<Cancellation> cancellation);
   ~PipeTransport();
   PipeTransport(const PipeTransport&) = delete;
   PipeTransport& operator=(const PipeTransport&) = delete;

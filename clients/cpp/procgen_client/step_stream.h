@@ -15,7 +15,7 @@
 #include "absl/types/span.h"
 #include "procgen/v1/step.grpc.pb.h"
 #include "procgen_client/batch.h"
-#include "procgen_client/call_terms.h"
+#include "procgen_client/call_options.h"
 #include "procgen_client/cancellation.h"
 #include "procgen_client/observation_decoder.h"
 #include "procgen_client/response_validator.h"
@@ -132,8 +132,8 @@ class StepStream {
  private:
   friend class Client;
   // `terms`: their timeout is that of the first attach.
-  StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms, const std::string& pool,
-             const StreamOptions& options);
+  StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms,
+             const std::string& pool, const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
   procgen::v1::StepPoolRequest StepRequest(absl::Span<const int32_t> actions);

@@ -32,8 +32,8 @@ bool StreamConnection::Start(procgen::v1::StepService::Stub* stub,
 }
 
 void StreamConnection::OpenPipes(const procgen::v1::Attached& attached) {
-  pipes_ = PipeTransport::Open(attached.shared_memory().pipe_transport(), attached.response_bytes_max(),
-                           cancellation_);
+  pipes_ = PipeTransport::Open(attached.shared_memory().pipe_transport(),
+                               attached.response_bytes_max(), cancellation_);
 }
 
 bool StreamConnection::Write(const procgen::v1::StepPoolRequest& request) {

@@ -113,7 +113,7 @@ const std::map<std::string, Method>& Methods() {
       {"CloneStates", MethodOf<v1::CloneStatesRequest>(CloneStates)},
       {"GetEpisode", MethodOf<v1::GetEpisodeRequest>([](Client* client, const auto& request) {
          return Serialised(
-             client->GetEpisode(request.pool(), request.environment(), request.which()));
+             client->GetEpisode(request.pool(), request.environment(), request.selector()));
        })},
       {"RenderEnvironments",
        MethodOf<v1::RenderEnvironmentsRequest>([](Client* client, const auto& request) {

@@ -86,9 +86,9 @@ int64_t NativeStream::Send(const py::bytes& request) {
   return SendMessage(std::move(message));
 }
 
-int64_t NativeStream::SendStep(const py::array& actions, int32_t first_env,
-                               int32_t repeat_count, bool observe, bool final_observations,
-                               int32_t chunk_count, const py::bytes& more) {
+int64_t NativeStream::SendStep(const py::array& actions, int32_t first_env, int32_t repeat_count,
+                               bool observe, bool final_observations, int32_t chunk_count,
+                               const py::bytes& more) {
   v1::StepPoolRequest message;
   v1::Step* step = message.mutable_step();
   SetActions(actions, step);

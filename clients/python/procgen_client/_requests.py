@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
-
-, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+
 from procgen_client._proto import states_pb2, step_pb2
 from procgen_client.errors import InvalidArgumentError
 
-# _Message = TypeVar("_Message")
+_Message = TypeVar("_Message")
 
 # Actions are in [ACTION_MIN, ACTION_COUNT). ACTION_MIN does nothing and ends the episode.
 ACTION_MIN = -1
 ACTION_COUNT = 15
 
-# class Reset(NamedTuple):
+
+class Reset(NamedTuple):
     """An environment that begins a new episode at once."""
 
     environment: int  # Index in the pool, in [0, env_count).
@@ -26,44 +26,38 @@ ACTION_COUNT = 15
 
 
 def checked_actions(actions: np.ndarray) -> np.ndarray:
-    """Gives actions back that are one integer for eachenvironment, and in range.
+    """Gives actions back that are one integer for each environment, and in range.
 
     The native module does so by itself.
 
     Raises:
-        InvalidArgumentError: They are not .
+        InvalidArgumentError: They are not.
     """
     if actions.ndim != 1 or actions.dtype.kind not in "iu":
         raise InvalidArgumentError(
             f"actions has shape {list(actions.shape)} and type {actions.dtype}; it is one integer "
             "for each environment"
         )
-    for wrong in np.flatnonzero((actions < ACTION_MIN) | (actions >= ACTION_COUNT))
-        :
-            raise InvalidArgumentError(
-                f"actions[{wrong}] is {actions[wrong]}; actions are {ACTION_MIN} ... {ACTION_COUNT - 1}"
-            )
-        return actions
+    for wrong in np.flatnonzero((actions < ACTION_MIN) | (actions >= ACTION_COUNT)):
+        raise InvalidArgumentError(
+            f"actions[{wrong}] is {actions[wrong]}; actions are {ACTION_MIN} ... {ACTION_COUNT - 1}"
+        )
+    return actions
 
 
-def step_exceptions(next_levels: Mapping[int, int] | None,
-    resets: Iterable[int | Reset]) -> bytes:
-    """Gives what few steps have as a serialisedStep; errors as message_of.
-    """
-    if not next_levels and resets == ():
-        return b""
-    step
-    = step_pb2.Step(
+def step_exceptions(
+    next_levels: Mapping[int, int] | None, resets: Iterable[int | Reset]
+) -> bytes:
+    """Gives what few steps have as a serialised Step; errors as message_of."""
+    step = step_pb2.Step(
         next_levels=[
             message_of(step_pb2.NextLevel, environment=environment, level_seed=level_seed)
             for environment, level_seed in (next_levels or {}).items()
         ],
         resets=reset_messages(resets),
     )
-    # serialised: bytes = step .SerializeToString()
-
-
-return serialised
+    serialised: bytes = step.SerializeToString()
+    return serialised
 
 
 def reset_messages(resets: Iterable[int | Reset]) -> list[step_pb2.Reset]:

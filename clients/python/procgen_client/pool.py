@@ -247,16 +247,17 @@ class Pool(PoolResource):
                 answer: let go of some, or copy them. Nothing was sent.
         """
         array = np.asarray(actions)
-        self._check_slice(first_env, array.size, "actions")
-        more = step_exceptions(next_levels, resets)
+        is_whole = array.size == self.env_count
+        if first_env or not is_whole:
+            self._check_slice(first_env, array.size, "actions")
         return self._ready_stream().send_step(
             array,
             first_env,
-            in_range("repeat_count", repeat_count, 1, 1000),
+            repeat_count if repeat_count == 1 else in_range("repeat_count", repeat_count, 1, 1000),
             bool(observe),
             bool(final_observations),
-            self.chunk_count if observe and array.size == self.env_count else 0,
-            more,
+            self.chunk_count if observe and is_whole else 0,
+            step_exceptions(next_levels, resets) if next_levels or resets != () else b"",
         )
 
     def send_observe(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.machinery
 import importlib.util
 import os
+import warnings
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -53,9 +54,11 @@ def _native() -> ModuleType | None:
         procgen_client.__path__.insert(0, folder)
     try:
         from procgen_client import _native as module
-    except ImportError:
+    except ImportError as error:
         if os.environ.get(TRANSPORT_VARIABLE) == "native":
             raise
+        if error.path is not None:  # It is there, and something that it needs is not.
+            warnings.warn(f"calls are carried by grpcio, for {error}", RuntimeWarning, stacklevel=2)
         return None
     _module = module
     return _module

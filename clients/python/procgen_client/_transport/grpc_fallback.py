@@ -174,10 +174,12 @@ class Batch:
         values = [getattr(part, name) for part in self._parts]
         dtype = _TYPES.get(step_pb2.Batch.DESCRIPTOR.fields_by_name[name].cpp_type)
         if dtype is not None:
-            numbers: np.ndarray = np.concatenate([np.array(each, dtype) for each in values])
+            parts = [np.array(each, dtype) for each in values]
+            numbers: np.ndarray = np.concatenate(parts)
             # Fingerprints are sent as signed numbers.
             return np.array(numbers, "u8") if dtype == "i8" else numbers
-        joined: np.ndarray = np.frombuffer(b"".join(values), np.uint8).reshape(-1, *self._shape).copy()
+        joined: np.ndarray = np.frombuffer(bytearray().join(values), np.uint8)
+        joined = joined.reshape(-1, *self._shape)
         return joined if len(joined) or name == "final_observations" else None
 
 
