@@ -34,7 +34,7 @@ TEST(PoolCreateTest, RefusesOptionsOutOfRangeAndSaysWhatIsAllowed) {
   ExpectNoPool(OptionsOf({}), invalid, "games is empty, must name at least one game");
   ExpectNoPool(OptionsOf({"maze"}, 0), invalid, "env_count is 0, must be at least 1");
   ExpectNoPool(OptionsOf({"maze", "miner"}, 3), invalid,
-               "there are 3 environments for 2 games, must be a multiple of it");
+               "there are 3 environments for 2 games, must be a multiple of the number of games");
   PoolOptions options = OptionsOf({"maze"});
   options.first_env = -1;
   ExpectNoPool(options, invalid, "first_env is -1, must be at least 0");
@@ -48,7 +48,7 @@ TEST(PoolCreateTest, RefusesEnvironmentNumbersThatDoNotFit) {
   PoolOptions options = OptionsOf({"maze"}, 2);
   options.first_env = std::numeric_limits<int32_t>::max() - 1;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
-               "there are 2147483648 environments in the whole, must be at most 16777216");
+               "the whole pool has 2147483648 environments, must be at most 16777216");
 }
 
 TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
@@ -291,7 +291,7 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
   absl::Status refused;
   pool->StepAsync({.count = kEnvCount, .actions = actions}, other.Whole(),
                   [&refused](const absl::Status& status) { refused = status; });
-  EXPECT_EQ(refused.message(), "another call steps or reads this pool; repeat when it is done");
+  EXPECT_EQ(refused.message(), "another call steps or reads this pool; retry when it has returned");
   EXPECT_TRUE(other == blank);
   gate.Open();
   done.WaitForNotification();
