@@ -92,7 +92,7 @@ TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
   const ProgramRun outcome =
       Replay(absl::StrCat("--art_dir ", kGoldenFolder, " ", kGoldenFolder, kMaze));
   EXPECT_EQ(outcome.exit_status, 2);
-  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 pictures cannot be used"));
+  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 images are missing or invalid"));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {

@@ -68,7 +68,7 @@ TEST(SharedArtTest, FolderThatLacksAPictureIsRefusedByItsName) {
   std::filesystem::remove(folder.path() + "/misc_assets/fishTile_072.png");
   EXPECT_THAT(SharedArt::LoadFolder(folder.path()),
               StatusIs(absl::StatusCode::kNotFound,
-                       testing::HasSubstr("1 of 329 pictures cannot be used: "
+                       testing::HasSubstr("1 of 329 images are missing or invalid: "
                                           "misc_assets/fishTile_072.png is missing")));
 }
 

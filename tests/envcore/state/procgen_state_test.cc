@@ -75,7 +75,7 @@ TEST(ProcgenStateTest, ASnapshotOfAnotherVersionIsRefused) {
   const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_EQ(outcome.output,
-            "procgen-state: the snapshot is of version 9, this engine knows version 1\n");
+            "procgen-state: the snapshot is of version 9, this engine supports version 1\n");
 }
 
 TEST(ProcgenStateTest, AnEmptyFileIsNoSnapshot) {

@@ -44,12 +44,12 @@ TEST(SnapshotFrameTest, OtherVersionsAreNamed) {
   snapshot[4] = 9;
   EXPECT_THAT(UnframeSnapshot(snapshot),
               StatusIs(absl::StatusCode::kDataLoss,
-                       "the snapshot is of version 9, this engine knows version 1"));
+                       "the snapshot is of version 9, this engine supports version 1"));
 }
 
 TEST(SnapshotFrameTest, TooLongSnapshotsAreRefused) {
   EXPECT_THAT(UnframeSnapshot(std::string(kSnapshotBytesMax + 1, 'P')),
-              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("the longest has 1048576")));
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("must have at most 1048576")));
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ TEST(StateArchiveTest, MissingUnknownAndMistypedFieldsAreRefused) {
   EXPECT_EQ(Restored(snapshot, [&](StateArchive& a) { a.Bool("count", flag); }),
             Invalid("count is not a boolean"));
   EXPECT_EQ(Restored(snapshot, [](StateArchive& /*archive*/) {}),
-            Invalid("the snapshot has 1 fields, this engine knows 0 of them"));
+            Invalid("the snapshot has 1 fields, this engine reads 0 of them"));
 }
 
 TEST(StateArchiveTest, ListsThatAreTooLongAreNotMade) {

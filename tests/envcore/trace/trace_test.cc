@@ -87,9 +87,9 @@ TEST(TraceTest, ATruncatedFileSaysInWhichArrayItEnds) {
 }
 
 TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
-  ExpectDataLoss("", "the header is not a trace's");
-  ExpectDataLoss("PNG\n", "the header is not a trace's");
-  ExpectDataLoss("{}\n", "the header is not a trace's");
+  ExpectDataLoss("", "invalid trace header");
+  ExpectDataLoss("PNG\n", "invalid trace header");
+  ExpectDataLoss("{}\n", "invalid trace header");
   ExpectDataLoss(Changed("procgen-trace-1", "procgen-trace-9"),
                  "format is \"procgen-trace-9\", must be procgen-trace-1");
 }
@@ -100,7 +100,7 @@ TEST(TraceTest, ImpossibleNumbersAreRefused) {
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":-4)"),
                  "num_envs is -4, must be at least 1");
   ExpectDataLoss(Changed(R"("steps":59)", R"("steps":-1)"), "steps is -1, must be at least 0");
-  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":58)"), "another number of rows");
+  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":58)"), "wrong number of rows");
   ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u1",9223372036854775807])"),
                  "within array action, which has 9223372036854775807 rows of 1");
   ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u9",59])"),
@@ -140,10 +140,10 @@ TEST(TraceTest, FingerprintsThatAreNoneAreRefused) {
                    absl::StrCat(R"("num_envs":1,"fingerprints":)", fingerprints));
   };
   EXPECT_TRUE(ReadContents(with(R"([["0123456789abcdef"]])")).ok());
-  ExpectDataLoss(with(R"([["0123456789abcde"]])"), R"("0123456789abcde" is no fingerprint)");
-  ExpectDataLoss(with(R"([["0123456789abcdeg"]])"), "is no fingerprint");
-  ExpectDataLoss(with("[]"), "fingerprints are of 0 environments, must be of 1");
-  ExpectDataLoss(with("[[7]]"), "the header is not a trace's");
+  ExpectDataLoss(with(R"([["0123456789abcde"]])"), R"("0123456789abcde" is not a fingerprint)");
+  ExpectDataLoss(with(R"([["0123456789abcdeg"]])"), "is not a fingerprint");
+  ExpectDataLoss(with("[]"), "fingerprints has 0 lists, must have 1");
+  ExpectDataLoss(with("[[7]]"), "invalid trace header");
 }
 
 TEST(TraceTest, AnUnknownModeIsNamed) {
@@ -158,7 +158,7 @@ TEST(TraceTest, DigestsOfPicturesMustBeThereForEveryRow) {
       absl::StrReplaceAll(contents.substr(0, header_size),
                           {{R"("prev_level_complete","u1",60])",
                             R"("prev_level_complete","u1",60],["observation_fnv1a","u4",2])"}});
-  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "another number of rows");
+  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "wrong number of rows");
 }
 
 TEST(TraceTest, DigestsAreFnv1a) {

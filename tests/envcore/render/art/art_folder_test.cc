@@ -63,11 +63,12 @@ TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const std::vector<RequiredImage> required = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
                                                {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
-  EXPECT_THAT(StatusOfReading(required),
-              StatusIs(absl::StatusCode::kNotFound,
-                       AllOf(HasSubstr("7 of 8 pictures cannot be used: a.png is missing; b.png"),
-                             HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
-                             Not(HasSubstr("fish")))));
+  EXPECT_THAT(
+      StatusOfReading(required),
+      StatusIs(absl::StatusCode::kNotFound,
+               AllOf(HasSubstr("7 of 8 images are missing or invalid: a.png is missing; b.png"),
+                     HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
+                     Not(HasSubstr("fish")))));
 }
 
 TEST_F(ArtFolderTest, AnotherSizeIsToldBesideTheRightOne) {
@@ -84,8 +85,9 @@ TEST_F(ArtFolderTest, PictureWithoutAWantedSizeMayHaveAny) {
 
 TEST_F(ArtFolderTest, FileThatIsNoPngIsTold) {
   Write("sea/fish.png", "a fish");
-  EXPECT_THAT(StatusOfReading({kFishPicture}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no PNG")));
+  EXPECT_THAT(
+      StatusOfReading({kFishPicture}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a PNG file")));
 }
 
 TEST_F(ArtFolderTest, FileThatIsCutOffIsTold) {
@@ -123,7 +125,7 @@ TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
     Write("sea/fish.png", PngWith(deflated, 6, 4));
     EXPECT_THAT(
         StatusOfReading({kFishPicture}),
-        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound PNG")));
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a valid PNG")));
   }
 }
 
@@ -139,7 +141,7 @@ TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
     required.push_back({path});
   }
   EXPECT_THAT(StatusOfReading({required.back()}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is no sound PNG")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is not a valid PNG")));
   EXPECT_THAT(StatusOfReading(required),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "

@@ -43,7 +43,7 @@ TEST(PngDecodingTest, CheckingFindsEveryChangedBitThatDecodingWouldMind) {
 TEST(PngDecodingTest, TooLargeSidesAreTold) {
   EXPECT_THAT(CheckPng(OneColourPng(kPngSizePxMax + 1, 1, Rgba{})),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "is 8193 x 1 pixels, allowed: sides of 1 to 8192"));
+                       "is 8193 x 1 pixels, each side must be in [1, 8192]"));
 }
 
 }  // namespace
