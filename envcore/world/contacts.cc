@@ -8,8 +8,7 @@
 namespace procgen {
 namespace {
 
-constexpr float kCellMargin =
-    0.001F;  // a box that is flush with the edge of a cell does not touch the cell
+constexpr float kCellMargin = 0.001F;  // cells; a box flush with a cell's edge does not touch it
 
 void MeetEntities(World& world, Rules& rules, size_t index) {
   for (size_t i = world.entities.size(); i-- > 0;) {

@@ -12,7 +12,7 @@ inline constexpr int kExplosionKind = 54;  // first of five images, 54 to 58
 inline constexpr int kLastExplosionKind = 58;
 inline constexpr int kTrailKind = 59;
 inline constexpr int kEmptyKind = 100;
-inline constexpr int kOutsideKind = -1;  // outside of the world, unless a game sets another kind
+inline constexpr int kOutsideKind = -1;  // outside the world, unless a game sets another kind
 // Kinds that can be drawn are below this number.
 inline constexpr int kKindCount = 100;
 

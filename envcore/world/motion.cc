@@ -12,8 +12,7 @@ namespace procgen {
 namespace {
 
 constexpr int kSubStepsMin = 4;
-constexpr float kCornerShare =
-    0.98F;  // position of the corner probes, as a fraction of the half-sizes
+constexpr float kCornerShare = 0.98F;      // corner probes, as a fraction of the half-sizes
 constexpr float kOverlapMargin = -0.001F;  // entities that only touch do not block each other
 constexpr int kPushDepthMax = 5;           // chained pushes out of entities that overlap
 
@@ -273,8 +272,7 @@ void MoveSmart(World& world, Rules& rules, Entity& entity) {
     }
     if (!blocked_x && !blocked_y &&
         before == std::array<float, 4>{entity.x, entity.y, entity.vx, entity.vy}) {
-      const int rest =
-          sub_steps - i - 1;  // the remaining sub-steps are equal: unblocked, without moving
+      const int rest = sub_steps - i - 1;  // equal to this one: unblocked, without moving
       free_x += rest;
       free_y += rest;
       break;

@@ -44,7 +44,7 @@ void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
   }
 }
 
-// The centre of a view at a share of the world's length, moved so that the view shows nothing
+// The center of a view at a share of the world's length, moved so that the view shows nothing
 // beyond the world, or the middle if it is larger.
 float CenterInside(float share, int world_cells, float view_cells) {
   const auto length = static_cast<float>(world_cells);

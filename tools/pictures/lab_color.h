@@ -7,17 +7,17 @@
 
 namespace procgen {
 
-// A colour in CIELAB (white: D65): distances in it are about as large as they look.
+// A color in CIELAB (white: D65): distances in it are about as large as they look.
 struct LabColor {
   float lightness = 0;  // [0, 100]
   float a = 0;          // green to red
   float b = 0;          // blue to yellow
 };
 
-// The colour of an sRGB pixel; its alpha is not looked at.
+// The color of an sRGB pixel; its alpha is not looked at.
 LabColor ToLab(const Rgba& pixel);
 
-// How different two colours look (CIE76): about 2 can just be seen side by side, black and white
+// How different two colors look (CIE76): about 2 can just be seen side by side, black and white
 // are 100 apart.
 inline float ColorDifference(const LabColor& first, const LabColor& second) {
   const float lightness = first.lightness - second.lightness;

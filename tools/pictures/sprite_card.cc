@@ -26,7 +26,7 @@ ScreenRect InMiddle(const MipmappedImage& picture, int size_px, double length_px
   return {(size_px - width) / 2, (size_px - height) / 2, width, height};
 }
 
-// A square of one colour.
+// A square of one color.
 Image Ground(int size_px, const Rgba& color) {
   Image image(size_px, size_px);
   std::fill_n(image.Row(0), size_px * size_px, color);

@@ -22,7 +22,7 @@ int32_t CellOf(const Grid& grid, float x, float y) {
   return CellAt(grid, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
 }
 
-// The cells whose centres lie in the entity's box; if there is none, that of its own centre.
+// The cells whose centers lie in the entity's box; if there is none, that of its own center.
 void AddCells(const Grid& grid, const Entity& entity, std::vector<int32_t>* cells) {
   const size_t count_before = cells->size();
   const int first_column = static_cast<int>(std::ceil(entity.x - entity.rx - 0.5F));

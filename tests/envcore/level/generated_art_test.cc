@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// The draws of a shape with two stripes or one, with or without colours of their own.
+// The draws of a shape with two stripes or one, with or without colors of their own.
 uint64_t ShapeDraws(RandomStream random) {
   const int32_t k = random.Int(10);
   const int32_t stripes = k * k / 50 + 1;

@@ -1,5 +1,5 @@
-// Observations of other colours, layouts and sizes. The measure is a pool with the same seeds whose
-// frames are red, green and blue: grey frames and planes are made from those by their definition.
+// Observations of other colors, layouts and sizes. The measure is a pool with the same seeds whose
+// frames are red, green and blue: gray frames and planes are made from those by their definition.
 
 #include <cmath>
 #include <cstdint>
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, PoolFormatTest,
                                           testing::Values(Layout::kHwc, Layout::kChw)),
                          FormatName);
 
-// Means of blocks of `block` x `block` pixels of a square grey picture.
+// Means of blocks of `block` x `block` pixels of a square gray picture.
 std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   const int blocks = size_px / block;
   std::vector<double> means(static_cast<size_t>(blocks) * static_cast<size_t>(blocks));
@@ -91,7 +91,7 @@ std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   return means;
 }
 
-// Flat colours, so that nothing but places can differ.
+// Flat colors, so that nothing but places can differ.
 TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
   for (const GameSpec& game : GameCatalog()) {
     const auto view = [&](int32_t size_px) {

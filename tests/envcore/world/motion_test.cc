@@ -49,7 +49,7 @@ TEST(MoveSmartTest, FreeWayIsGoneWholly) {
 
 struct Direction {
   const char* name;
-  float vx, vy;  // cells a step
+  float vx, vy;  // cells per step
   float x, y;    // where the cell's edge stops a box of half-size 0.4
 };
 
@@ -368,7 +368,7 @@ TEST(MoveSmartTest, EntitiesAreAskedFromTheLastToTheFirst) {
   EXPECT_THAT(asked, testing::ElementsAre(2, 1, 2, 1)) << "of each of the two moves";
 }
 
-// An entity with the agent's centre pushes by 0, which leads nowhere: each push meets it again.
+// An entity with the agent's center pushes by 0, which leads nowhere: each push meets it again.
 TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 1.5F, 1.5F);

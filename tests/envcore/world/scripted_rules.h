@@ -12,7 +12,7 @@
 namespace procgen {
 
 // Rules whose answers a test sets, and what the engine asked. By default walls and what lies
-// outside of the world block cells, and entities neither block nor reflect.
+// outside the world block cells, and entities neither block nor reflect.
 class ScriptedRules : public Rules {
  public:
   struct Question {

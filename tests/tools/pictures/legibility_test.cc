@@ -1,4 +1,4 @@
-// Measured with art of flat colours, whose distances are known.
+// Measured with art of flat colors, whose distances are known.
 
 #include "tools/pictures/legibility.h"
 

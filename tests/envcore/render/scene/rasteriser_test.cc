@@ -37,7 +37,7 @@ class RasteriserTest : public ::testing::Test {
     return frame[static_cast<size_t>(byte)];
   }
 
-  // The red of kind 0 in flat colours.
+  // The red of kind 0 in flat colors.
   static constexpr uint8_t kRed0 = 127;
 
   Rasteriser rasteriser_;
