@@ -306,7 +306,7 @@ class Climber final : public Game {
 
   float fish_chance_ = 0;  // by mode
   int32_t crystals_left_ = 0;
-  bool has_support_ = false;  // according to the controls of the last step
+  bool has_support_ = false;  // computed in MapControls of the last step
 };
 
 }  // namespace

@@ -486,7 +486,7 @@ class CoinRun final : public Game {
   int difficulty_ = 1;  // 1 to 3, drawn for each level
   PitDanger pit_danger_ = PitDanger::kLava;
   int32_t ground_theme_ = 0;
-  bool has_support_ = false;  // according to the controls of the last step
+  bool has_support_ = false;  // computed in MapControls of the last step
   bool on_crate_ = false;
   float remembered_y_ = 0;  // of the agent at the end of the last step
 };

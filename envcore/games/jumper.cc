@@ -422,7 +422,7 @@ class Jumper final : public Game {
   int32_t jumps_left_ = 0;
   int32_t last_jump_step_ = 0;
   bool jumped_ = false;       // in the last step
-  bool has_support_ = false;  // according to the controls of the last step
+  bool has_support_ = false;  // computed in MapControls of the last step
 };
 
 }  // namespace

@@ -352,7 +352,7 @@ class Ninja final : public Game {
   int difficulty_ = 1;        // 1 to 3, drawn for each level
   int lowest_height_ = 0;     // of the level's platforms
   float charge_ = 0;          // of the jump, in [0, 1]
-  bool has_support_ = false;  // according to the controls of the last step
+  bool has_support_ = false;  // computed in MapControls of the last step
   int32_t last_star_step_ = 0;
 };
 
