@@ -64,7 +64,7 @@ TEST(ProcgenGalleryTest, WrongArgumentsAreAnsweredWithWhatIsAllowed) {
               HasSubstr("there are 0 arguments beside the flags, it is one: the folder"));
   EXPECT_THAT(Gallery("one two").output, HasSubstr("there are 2 arguments"));
   EXPECT_THAT(Gallery("/nowhere --games chess").output,
-              HasSubstr("game 'chess' is none of bigfish, bossfight, "));
+              HasSubstr("game 'chess' is not one of bigfish, bossfight, "));
   EXPECT_THAT(Gallery("/dev/null/sheets --games maze").output,
               HasSubstr("cannot make the folder '/dev/null/sheets/pictures'"));
   EXPECT_THAT(Gallery("/nowhere --art_dir /no/art").output, HasSubstr("/no/art"));
@@ -97,8 +97,9 @@ TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
 TEST(ProcgenLegibilityTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
   EXPECT_EQ(Legibility("--minimum -1").exit_status, 2);
   EXPECT_THAT(Legibility("--minimum -1").output, HasSubstr("--minimum -1: must be at least 0"));
-  EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is none of bigfish"));
-  EXPECT_THAT(Legibility("maze").output, HasSubstr("argument 'maze': there are only flags"));
+  EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is not one of bigfish"));
+  EXPECT_THAT(Legibility("maze").output,
+              HasSubstr("unexpected argument 'maze': only flags are allowed"));
 }
 
 }  // namespace

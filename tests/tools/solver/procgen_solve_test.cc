@@ -26,7 +26,7 @@ TEST(ProcgenSolveTest, TellsSolvedLevelsAndThoseWithoutAWay) {
   EXPECT_THAT(run.output,
               AllOf(HasSubstr("| maze | easy | 2 of 2 | 0 | 0 |"),
                     HasSubstr("| jumper | easy | 1 of 2 | 1 | 0 |"),
-                    HasSubstr("jumper easy: no way: lost in the first step, whatever the action: "
+                    HasSubstr("jumper easy: unsolvable: lost in the first step with every action: "
                               "5\n")));
 }
 
@@ -54,10 +54,11 @@ TEST(ProcgenSolveTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
   EXPECT_EQ(Search("--levels 0").exit_status, 2);
   EXPECT_THAT(Search("--workers 0").output, HasSubstr("--workers 0: must be at least 1"));
   EXPECT_THAT(Search("--games bigfish").output,
-              HasSubstr("game 'bigfish' is none of caveflyer, climber, coinrun"));
+              HasSubstr("game 'bigfish' is not one of caveflyer, climber, coinrun"));
   EXPECT_THAT(Search("--games maze --levels 1 --ways /nowhere/at.all").output,
               HasSubstr("cannot write to /nowhere/at.all"));
-  EXPECT_THAT(Search("maze").output, HasSubstr("argument 'maze': there are only flags"));
+  EXPECT_THAT(Search("maze").output,
+              HasSubstr("unexpected argument 'maze': only flags are allowed"));
 }
 
 }  // namespace
