@@ -68,7 +68,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
   EXPECT_THAT(outcome.output, HasSubstr(": step 2, environment 0, reward: expected "));
 }
 
-TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
+TEST(ProcgenConformanceTest, OneChangedBitOfAnObservationDigestFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, "maze.memory.mono-restrict.trace"));
   contents.back() ^= 1;
   const ProgramRun outcome = Replay(Written(contents));
@@ -88,7 +88,7 @@ TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
   EXPECT_EQ(Replay(recording).exit_status, 0);
 }
 
-TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
+TEST(ProcgenConformanceTest, AFolderWithoutArtIsRejected) {
   const ProgramRun outcome =
       Replay(absl::StrCat("--art_dir ", kGoldenFolder, " ", kGoldenFolder, kMaze));
   EXPECT_EQ(outcome.exit_status, 2);
@@ -118,7 +118,7 @@ TEST(ProcgenConformanceTest, AnUnknownGameFails) {
   EXPECT_THAT(outcome.output, HasSubstr("no game is named \"mazes\""));
 }
 
-TEST(ProcgenConformanceTest, WithoutFilesItSaysHowItIsUsed) {
+TEST(ProcgenConformanceTest, WithoutFilesItPrintsTheUsage) {
   const ProgramRun outcome = Replay("");
   EXPECT_EQ(outcome.exit_status, 2);
   EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-conformance"));

@@ -68,7 +68,7 @@ TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
 }
 
 // With upstream's art every pixel of the agent's view is upstream's.
-TEST_P(ReferenceReplayTest, AllPicturesAreAsRecordedWithUpstreamArt) {
+TEST_P(ReferenceReplayTest, AllObservationsAreAsRecordedWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
   if (paths.empty() || UpstreamArtFolder().empty()) {
     GTEST_SKIP() << "no upstream art, or no recordings of it, beside the checkout";

@@ -22,13 +22,13 @@ TEST(GameModeTest, EachGameIsPlayedInEachMode) {
               testing::ElementsAre("maze easy", "maze memory", "heist easy", "heist memory"));
 }
 
-TEST(GameModeTest, AnUnknownGameIsAnsweredWithTheKnownOnes) {
+TEST(GameModeTest, AnUnknownGameIsRejectedWithTheKnownOnes) {
   EXPECT_THAT(MakeGameModes({"chess"}, {"easy"}, kKnown),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("game 'chess' is not one of heist, maze")));
 }
 
-TEST(GameModeTest, AModeThatAGameLacksIsAnsweredWithItsModes) {
+TEST(GameModeTest, AnUnsupportedModeIsRejectedWithTheGamesModes) {
   EXPECT_THAT(
       MakeGameModes({"heist"}, {"extreme"}, kKnown),
       StatusIs(absl::StatusCode::kInvalidArgument,

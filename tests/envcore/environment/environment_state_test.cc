@@ -73,7 +73,7 @@ std::string CoinRunWith(int count, Json entity) {
   return Encoded(tree);
 }
 
-TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
+TEST(EnvironmentStateTest, TheResultIsRestored) {
   Environment environment = Made("maze");
   Step(environment, 7);
   Step(environment, kEndEpisodeAction);
@@ -89,7 +89,7 @@ TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
   EXPECT_EQ(result.fingerprint, expected.fingerprint);
 }
 
-TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
+TEST(EnvironmentStateTest, ThePendingNextLevelIsRestored) {
   Environment environment = Made("maze");
   environment.SetNextLevel(77);
   const auto restored = Restored(Saved(environment));
@@ -98,7 +98,7 @@ TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
   EXPECT_EQ((*restored)->result().level_seed, 77);
 }
 
-TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
+TEST(EnvironmentStateTest, AnEndedEpisodeFollowsTheAutoresetModeOfTheRestore) {
   for (const AutoresetMode saved : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
     Environment environment = Made("maze", {}, saved);
     Step(environment, kEndEpisodeAction);
@@ -119,7 +119,7 @@ TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
   }
 }
 
-TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
+TEST(EnvironmentStateTest, ARunningEpisodeFollowsTheAutoresetModeOfTheRestore) {
   Environment environment = Made("maze", {}, AutoresetMode::kSameStep);
   Step(environment, kEndEpisodeAction);
   const auto restored = Restored(Saved(environment), "maze", AutoresetMode::kDisabled);
@@ -130,7 +130,7 @@ TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
   EXPECT_TRUE((*restored)->awaits_reset());
 }
 
-TEST(EnvironmentStateTest, ExplorationComesBackAsWhatItStandsFor) {
+TEST(EnvironmentStateTest, ExplorationIsRestoredAsResolved) {
   EnvironmentOptions options;
   options.distribution_mode = DistributionMode::kExploration;
   Environment environment = Made("coinrun", options);
@@ -140,7 +140,7 @@ TEST(EnvironmentStateTest, ExplorationComesBackAsWhatItStandsFor) {
   EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
 }
 
-TEST(EnvironmentStateTest, TheChoiceOfLevelsGoesOn) {
+TEST(EnvironmentStateTest, TheChoiceOfLevelsContinues) {
   Environment environment = Made("maze");
   const auto restored = Restored(Saved(environment));
   ASSERT_THAT(restored, IsOk());
@@ -175,7 +175,7 @@ TEST(EnvironmentStateTest, FieldsOutOfRangeAreNamed) {
                        "level has a stream that was not seeded with level_seed"));
 }
 
-TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
+TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRejected) {
   EXPECT_THAT(
       Restored(With(
           "/level/world/entities/1",
@@ -184,7 +184,7 @@ TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
                "level has an entity of kind 51, which only cells can have"));
 }
 
-TEST(EnvironmentStateTest, WorldsTooFullForQuickStepsAreRefused) {
+TEST(EnvironmentStateTest, WorldsThatMakeStepsSlowAreRejected) {
   const Json entity = {{"kind", 1},  {"x", 1.5},  {"y", 1.5},
                        {"rx", 0.25}, {"ry", 0.5}, {"image_kind", 1}};
   Json tree = TreeOf("bigfish");
@@ -208,7 +208,7 @@ TEST(EnvironmentStateTest, WorldsTooFullForQuickStepsAreRefused) {
 }
 
 // Each would be pushed about among the crates that it is in, over and over again.
-TEST(EnvironmentStateTest, CrowdsInCratesAreRefused) {
+TEST(EnvironmentStateTest, CrowdedCratesAreRejected) {
   const Json crate = {{"kind", 20}, {"rx", 0.5}, {"ry", 0.5}};
   const Json walker = {{"kind", 5}, {"rx", 0.5}, {"ry", 0.5}, {"smart", true}};
   Json broad = walker;
@@ -225,7 +225,7 @@ TEST(EnvironmentStateTest, CrowdsInCratesAreRefused) {
   }
 }
 
-TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {
+TEST(EnvironmentStateTest, EveryTruncatedOrChangedSnapshotIsDataLoss) {
   Environment environment = Made("maze");
   const std::string snapshot = Saved(environment);
   for (size_t length = 0; length < snapshot.size(); ++length) {
@@ -238,7 +238,7 @@ TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {
   }
 }
 
-TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRefused) {
+TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRejected) {
   RandomStream random(1);
   Environment environment = Made("maze");
   const std::string body = Saved(environment).substr(kSnapshotHeaderBytes);

@@ -36,7 +36,7 @@ TEST(FingerprintTest, IsTheHashOfTheBytesThatTheHeaderDescribes) {
   EXPECT_EQ(fingerprint.value(), HashOf(bytes));
 }
 
-TEST(FingerprintTest, AnEpisodeBeginsWithoutThoseBefore) {
+TEST(FingerprintTest, DoesNotDependOnEarlierEpisodes) {
   Fingerprint used;
   used.AddLevel(5);
   used.Begin("maze", {});

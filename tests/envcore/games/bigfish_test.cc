@@ -32,7 +32,7 @@ int FishInTheMiddle(const Game& game) {
   return count;
 }
 
-TEST(BigFishTest, AgentStartsAboveTheGroundInItsModesSize) {
+TEST(BigFishTest, AgentStartsAboveTheGroundAtTheSizeOfItsMode) {
   const auto easy = StartedGame("bigfish", 0, {.distribution_mode = DistributionMode::kEasy});
   const auto hard = StartedGame("bigfish", 0);
   EXPECT_EQ(easy->world().agent().rx, 1);
@@ -101,7 +101,7 @@ TEST(BigFishTest, ThirtyFishCompleteTheLevelEvenWithAWiderOne) {
   EXPECT_NEAR(game->world().agent().rx, 2, 1e-5);
 }
 
-TEST(BigFishTest, TwentyNineFishDoNot) {
+TEST(BigFishTest, TwentyNineFishDoNotCompleteTheLevel) {
   const auto game = QuietTank();
   for (int i = 0; i < 29; ++i) {
     AddFish(*game, 0.25F);
@@ -121,7 +121,7 @@ TEST(BigFishTest, TheAgentFacesWhereItSteers) {
   EXPECT_THAT(mirrored, ElementsAre(true, true, true, false, false, true));
 }
 
-TEST(BigFishTest, TheWholeTankIsSeenWhateverCenterAgentSays) {
+TEST(BigFishTest, TheWholeTankIsInViewWithAndWithoutCenterAgent) {
   const auto game = StartedGame("bigfish", 0, {.center_agent = true});
   Scene scene;
   game->FillScene(&scene);
@@ -136,7 +136,7 @@ struct SpawnedFish {
 };
 
 // Check values of the specification.
-TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
+TEST(BigFishTest, LevelSevenHasTheFishOfTheSpecification) {
   const std::vector<SpawnedFish> expected = {
       {3, 20.9856873F, 4.75722837F, -0.17168586F, 0.985687554F, 0.529350698F, 2},
       {11, -1.29946744F, 3.71313262F, 0.263031006F, 1.29946744F, 0.766352594F, 0},
@@ -165,7 +165,7 @@ TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
   EXPECT_EQ(fish_count, expected.size());
 }
 
-TEST(BigFishTest, RestrictedThemesTakeTheirSizeFromTheFirstPicture) {
+TEST(BigFishTest, RestrictedThemesHaveTheSizeOfTheFirstImage) {
   const auto game = StartedGame("bigfish", 7, {.restrict_themes = true});
   for (int i = 0; i < 3; ++i) {
     game->Play(kNoAction);

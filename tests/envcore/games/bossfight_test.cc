@@ -45,7 +45,7 @@ TEST(BossFightTest, TheFirstShotIsInTheThirdStepThenOneEveryThree) {
   EXPECT_THAT(counts, ElementsAre(0, 0, 1, 1, 1, 2, 2));
 }
 
-TEST(BossFightTest, UnderShieldTheBossThrowsBulletsBack) {
+TEST(BossFightTest, TheShieldReflectsBullets) {
   const auto game = StagedDuel();
   const float health = game->world().entities[1].health;
   HitBoss(*game);

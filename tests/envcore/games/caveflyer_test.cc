@@ -49,7 +49,7 @@ TEST(CaveFlyerTest, MeteorsSaucersAndEnemyShipsKill) {
   }
 }
 
-TEST(CaveFlyerTest, ASaucerPaysThreeWithItsLastHealthAndAMeteorNever) {
+TEST(CaveFlyerTest, ASaucerPaysThreeWhenDestroyedAndAMeteorNever) {
   const auto game = StagedCave();
   AddAt(*game, kSaucerKind, 10, 10).health = 2;
   AddAt(*game, kMeteorKind, 30, 10);
@@ -64,7 +64,7 @@ TEST(CaveFlyerTest, ASaucerPaysThreeWithItsLastHealthAndAMeteorNever) {
   EXPECT_EQ(CountEntities(*game, kMeteorKind), 1);
 }
 
-TEST(CaveFlyerTest, AShotBurstsAtTheCavesWall) {
+TEST(CaveFlyerTest, AShotExplodesAtTheCaveWall) {
   const auto game = StagedCave();
   Stage(*game).grid.Fill(20, 23, 1, 1, kRockKind);
   game->Play(kFire);

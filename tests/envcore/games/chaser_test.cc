@@ -48,7 +48,7 @@ TEST(ChaserTest, AnEnemyKillsAndAnEggDoesNot) {
   }
 }
 
-TEST(ChaserTest, AfterALargeOrbAnEnemyIsEatenForNothing) {
+TEST(ChaserTest, EatingAnEdibleEnemyPaysNothing) {
   const auto game = StagedMaze();
   AddOnAgent(*game, kLargeOrbKind);
   game->Play(kNoAction);

@@ -84,7 +84,7 @@ TEST(ClimberTest, PlatformsCannotBeJumpedThroughFromBelow) {
   EXPECT_LE(game->world().agent().y, 2.5F);
 }
 
-TEST(ClimberTest, FishTurnFourCellsFromTheirPatrolCentre) {
+TEST(ClimberTest, FishTurnFourCellsFromTheirPatrolCenter) {
   const auto game = StagedFloor();
   AddFish(*game, 10);
   float reach = 0;

@@ -80,7 +80,7 @@ TEST(CoinRunTest, JumpsOnlyWithSupport) {
   EXPECT_EQ(game->world().agent().vy, 1.5F - 0.2F) << "gravity only";
 }
 
-TEST(CoinRunTest, ComesDownToWhereItStood) {
+TEST(CoinRunTest, AJumpLandsWhereItStarted) {
   const auto game = StagedFloor();
   game->Play(kJump);
   PlayFor(*game, 30, kNoAction);
@@ -107,7 +107,7 @@ TEST(CoinRunTest, PressingDownFallsThroughACrate) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-TEST(CoinRunTest, OnceInsideOfACrateItIsNotCarried) {
+TEST(CoinRunTest, ACrateDoesNotCarryAnAgentInsideIt) {
   const auto game = StagedFloor(4);
   AddAt(*game, kCrateKind, 5.5F, 1.5F);
   PlayFor(*game, 20, kNoAction);
@@ -207,7 +207,7 @@ TEST(CoinRunTest, WalkersRaiseDustThatIsGoneAfterNineSteps) {
   EXPECT_EQ(CountEntities(*game, kTrailKind), 9);
 }
 
-TEST(CoinRunTest, AWalkerInsideOfACrateDoesNotCarryAnAgentThatIsElsewhere) {
+TEST(CoinRunTest, AWalkerInsideACrateDoesNotCarryAnAgentElsewhere) {
   const auto game = StagedFloor();
   AddAt(*game, kCrateKind, 20.5F, 1.5F);
   AddWalker(*game, 20.5F, 0);
@@ -225,7 +225,7 @@ int AgentImage(const Game& game) {
   return found == scene.above_cells.end() ? -1 : found->image_kind;
 }
 
-TEST(CoinRunTest, TheFirstPictureShowsItWalking) {
+TEST(CoinRunTest, TheFirstFrameShowsAWalkingPose) {
   EXPECT_EQ(AgentImage(*StartedGame("coinrun", 0)), 12);
 }
 
@@ -235,7 +235,7 @@ TEST(CoinRunTest, StandsWhenItHasSupportAndRests) {
   EXPECT_EQ(AgentImage(*game), 0);
 }
 
-TEST(CoinRunTest, ItsWalkChangesPictureEveryFiveSteps) {
+TEST(CoinRunTest, TheWalkChangesImageEveryFiveSteps) {
   const auto game = StagedFloor();  // one step is played
   std::vector<int> images;
   for (int i = 0; i < 10; ++i) {
@@ -314,7 +314,7 @@ Census CensusOf(int32_t debug_mode) {
   return census;
 }
 
-TEST(CoinRunTest, DebugBitsTakeAwayPitsCratesAndSteps) {
+TEST(CoinRunTest, DebugBitsRemovePitsCratesAndSteps) {
   const Census all = CensusOf(0);
   EXPECT_GT(all.lava, 0);
   EXPECT_GT(all.crates, 0);

@@ -132,7 +132,7 @@ TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
   EXPECT_EQ(play.game().step_number(), 1200);
 }
 
-TEST_P(EveryGameTest, InterleavedGamesDoNotTouchEachOther) {
+TEST_P(EveryGameTest, InterleavedGamesDoNotAffectEachOther) {
   const std::vector<uint64_t> alone_a = Play(RandomPlay(GetParam(), 1), 300);
   const std::vector<uint64_t> alone_b = Play(RandomPlay(GetParam(), 2), 300);
   RandomPlay a(GetParam(), 1);
@@ -159,7 +159,7 @@ TEST_P(EveryGameTest, FillingASceneChangesNothing) {
 }
 
 // Options that are about looks alone.
-TEST_P(EveryGameTest, LooksChangeNoRule) {
+TEST_P(EveryGameTest, AppearanceOptionsChangeNoRule) {
   const std::vector<uint64_t> plain = Play(RandomPlay(GetParam(), 6), 200);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_backgrounds = false}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_monochrome_assets = true}), 200), plain);
@@ -185,7 +185,7 @@ TEST_P(EveryGameTest, EverySpriteInViewCanBeDrawn) {
   }
 }
 
-TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfReach) {
+TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfTheWorld) {
   RandomPlay play(GetParam(), 8);
   for (int i = 0; i < 500; ++i) {
     play.Step();

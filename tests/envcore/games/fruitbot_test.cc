@@ -38,7 +38,7 @@ void AddKey(Game& game, float x, float y) {
   Stage(game).entities.back().meets_entities = true;
 }
 
-TEST(FruitBotTest, DrivesUpwardWhateverIsPressed) {
+TEST(FruitBotTest, DrivesUpwardWithEveryAction) {
   for (const int32_t action : {kDown, kNoAction, kThrow}) {
     const auto game = StagedField();
     game->Play(action);
@@ -87,7 +87,7 @@ TEST(FruitBotTest, EachPresentThatItTouchesPaysTen) {
   EXPECT_TRUE(game->outcome().level_complete);
 }
 
-TEST(FruitBotTest, KeysFlyInTheEighthStepAndEightStepsLater) {
+TEST(FruitBotTest, TheFirstKeyFliesInTheEighthStepThenOneEveryEight) {
   const auto game = StagedField();
   std::vector<int> steps;
   for (int step = 1; step <= 24; ++step) {
@@ -123,7 +123,7 @@ TEST(FruitBotTest, AKeyOpensTheDoorBesideItsLock) {
   EXPECT_EQ(game->world().entities[1].y, 30);
 }
 
-TEST(FruitBotTest, WallsStopKeysAndAllElseDoesNot) {
+TEST(FruitBotTest, OnlyWallsStopKeys) {
   const auto game = StagedField();
   AddAt(*game, kFruitBotWallKind, 5, 30);
   AddKey(*game, 5, 30);

@@ -53,7 +53,7 @@ TEST(GameCatalogTest, SpecialActionsAreInOrderAndDescribed) {
   }
 }
 
-TEST(GameCatalogTest, FindsGamesByTheirWholeName) {
+TEST(GameCatalogTest, FindsGamesByTheirFullName) {
   EXPECT_EQ(FindGame("miner")->name, "miner");
   EXPECT_EQ(FindGame("mine"), nullptr);
   EXPECT_EQ(FindGame("Miner"), nullptr);
@@ -147,7 +147,7 @@ TEST(GameCatalogTest, EveryGameHasAFileOfItsName) {
   EXPECT_THAT(games, ElementsAreArray(files));
 }
 
-TEST(GameCatalogTest, ModeNamesAndModesNameEachOther) {
+TEST(GameCatalogTest, ModeNamesRoundTrip) {
   for (const char* name : {"easy", "hard", "extreme", "memory", "exploration"}) {
     ASSERT_TRUE(FindDistributionMode(name).has_value()) << name;
     EXPECT_EQ(DistributionModeName(*FindDistributionMode(name)), name);

@@ -68,7 +68,7 @@ TEST(JumperTest, JumpsFromSupportAndOnceMoreInTheAirFourStepsLater) {
   EXPECT_THAT(StepsOfJumps(*game, 14), ElementsAre(4, 8));
 }
 
-TEST(JumperTest, WhoWalksOffALedgeKeepsBothJumps) {
+TEST(JumperTest, WalkingOffALedgeKeepsBothJumps) {
   const auto game = StagedFloor();
   game->Play(kNoAction);  // finds support
   Stage(*game).agent().y = 20;
@@ -109,7 +109,7 @@ TEST(JumperTest, ASpikeManEndsTheEpisode) {
   EXPECT_FALSE(game->outcome().level_complete);
 }
 
-TEST(JumperTest, TheCompassPointsToTheCarrotAndTellsItsDistance) {
+TEST(JumperTest, TheCompassPointsToTheCarrotAndShowsItsDistance) {
   const auto game = StagedFloor();
   const std::vector<Overlay> overlays = OverlaysOf(*game);
   ASSERT_EQ(overlays.size(), 3U);

@@ -28,7 +28,7 @@ void AddAt(Game& game, int kind, float x, float y, float vx = 0) {
   Stage(game).entities.push_back(Entity::Make(kind, x, y, vx, 0, rx, rx));
 }
 
-TEST(LeaperTest, AHopIsOneCellInSixStepsWhateverIsPressedMeanwhile) {
+TEST(LeaperTest, AHopIsOneCellInSixStepsWithAnyActions) {
   const auto game = StagedGrass();
   game->Play(kRight);
   for (int step = 2; step <= 5; ++step) {

@@ -85,14 +85,14 @@ TEST(MinerTest, AWholeColumnFallsTogether) {
               ElementsAre("@.", ".+", ".O"));
 }
 
-TEST(MinerTest, DirtCarries) {
+TEST(MinerTest, DirtSupportsObjects) {
   EXPECT_THAT(After({"@o",  //
                      ".%"},
                     kNoAction),
               ElementsAre("@o", ".%"));
 }
 
-TEST(MinerTest, OnARoundOneItRollsLeftFirstAndRestsThereForAStep) {
+TEST(MinerTest, OnARoundObjectABoulderRollsLeftFirstAndRestsForAStep) {
   const auto game = StagedMine({"....@",  //
                                 "..*..",  //
                                 "..o.."});
@@ -102,7 +102,7 @@ TEST(MinerTest, OnARoundOneItRollsLeftFirstAndRestsThereForAStep) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".....", ".+o.."));
 }
 
-TEST(MinerTest, RollingRightItIsVisitedAgainAndFallsInTheSamePass) {
+TEST(MinerTest, ABoulderThatRollsRightFallsInTheSamePass) {
   EXPECT_THAT(After({"....@",  //
                      ".%o..",  //
                      ".%o.."},
@@ -110,7 +110,7 @@ TEST(MinerTest, RollingRightItIsVisitedAgainAndFallsInTheSamePass) {
               ElementsAre("....@", ".%...", ".%oO."));
 }
 
-TEST(MinerTest, ItRollsOnlyWhereTheCellBesideAndTheOneBelowThatAreFree) {
+TEST(MinerTest, RollsOnlyIfTheCellBesideAndTheOneBelowThatAreFree) {
   EXPECT_THAT(After({"....@",  //
                      "..o..",  //
                      ".%o%."},
@@ -123,7 +123,7 @@ TEST(MinerTest, ItRollsOnlyWhereTheCellBesideAndTheOneBelowThatAreFree) {
               ElementsAre("....@", ".%o%.", "..o.."));
 }
 
-TEST(MinerTest, ItDoesNotRollOverTheWorldsEdge) {
+TEST(MinerTest, DoesNotRollOverTheWorldsEdge) {
   EXPECT_THAT(After({"@.",  //
                      "o%",  //
                      "o."},
@@ -131,7 +131,7 @@ TEST(MinerTest, ItDoesNotRollOverTheWorldsEdge) {
               ElementsAre("@.", "o%", "o."));
 }
 
-TEST(MinerTest, ItRollsNeitherToTheRobotNorAboveIt) {
+TEST(MinerTest, RollsNeitherOntoTheRobotNorAboveIt) {
   EXPECT_THAT(After({"@o%",  //
                      ".o%",  //
                      "%%%"},
@@ -144,7 +144,7 @@ TEST(MinerTest, ItRollsNeitherToTheRobotNorAboveIt) {
               ElementsAre(".o%", "@o%", "%%%"));
 }
 
-TEST(MinerTest, WhatRestsOnTheRobotStays) {
+TEST(MinerTest, AnObjectAtRestOnTheRobotStays) {
   const auto game = StagedMine({"o",  //
                                 "@",  //
                                 "%"});
@@ -154,7 +154,7 @@ TEST(MinerTest, WhatRestsOnTheRobotStays) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("o", "@", "%"));
 }
 
-TEST(MinerTest, WhatFallsOnTheRobotEndsTheEpisodeOneStepAfterItStandsAboveIt) {
+TEST(MinerTest, AFallingObjectEndsTheEpisodeOneStepAfterItIsAboveTheRobot) {
   const auto game = StagedMine({"*",  //
                                 ".",  //
                                 "@",  //
@@ -168,7 +168,7 @@ TEST(MinerTest, WhatFallsOnTheRobotEndsTheEpisodeOneStepAfterItStandsAboveIt) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%")) << "no cell changes";
 }
 
-TEST(MinerTest, WhoStepsAsideIsNotHit) {
+TEST(MinerTest, ARobotThatStepsAsideIsNotHit) {
   const auto game = StagedMine({"O.",  //
                                 "@.",  //
                                 "%%"});
@@ -177,7 +177,7 @@ TEST(MinerTest, WhoStepsAsideIsNotHit) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("..", "O@", "%%"));
 }
 
-TEST(MinerTest, TheRobotHoldsUpWhatItWalksUnderOnlyWhenThatRests) {
+TEST(MinerTest, TheRobotSupportsAnObjectItWalksUnderOnlyIfTheObjectRests) {
   EXPECT_TRUE([] {
     const auto game = StagedMine({".O",  //
                                   "@%",  //
@@ -243,7 +243,7 @@ TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
               ElementsAre(".%", "@o"));
 }
 
-TEST(MinerTest, PushesNothingIntoDirtOrBouldersNorWhatFalls) {
+TEST(MinerTest, DoesNotPushIntoDirtOrBouldersNorFallingObjects) {
   EXPECT_THAT(After({"@o%"}, kRight), ElementsAre("@o%"));
   EXPECT_THAT(After({"@oo."}, kRight), ElementsAre("@oo."));
   EXPECT_THAT(After({"@O."}, kRight), ElementsAre("@o.")) << "it came to rest in this step";
@@ -356,7 +356,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, MinerModesTest,
                            return std::string(DistributionModeName(info.param.mode));
                          });
 
-TEST(MinerTest, FallingOnesLookLikeThoseAtRest) {
+TEST(MinerTest, FallingObjectsLookLikeThoseAtRest) {
   const auto game = StagedMine({"@"});
   Scene scene;
   game->FillScene(&scene);

@@ -95,7 +95,7 @@ TEST(PlunderTest, TheTwentiethHitPaysTenMoreAndCompletes) {
   EXPECT_TRUE(sea.game->outcome().level_complete);
 }
 
-TEST(PlunderTest, APanelSwallowsABall) {
+TEST(PlunderTest, APanelAbsorbsABall) {
   const Sea sea = StagedSea();
   AddAt(*sea.game, kPanelKind, 5, 7);
   AddAt(*sea.game, kBallKind, 5, 7);

@@ -60,7 +60,7 @@ TEST(GeneratedArtTest, BlockSpriteTakesTheDrawsOfItsBlotches) {
   }
 }
 
-TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndVeilItLast) {
+TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndBlendOverItLast) {
   RandomStream random(3);
   for (const GeneratedArt& art : {GenerateBlock(random), GenerateBackground(random)}) {
     for (const PaintStep& step : {art.steps.front(), art.steps.back()}) {
@@ -77,7 +77,7 @@ TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndVeilItLast) {
   }
 }
 
-TEST(GeneratedArtTest, BackgroundsHoldBlocksWithinTheBlock) {
+TEST(GeneratedArtTest, BackgroundsContainNestedBlocks) {
   RandomStream random(3);
   const GeneratedArt art = GenerateBackground(random);
   int veils = 0;
@@ -89,7 +89,7 @@ TEST(GeneratedArtTest, BackgroundsHoldBlocksWithinTheBlock) {
   EXPECT_LE(veils, 100);
 }
 
-TEST(GeneratedArtTest, PartsLieInTheCanvas) {
+TEST(GeneratedArtTest, PartsAreInsideTheCanvas) {
   for (int64_t seed = 0; seed < 20; ++seed) {
     RandomStream random(seed);
     const GeneratedArt art = GenerateFigure(random);

@@ -108,7 +108,7 @@ int PartitionCount(int size) { return 2 * ((size - 1) / 2) * ((size + 1) / 2); }
 
 class MazeSizesTest : public testing::TestWithParam<int> {};
 
-TEST_P(MazeSizesTest, OneWayJoinsAnyTwoRooms) {
+TEST_P(MazeSizesTest, OnePathConnectsAnyTwoRooms) {
   for (int seed = 0; seed < 20; ++seed) {
     RandomStream random(seed);
     Maze maze(GetParam());
@@ -189,7 +189,7 @@ TEST(MazeTest, OfEvenSizeKeepsItsLastColumnAndRowAsWall) {
   }
 }
 
-TEST(MazeTest, IsMadeAnewByEachCall) {
+TEST(MazeTest, EachCallMakesANewMaze) {
   RandomStream random(0);
   Maze maze(9);
   maze.MakePlain(random);
@@ -212,7 +212,7 @@ TEST(MazeTest, ObjectsLieInDifferentOpenCellsOtherThanTheCorner) {
   }
 }
 
-TEST(MazeTest, EachDoorsKeyLiesInWhatThePreviousDoorOpensUp) {
+TEST(MazeTest, EachDoorsKeyIsInTheAreaBehindThePreviousDoor) {
   for (int seed = 0; seed < 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStream random(seed);
@@ -248,7 +248,7 @@ TEST(MazeTest, HasAtMostAsManyDoorsAsForks) {
       << "start, exit, doors and their keys";
 }
 
-TEST(MazeTest, TakesNoDrawForDoorsWhereForksAreFewer) {
+TEST(MazeTest, TakesNoDrawForDoorsIfThereAreFewerForks) {
   RandomStream random(4);
   Maze maze(3);  // this one has no fork
   EXPECT_EQ(maze.MakeWithDoors(random, 2), 0);
@@ -256,7 +256,7 @@ TEST(MazeTest, TakesNoDrawForDoorsWhereForksAreFewer) {
   EXPECT_EQ(static_cast<int>(random.draws()), PartitionCount(3) + start_and_exit);
 }
 
-TEST(MazeTest, DoorsStandInForksAndNotBesideTheStart) {
+TEST(MazeTest, DoorsAreInForksAndNotBesideTheStart) {
   for (int seed = 0; seed < 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStream random(seed);

@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-TEST(PaintedArtTest, FolderHasAllThatIsAskedOfOne) {
+TEST(PaintedArtTest, FolderHasEveryRequiredImage) {
   PaintArtFolder(PROCGEN_PAINTED_ART_DIR);
   EXPECT_THAT(SharedArt::LoadFolder(PROCGEN_PAINTED_ART_DIR), IsOk());
 }

@@ -77,7 +77,7 @@ TEST_P(PoolAllocationTest, AStepAllocatesNothing) { EXPECT_EQ(AllocationsOfSteps
 // for a larger picture than it has drawn before; but not step by step.
 constexpr int64_t kRoomMakingMax = kStepCount / 10;
 
-TEST_P(PoolAllocationTest, AStepByAWorkerPoolAllocatesNothing) {
+TEST_P(PoolAllocationTest, AStepOnAWorkerPoolAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 
@@ -91,7 +91,7 @@ class PoolStepAsyncAllocationTest : public PoolAllocationTest {
   }
 };
 
-TEST_P(PoolStepAsyncAllocationTest, AStepInTheBackgroundAllocatesNothing) {
+TEST_P(PoolStepAsyncAllocationTest, AnAsynchronousStepAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 

@@ -149,7 +149,7 @@ class PoolDeterminismTest : public testing::TestWithParam<Played> {
   static inline std::map<std::string, std::vector<BatchBuffers>> whole_;
 };
 
-TEST_P(PoolDeterminismTest, TheSamePoolTwiceGivesTheSame) {
+TEST_P(PoolDeterminismTest, EqualPoolsGiveEqualResults) {
   EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount) == Whole());
 }
 
@@ -167,7 +167,7 @@ TEST_P(PoolDeterminismTest, PoolSizeChangesNothing) {
   EXPECT_TRUE(RowsOf(larger, 0, kEnvCount) == Whole());
 }
 
-TEST_P(PoolDeterminismTest, ShardsTogetherAreTheWhole) {
+TEST_P(PoolDeterminismTest, ShardsTogetherEqualTheWholePool) {
   for (const auto& [first, count] :
        std::vector<std::pair<int32_t, int32_t>>{{0, 2}, {2, 1}, {3, 3}}) {
     PoolOptions shard = OptionsOf(GetParam(), count);

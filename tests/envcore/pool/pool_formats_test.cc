@@ -37,7 +37,7 @@ Pixels Converted(const Pixels& rgb, Color color, Layout layout) {
 class PoolFormatTest
     : public testing::TestWithParam<std::tuple<std::string, int32_t, Color, Layout>> {};
 
-TEST_P(PoolFormatTest, FramesAreThoseOfRedGreenBlueInAnotherForm) {
+TEST_P(PoolFormatTest, FramesOfEveryFormatEqualConvertedRgbFrames) {
   const auto& [game, size_px, color, layout] = GetParam();
   ObservationFormat format;
   format.frame.size_px = size_px;
@@ -92,7 +92,7 @@ std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
 }
 
 // Flat colors, so that nothing but places can differ.
-TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
+TEST(PoolSizeTest, ObjectsHaveTheSamePositionsAtAllSizes) {
   for (const GameSpec& game : GameCatalog()) {
     const auto view = [&](int32_t size_px) {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
@@ -138,7 +138,7 @@ TEST(PoolSizeTest, LargeFramesAreDrawnAndNotRescaled) {
   EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one colour";
 }
 
-TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRefused) {
+TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRejected) {
   ObservationFormat format;
   format.frame_stack = 2;
   const auto pool = FormattedPool("maze", format);

@@ -36,7 +36,7 @@ class BadStepTest : public testing::TestWithParam<BadStep> {
       {.environment = 0, .level_seed = std::nullopt, .rand_seed = std::nullopt}};
 };
 
-TEST_P(BadStepTest, IsRefusedAndNothingMoves) {
+TEST_P(BadStepTest, IsRejectedAndChangesNothing) {
   const auto pool = MazePool();
   const auto untouched = MazePool();
   BatchBuffers buffers(kEnvCount);
@@ -54,7 +54,7 @@ TEST_P(BadStepTest, IsRefusedAndNothingMoves) {
               Stepped(*untouched, AllTake(kEndEpisodeAction)));
 }
 
-TEST_P(BadStepTest, IsRefusedBeforeStepAsyncReturns) {
+TEST_P(BadStepTest, IsRejectedBeforeStepAsyncReturns) {
   const auto pool = MadePool(OptionsOf({"maze"}), 1);
   BatchBuffers buffers(kEnvCount);
   const std::vector<int32_t> actions = AllTake(7);

@@ -207,7 +207,7 @@ TEST(PoolStackStateTest, ARestoredEnvironmentShowsItsFrameInAllPlaces) {
       << "nobody else changes";
 }
 
-TEST(PoolStackStateTest, WhetherARestoredEnvironmentIsLookedAtBeforeItStepsChangesNothing) {
+TEST(PoolStackStateTest, ObservingARestoredEnvironmentBeforeItStepsChangesNothing) {
   for (const bool looks : {false, true}) {
     const auto pool = FormattedPool("bigfish", StackOf(3));
     Stepped(*pool, AllTake(5));
@@ -227,7 +227,7 @@ TEST(PoolStackStateTest, WhetherARestoredEnvironmentIsLookedAtBeforeItStepsChang
   }
 }
 
-TEST(PoolStackStateTest, StepsInTheBackgroundGiveTheSame) {
+TEST(PoolStackStateTest, AsynchronousStepsGiveTheSame) {
   const auto pool = FormattedPool("fruitbot", StackOf(4));
   PoolOptions options = pool->options();
   const auto parallel = MadePool(options, 2);

@@ -185,7 +185,7 @@ std::string PlayedSnapshot(Pool& pool) {
   return pool.SaveStates({0}).value()[0];
 }
 
-TEST_P(PoolStateMutationTest, WhatIsTakenCanBeSavedAndRestoredAfterAnySteps) {
+TEST_P(PoolStateMutationTest, AcceptedSnapshotsCanBeSavedAndRestoredAfterAnySteps) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   const std::string snapshot = PlayedSnapshot(*pool);
   int taken_count = 0;
@@ -200,7 +200,7 @@ TEST_P(PoolStateMutationTest, WhatIsTakenCanBeSavedAndRestoredAfterAnySteps) {
   EXPECT_GT(taken_count, 0);
 }
 
-TEST_P(PoolStateMutationTest, ExtremeValuesAreRefusedOrPlayable) {
+TEST_P(PoolStateMutationTest, ExtremeValuesAreRejectedOrPlayable) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   const std::string snapshot = PlayedSnapshot(*pool);
   const Json tree = Decoded(snapshot);

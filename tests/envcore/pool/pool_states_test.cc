@@ -102,7 +102,7 @@ std::vector<BatchBuffers> Continued(Pool& pool, int64_t seed) {
 
 class PoolStatesTest : public ::testing::TestWithParam<Played> {};
 
-TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
+TEST_P(PoolStatesTest, RestoredEnvironmentsContinueLikeTheSavedOnes) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   PoolOptions other_options = OptionsOf(GetParam().options.games, kOtherCount);
   other_options.environment.rand_seed = 12345;
@@ -134,12 +134,12 @@ TEST(PoolSaveStatesTest, SavingChangesNothing) {
   EXPECT_EQ(Stepped(*saved, AllTake(7)), Stepped(*untouched, AllTake(7)));
 }
 
-TEST(PoolSaveStatesTest, IndicesOutOfRangeAreRefused) {
+TEST(PoolSaveStatesTest, IndicesOutOfRangeAreRejected) {
   EXPECT_THAT(MazePool()->SaveStates({0, 4}),
               StatusIs(absl::StatusCode::kInvalidArgument, "environment 4 is not in [0, 4)"));
 }
 
-TEST(PoolRestoreStatesTest, OneBadSnapshotLeavesAllAsTheyWere) {
+TEST(PoolRestoreStatesTest, OneInvalidSnapshotChangesNoEnvironment) {
   const auto pool = MazePool();
   std::string good = Saved(*pool, {3})[0];
   std::string bad = good;
@@ -151,7 +151,7 @@ TEST(PoolRestoreStatesTest, OneBadSnapshotLeavesAllAsTheyWere) {
   EXPECT_EQ(Saved(*pool, {0, 1, 2, 3}), before);
 }
 
-TEST(PoolRestoreStatesTest, AnEnvironmentIsRestoredOnceAtMost) {
+TEST(PoolRestoreStatesTest, AnEnvironmentNamedTwiceIsRejected) {
   const auto pool = MazePool();
   const std::string snapshot = Saved(*pool, {3})[0];
   EXPECT_THAT(
@@ -159,14 +159,14 @@ TEST(PoolRestoreStatesTest, AnEnvironmentIsRestoredOnceAtMost) {
       StatusIs(absl::StatusCode::kInvalidArgument, "environment 0 is to be restored twice"));
 }
 
-TEST(PoolRestoreStatesTest, OtherGamesAreRefused) {
+TEST(PoolRestoreStatesTest, SnapshotsOfOtherGamesAreRejected) {
   const std::string snapshot = Saved(*MazePool(), {0})[0];
   EXPECT_THAT(MadePool(OptionsOf({"miner"}))->RestoreStates({{1, snapshot}}),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        "environment 1: game is maze, the environment plays miner"));
 }
 
-TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
+TEST(PoolRestoreStatesTest, WithDisabledARestoredEndedEpisodeMustBeReset) {
   PoolOptions options = OptionsOf({"maze"});
   options.autoreset_mode = AutoresetMode::kNextStep;
   const auto ended = MadePool(options);
@@ -181,7 +181,7 @@ TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 2")));
 }
 
-TEST(PoolCloneStatesTest, StatesCanBeExchanged) {
+TEST(PoolCloneStatesTest, StatesCanBeSwapped) {
   const auto pool = MazePool();
   const std::vector<std::string> before = Saved(*pool, {0, 1, 2, 3});
   ASSERT_THAT(pool->CloneStates({{0, 1}, {1, 0}, {0, 3}}), IsOk());
@@ -189,7 +189,7 @@ TEST(PoolCloneStatesTest, StatesCanBeExchanged) {
               testing::ElementsAre(before[1], before[0], before[2], before[0]));
 }
 
-TEST(PoolCloneStatesTest, EnvironmentsOfOtherGamesAreRefused) {
+TEST(PoolCloneStatesTest, EnvironmentsOfOtherGamesAreRejected) {
   const auto pool = MadePool(OptionsOf({"maze", "miner"}));
   EXPECT_THAT(pool->CloneStates({{0, 1}}),
               StatusIs(absl::StatusCode::kFailedPrecondition,

@@ -24,7 +24,7 @@ TEST(SharedArtTest, PoolsShareTheArtOfAGame) {
             SharedArt::Embedded()->Of(game, second->art()));
 }
 
-TEST(SharedArtTest, EverySlotOfEveryGameHasAPictureOfOurOwn) {
+TEST(SharedArtTest, EverySlotOfEveryGameHasABuiltInImage) {
   const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
   for (const GameSpec& spec : GameCatalog()) {
     const std::unique_ptr<Game> game = spec.make(GameOptions());
@@ -35,7 +35,7 @@ TEST(SharedArtTest, EverySlotOfEveryGameHasAPictureOfOurOwn) {
   }
 }
 
-TEST(SharedArtTest, EveryBackgroundHasAPictureOfOurOwn) {
+TEST(SharedArtTest, EveryBackgroundHasABuiltInImage) {
   const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
   for (const BackgroundGroup group :
        {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
@@ -63,7 +63,7 @@ class PaintedFolder {
                           {{"/", "_"}}));
 };
 
-TEST(SharedArtTest, FolderThatLacksAPictureIsRefusedByItsName) {
+TEST(SharedArtTest, AFolderWithAMissingImageIsRejectedByName) {
   const PaintedFolder folder;
   std::filesystem::remove(folder.path() + "/misc_assets/fishTile_072.png");
   EXPECT_THAT(SharedArt::LoadFolder(folder.path()),

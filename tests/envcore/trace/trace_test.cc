@@ -63,7 +63,7 @@ TEST(TraceTest, ReadsWhatTheHeaderSays) {
   EXPECT_FALSE(trace->HasComparablePictures(true));
 }
 
-TEST(TraceTest, OnlyPicturesOfUpstreamArtNeedItToBeCompared) {
+TEST(TraceTest, OnlyObservationsOfUpstreamArtNeedItForComparison) {
   for (const auto& [file, need_art] : {std::pair("maze.easy.upstream-art.trace", true),
                                        std::pair("maze.easy.generated-pictures.trace", false),
                                        std::pair("maze.memory.mono-restrict.trace", false)}) {
@@ -86,7 +86,7 @@ TEST(TraceTest, ATruncatedFileSaysInWhichArrayItEnds) {
   ExpectDataLoss(contents.substr(0, contents.find('\n') + 10), "the file ends within array action");
 }
 
-TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
+TEST(TraceTest, AFileThatIsNotATraceIsRejected) {
   ExpectDataLoss("", "invalid trace header");
   ExpectDataLoss("PNG\n", "invalid trace header");
   ExpectDataLoss("{}\n", "invalid trace header");
@@ -94,7 +94,7 @@ TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
                  "format is \"procgen-trace-9\", must be procgen-trace-1");
 }
 
-TEST(TraceTest, ImpossibleNumbersAreRefused) {
+TEST(TraceTest, ImpossibleNumbersAreRejected) {
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":0)"),
                  "num_envs is 0, must be at least 1");
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":-4)"),
@@ -107,7 +107,7 @@ TEST(TraceTest, ImpossibleNumbersAreRefused) {
                  "array action has type u9");
 }
 
-TEST(TraceTest, NumbersThatTheFileIsTooShortForTakeNoMemory) {
+TEST(TraceTest, ClaimedSizesBeyondTheFileTakeNoMemory) {
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":2147483647)"),
                  "ends within array action");
 }
@@ -118,7 +118,7 @@ TEST(TraceTest, ArraysThatAreMissingOrOfAnotherTypeAreNamed) {
                  "array reward has type i4, must be f4");
 }
 
-TEST(TraceTest, WhatIsWrittenIsReadAgain) {
+TEST(TraceTest, WritingAndReadingRoundTrips) {
   absl::StatusOr<Trace> trace = ReadTrace(kGolden);
   ASSERT_TRUE(trace.ok()) << trace.status();
   // To the byte: the recordings were written by another program.
@@ -134,7 +134,7 @@ TEST(TraceTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(again->fingerprints, trace->fingerprints);
 }
 
-TEST(TraceTest, FingerprintsThatAreNoneAreRefused) {
+TEST(TraceTest, InvalidFingerprintsAreRejected) {
   const auto with = [](const std::string& fingerprints) {
     return Changed(R"("num_envs":1)",
                    absl::StrCat(R"("num_envs":1,"fingerprints":)", fingerprints));
@@ -151,7 +151,7 @@ TEST(TraceTest, AnUnknownModeIsNamed) {
                  R"(no distribution mode is named "medium")");
 }
 
-TEST(TraceTest, DigestsOfPicturesMustBeThereForEveryRow) {
+TEST(TraceTest, EveryRowNeedsObservationDigests) {
   const std::string contents = Contents(kGolden);
   const size_t header_size = contents.find('\n');
   const std::string header =

@@ -78,7 +78,7 @@ TEST_F(ContactsTest, TheAgentMeetsMarkedEntitiesAndEntitiesDoNot) {
   EXPECT_THAT(log_, ElementsAre("agent-2", "2-0", "agent-1"));
 }
 
-TEST_F(ContactsTest, OneThatWasMarkedByAContactMeetsNoFurtherEntity) {
+TEST_F(ContactsTest, AnEntityMarkedByAContactMeetsNoFurtherEntity) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2);
@@ -118,7 +118,7 @@ TEST_F(ContactsTest, AddedEntitiesAreNotVisitedButCanBePartners) {
   EXPECT_THAT(log_, ElementsAre("agent-2", "agent-1", "1-9", "1-2", "1-0"));
 }
 
-TEST_F(ContactsTest, WhatTheAgentsContactChangesCountsForTheSameEntity) {
+TEST_F(ContactsTest, ChangesByTheAgentsContactAffectTheEntitysOtherContacts) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2).meets_entities = true;
@@ -169,7 +169,7 @@ TEST_F(ContactsTest, EntitiesThatAreNotSmartMeetNoCells) {
 
 // --- Removal.
 
-TEST(RemoveGoneTest, RemovesTheMarkedAndThoseOutsideAndKeepsTheOrder) {
+TEST(RemoveGoneTest, RemovesMarkedAndOutsideEntitiesAndKeepsTheOrder) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2).marked = true;
@@ -181,7 +181,7 @@ TEST(RemoveGoneTest, RemovesTheMarkedAndThoseOutsideAndKeepsTheOrder) {
   EXPECT_EQ(world.entities[2].theme, 4);
 }
 
-TEST(RemoveGoneTest, KeepsWhatMayLeaveTheWorldUnlessItIsMarked) {
+TEST(RemoveGoneTest, KeepsEntitiesThatMayLeaveTheWorldUnlessMarked) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   for (const bool marked : {false, true}) {
     Entity& ball = AddBall(world, 1);

@@ -17,7 +17,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAreArray;
 
-TEST(CastTest, EachGameHasOneInAModeOfIts) {
+TEST(CastTest, EachGameHasACastInOneOfItsModes) {
   std::vector<absl::string_view> games;
   for (const Cast& cast : Casts()) {
     games.push_back(cast.game);
@@ -31,7 +31,7 @@ TEST(CastTest, EachGameHasOneInAModeOfIts) {
   EXPECT_THAT(games, ElementsAreArray(catalog));
 }
 
-TEST(CastTest, PartsAndGroundsShowPicturesThatTheirGameHas) {
+TEST(CastTest, PartsAndGroundsShowImagesOfTheirGame) {
   for (const Cast& cast : Casts()) {
     const std::unique_ptr<Game> game = FindGame(cast.game)->make(GameOptions());
     std::vector<int> kinds = {kDotImage, kBackgroundGround};
@@ -50,7 +50,7 @@ TEST(CastTest, PartsAndGroundsShowPicturesThatTheirGameHas) {
   }
 }
 
-TEST(CastTest, PartsOfOneRoleNeedNotDifferUnlessTheyAreNamed) {
+TEST(CastTest, OnlyNamedPartsOfOneRoleMustDiffer) {
   const Part agent = {.name = "agent", .role = Role::kAgent};
   const Part saw = {.name = "saw", .role = Role::kKills};
   const Part lava = {.name = "lava", .role = Role::kKills};

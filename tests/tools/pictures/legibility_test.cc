@@ -59,7 +59,7 @@ TEST(LegibilityTest, FlatPartsAreAsFarApartAsTheirColors) {
   EXPECT_THAT(DistanceOf(likenesses, &parts[1], nullptr), FloatNear(50, 0.2F));
 }
 
-TEST(LegibilityTest, ThePairThatIsLeastApartComesFirst) {
+TEST(LegibilityTest, TheClosestPairComesFirst) {
   const Part parts[] = {kMouse, kCheese};
   const auto likenesses = FlatArt(kWhite, kWhite).Compare(parts);
   ASSERT_FALSE(likenesses.empty());
@@ -69,7 +69,7 @@ TEST(LegibilityTest, ThePairThatIsLeastApartComesFirst) {
   EXPECT_EQ(likenesses.front().first_window, likenesses.front().second_window);
 }
 
-TEST(LegibilityTest, PartsThatDifferInSizeAloneAreApart) {
+TEST(LegibilityTest, PartsThatDifferOnlyInSizeAreApart) {
   Part small_cheese = kCheese;
   small_cheese.width = 0.5F;
   small_cheese.height = 0.5F;

@@ -58,7 +58,7 @@ TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
   EXPECT_NE(SizeOf(folder + "/games.png"), "no PNG");
 }
 
-TEST(ProcgenGalleryTest, WrongArgumentsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenGalleryTest, WrongArgumentsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Gallery("").exit_status, 2);
   EXPECT_THAT(Gallery("").output,
               HasSubstr("there are 0 arguments beside the flags, it is one: the folder"));
@@ -70,7 +70,7 @@ TEST(ProcgenGalleryTest, WrongArgumentsAreAnsweredWithWhatIsAllowed) {
   EXPECT_THAT(Gallery("/nowhere --art_dir /no/art").output, HasSubstr("/no/art"));
 }
 
-TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {
+TEST(ProcgenLegibilityTest, PrintsATableWithTheClosestPairInBold) {
   const ProgramRun run = Legibility("--games maze");
   EXPECT_EQ(run.exit_status, 0);
   EXPECT_THAT(run.output, HasSubstr("\n## maze\n\n| distance | part |"));
@@ -79,14 +79,14 @@ TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {
                                 HasSubstr("| wall | blocks | the ground | ground | 51.0 | – |")));
 }
 
-TEST(ProcgenLegibilityTest, APairBelowTheMinimumIsAFailure) {
+TEST(ProcgenLegibilityTest, APairBelowTheMinimumFails) {
   EXPECT_EQ(Legibility("--games maze --minimum 0.1").exit_status, 0);
   const ProgramRun run = Legibility("--games maze --minimum 1000");
   EXPECT_EQ(run.exit_status, 1);
   EXPECT_THAT(run.output, HasSubstr("6 pairs are below 1000\n"));
 }
 
-TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
+TEST(ProcgenLegibilityTest, WritesAnImageOfEachPair) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("crops");
   EXPECT_EQ(Legibility(absl::StrCat("--games maze --crops ", folder)).exit_status, 0);
@@ -94,7 +94,7 @@ TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
   EXPECT_EQ(SizeOf(folder + "/maze_wall_the-ground.png"), "490x240");
 }
 
-TEST(ProcgenLegibilityTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenLegibilityTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Legibility("--minimum -1").exit_status, 2);
   EXPECT_THAT(Legibility("--minimum -1").output, HasSubstr("--minimum -1: must be at least 0"));
   EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is not one of bigfish"));

@@ -28,7 +28,7 @@ ReturnStatistics Play(const GameMode& game_mode, const RandomPlay& play) {
 
 const GameMode kCoinRun = {.game = FindGame("coinrun"), .mode = DistributionMode::kEasy};
 
-TEST(RandomBaselineTest, AnyNumberOfWorkersGetsTheSame) {
+TEST(RandomBaselineTest, ResultsDoNotDependOnTheNumberOfWorkers) {
   RandomPlay play = {.env_count = 4, .episodes_per_environment = 3, .worker_count = 1, .seed = 7};
   const ReturnStatistics alone = Play(kCoinRun, play);
   play.worker_count = 3;
@@ -63,7 +63,7 @@ std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_c
   return lengths;
 }
 
-TEST(RandomBaselineTest, FirstEpisodesOfEachEnvironmentCountHoweverLong) {
+TEST(RandomBaselineTest, TheFirstEpisodesOfEachEnvironmentCountHoweverLong) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 1, .worker_count = 1, .seed = 0};
   const std::vector<int32_t> lengths = FirstEpisodeLengths(kCoinRun, 10);
@@ -72,7 +72,7 @@ TEST(RandomBaselineTest, FirstEpisodesOfEachEnvironmentCountHoweverLong) {
 }
 
 // Of returns that are 10 or 0 with mean m, the variance is m (10 - m).
-TEST(RandomBaselineTest, TheErrorIsThatOfTheMean) {
+TEST(RandomBaselineTest, ReportsTheStandardErrorOfTheMean) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 10, .worker_count = 1, .seed = 1};
   const ReturnStatistics statistics = Play(kCoinRun, play);
@@ -89,7 +89,7 @@ TEST(ProcgenRandomBaselineTest, PrintsARowForEachGameAndMode) {
   EXPECT_THAT(run.output, HasSubstr("| leaper | hard | "));
 }
 
-TEST(ProcgenRandomBaselineTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenRandomBaselineTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_THAT(RunProgram(PROCGEN_RANDOM_BASELINE " --episodes 0").output,
               HasSubstr("--episodes 0: both must be at least 1"));
   EXPECT_EQ(RunProgram(PROCGEN_RANDOM_BASELINE " --games pong").exit_status, 2);

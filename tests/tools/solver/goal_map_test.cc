@@ -43,7 +43,7 @@ TEST(GoalMapTest, AGoalCanBeACell) {
   EXPECT_EQ(GoalMap(kGuide).From(world).cells, 3);
 }
 
-TEST(GoalMapTest, ALockedGoalIsReachedByItsKey) {
+TEST(GoalMapTest, ALockedGoalIsReachedThroughItsKey) {
   World world = DrawWorld(kBend, 1.5F, 2.5F);
   Add(world, kGemKind, 3, 1);
   Add(world, kLockKind, 2, 2, /*theme=*/1);
@@ -56,7 +56,7 @@ TEST(GoalMapTest, ALockedGoalIsReachedByItsKey) {
   EXPECT_EQ(map.From(world).targets_left, 1);
 }
 
-TEST(GoalMapTest, WallsWithoutAGapLeaveNoWay) {
+TEST(GoalMapTest, WallsWithoutAGapLeaveNoPath) {
   World world = DrawWorld({"..#.",  //
                            "..#.",  //
                            "...#"},

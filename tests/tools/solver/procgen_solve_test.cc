@@ -20,7 +20,7 @@ ProgramRun Search(const std::string& flags) {
   return RunProgram(absl::StrCat(PROCGEN_SOLVE, " ", flags));
 }
 
-TEST(ProcgenSolveTest, TellsSolvedLevelsAndThoseWithoutAWay) {
+TEST(ProcgenSolveTest, ReportsSolvedAndUnsolvableLevels) {
   const ProgramRun run = Search("--games maze,jumper --first_level 4 --levels 2");
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output,
@@ -44,13 +44,13 @@ std::string WaysWithWorkers(int worker_count) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(ProcgenSolveTest, AnyNumberOfWorkersFindsTheSameWays) {
+TEST(ProcgenSolveTest, SolutionsDoNotDependOnTheNumberOfWorkers) {
   const std::string alone = WaysWithWorkers(1);
   EXPECT_THAT(alone, HasSubstr("\nleaper easy 5: "));
   EXPECT_EQ(WaysWithWorkers(3), alone);
 }
 
-TEST(ProcgenSolveTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenSolveTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Search("--levels 0").exit_status, 2);
   EXPECT_THAT(Search("--workers 0").output, HasSubstr("--workers 0: must be at least 1"));
   EXPECT_THAT(Search("--games bigfish").output,

@@ -42,7 +42,7 @@ class ArtFolderTest : public testing::Test {
                    testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
+TEST_F(ArtFolderTest, ImagesAreFoundBySlotAfterTheFolderIsDeleted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const auto pack = ReadArtFolder(folder_ + "/", {kFishPicture});
   ASSERT_THAT(pack, IsOk());
@@ -53,13 +53,13 @@ TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
   EXPECT_EQ(fish->level_count(), 1);
 }
 
-TEST_F(ArtFolderTest, FolderThatIsNotThereIsToldByName) {
+TEST_F(ArtFolderTest, AMissingFolderIsNamed) {
   EXPECT_THAT(ReadArtFolder(folder_ + "/sky", {kFishPicture}),
               StatusIs(absl::StatusCode::kNotFound,
                        AllOf(HasSubstr("/sky'"), HasSubstr("there is no such folder"))));
 }
 
-TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
+TEST_F(ArtFolderTest, TheFirstMissingFilesAreNamedAndTheOthersCounted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const std::vector<RequiredImage> required = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
                                                {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
@@ -71,26 +71,26 @@ TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
                      Not(HasSubstr("fish")))));
 }
 
-TEST_F(ArtFolderTest, AnotherSizeIsToldBesideTheRightOne) {
+TEST_F(ArtFolderTest, AWrongSizeIsReportedWithTheRequiredOne) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({kFishPicture}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("sea/fish.png is 4 x 6 pixels, must be 6 x 4")));
 }
 
-TEST_F(ArtFolderTest, PictureWithoutAWantedSizeMayHaveAny) {
+TEST_F(ArtFolderTest, AnImageWithoutARequiredSizeMayHaveAny) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({{"sea/fish.png"}}), IsOk());
 }
 
-TEST_F(ArtFolderTest, FileThatIsNoPngIsTold) {
+TEST_F(ArtFolderTest, AFileThatIsNotAPngIsReported) {
   Write("sea/fish.png", "a fish");
   EXPECT_THAT(
       StatusOfReading({kFishPicture}),
       StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a PNG file")));
 }
 
-TEST_F(ArtFolderTest, FileThatIsCutOffIsTold) {
+TEST_F(ArtFolderTest, ATruncatedFileIsReported) {
   const std::string png = OneColourPng(6, 4, kRed);
   Write("sea/fish.png", png.substr(0, png.size() - 1));
   EXPECT_THAT(StatusOfReading({kFishPicture}),
@@ -119,7 +119,7 @@ std::string PngWith(const std::string& deflated, int width, int height) {
                       part("IDAT", deflated), part("IEND", ""));
 }
 
-TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
+TEST_F(ArtFolderTest, AnUndecodableFileIsReported) {
   for (const std::string& deflated :
        {std::string(), std::string(300, 'x'), std::string("x\x9c\x03\x00\x00\x00\x00\x01", 8)}) {
     Write("sea/fish.png", PngWith(deflated, 6, 4));
@@ -129,7 +129,7 @@ TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
   }
 }
 
-TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
+TEST_F(ArtFolderTest, TheTotalNumberOfPixelsIsLimited) {
   std::vector<std::string> paths;
   std::vector<RequiredImage> required;
   for (int i = 0; i < 4; ++i) {
@@ -148,7 +148,7 @@ TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
                                  "all pictures together")));
 }
 
-TEST_F(ArtFolderTest, FolderInPlaceOfAFileIsTold) {
+TEST_F(ArtFolderTest, AFolderInPlaceOfAFileIsReported) {
   std::filesystem::create_directories(folder_ + "/sea/fish.png");
   EXPECT_THAT(StatusOfReading({kFishPicture}), StatusIs(absl::StatusCode::kInvalidArgument,
                                                         HasSubstr("sea/fish.png cannot be read")));

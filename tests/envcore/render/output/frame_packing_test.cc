@@ -10,7 +10,7 @@ namespace procgen {
 namespace {
 
 // Lengths around the eight pixels that are packed at once.
-TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
+TEST(FramePackingTest, DropsTheAlphaOfEveryPixel) {
   for (size_t count = 0; count <= 67; ++count) {
     std::vector<Rgba> pixels;
     std::vector<uint8_t> expected;
@@ -74,7 +74,7 @@ TEST(FramePackingTest, PlanesAreTheChannelsOneAfterTheOther) {
   }
 }
 
-TEST(FramePackingTest, GreyIsTheRoundedLumaInEitherLayout) {
+TEST(FramePackingTest, GrayIsTheRoundedLumaInEitherLayout) {
   const std::vector<Rgba> pixels = ManyPixels();
   for (const Layout layout : {Layout::kHwc, Layout::kChw}) {
     std::vector<uint8_t> grey(pixels.size());

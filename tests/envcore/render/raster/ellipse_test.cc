@@ -23,7 +23,7 @@ std::string Outline(const ScreenRect& rect, int size_px) {
   return canvas.Text();
 }
 
-TEST(EllipseTest, InsideHoldsThePixelsWhoseCentreIsInside) {
+TEST(EllipseTest, InsideHasThePixelsWhoseCentersAreInside) {
   constexpr int kSide = 40;
   const ScreenRect rect = {3.3, 5.7, 30.4, 22.9};
   std::string expected = "\n";
@@ -71,7 +71,7 @@ TEST(EllipseTest, WithoutAnOutlineTheInsideKeepsItsBounds) {
 )");
 }
 
-TEST(EllipseTest, InFlatOnesTheInsideOfALaterRowCoversTheOutline) {
+TEST(EllipseTest, InFlatEllipsesTheInsideOfALaterRowCoversTheOutline) {
   std::string text = "\n........\n........\n........\n";
   const auto paint = [&text](char letter) {
     return [&text, letter](int row, int first, int end) {
@@ -107,14 +107,14 @@ TEST(EllipseTest, OutlineIsClosed) {
 )");
 }
 
-TEST(EllipseTest, WhatLiesOutsideIsCut) {
+TEST(EllipseTest, IsClippedToTheCanvas) {
   EXPECT_EQ(Inside({-20.5, -20.5, 41, 41}, 2), "\n##\n##\n");
   EXPECT_EQ(Inside({30.5, 0.5, 3, 3}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({30.5, 0.5, 3, 3}, 2), "\n..\n..\n");
   EXPECT_EQ(Inside({-30, 0, 3, 3}, 2), "\n..\n..\n");
 }
 
-TEST(EllipseTest, WithoutASizeThereIsNothing) {
+TEST(EllipseTest, EmptyRectanglesEmitNothing) {
   EXPECT_EQ(Inside({0.5, 0.5, 0, 1}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({0, 0, 1, -1}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({0, 0, std::nan(""), 1}, 2), "\n..\n..\n");
