@@ -16,7 +16,7 @@ constexpr int32_t kStepLimit = 5;
 constexpr uint32_t kStreamSeed = 42;
 constexpr int32_t kSeedMax = std::numeric_limits<int32_t>::max();
 
-// An environment with a scripted game; counts the level ends that it is told of.
+// An environment with a scripted game. Counts the calls of `before_new_level`.
 class LivingEnvironment {
  public:
   explicit LivingEnvironment(const EnvironmentOptions& options = {},
@@ -48,7 +48,7 @@ class LivingEnvironment {
   Environment* operator->() { return &environment_; }
   const StepResult& result() const { return environment_.result(); }
   int last_picture_count() const { return last_picture_count_; }
-  // The seed of the level that the game was in then.
+  // The level seed of the game at the last call.
   uint32_t last_picture_seed() const { return last_picture_seed_; }
 
  private:
@@ -64,7 +64,7 @@ EnvironmentOptions Sequential() {
   return options;
 }
 
-// The level seeds that the stream gives, one after the other.
+// The level seeds drawn from the level-seed stream, in order.
 class DrawnSeeds {
  public:
   explicit DrawnSeeds(int64_t stream_seed = kStreamSeed) : stream_(stream_seed) {}
@@ -283,7 +283,7 @@ TEST(EnvironmentTest, ARangePastTheLargestSeedWraps) {
               ElementsAre(seed_min, seed_min + 1, kSeedMax - 1, kSeedMax));
 }
 
-// --- What follows an episode's end.
+// --- Autoreset modes.
 
 TEST(EnvironmentTest, WithNextStepTheEndedEpisodeStaysForAStep) {
   LivingEnvironment environment({}, AutoresetMode::kNextStep);

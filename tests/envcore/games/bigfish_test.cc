@@ -11,19 +11,19 @@ using ::testing::ElementsAre;
 
 constexpr int kFishKind = 2;
 
-// A hard level with the agent (half-size 0.5) alone in the middle.
+// A hard level with only the agent (half-size 0.5) in the middle.
 std::unique_ptr<Game> QuietTank() {
   auto game = StartedGame("bigfish", 0);
   StageAgentAlone(*game, 10, 10);
   return game;
 }
 
-// Puts a resting fish on the agent.
+// Adds a fish at rest on the agent.
 void AddFish(Game& game, float radius) {
   Stage(game).entities.push_back(Entity::Make(kFishKind, 10, 10, 0, 0, radius, radius));
 }
 
-// Fish that came in at the edges do not count here.
+// Ignores fish that entered at the edges.
 int FishInTheMiddle(const Game& game) {
   int count = 0;
   for (const Entity& entity : game.world().entities) {
@@ -135,7 +135,7 @@ struct SpawnedFish {
   int theme;
 };
 
-// Check values of the specification.
+// Values given by the specification.
 TEST(BigFishTest, LevelSevenHasTheFishOfTheSpecification) {
   const std::vector<SpawnedFish> expected = {
       {3, 20.9856873F, 4.75722837F, -0.17168586F, 0.985687554F, 0.529350698F, 2},
@@ -147,7 +147,7 @@ TEST(BigFishTest, LevelSevenHasTheFishOfTheSpecification) {
   size_t fish_count = 0;
   for (int32_t step = 1; step <= 26; ++step) {
     game->Play(kNoAction);
-    Stage(*game).agent().rx = 0;  // meets nobody
+    Stage(*game).agent().rx = 0;  // touches nothing
     if (game->world().entities.size() > 1 + fish_count) {
       ASSERT_LT(fish_count, expected.size());
       const SpawnedFish& fish = expected[fish_count++];

@@ -15,7 +15,7 @@ constexpr int kRockKind = 8;
 constexpr int32_t kThrust = 5;
 constexpr int32_t kFire = 9;
 
-// An empty cave with the ship at (20, 20), looking up.
+// An empty cave with the ship at (20, 20), facing up.
 std::unique_ptr<Game> StagedCave() {
   auto game = StartedGame("caveflyer", 0);
   StageAgentAlone(*game, 20, 20);

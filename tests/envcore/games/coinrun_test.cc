@@ -21,19 +21,19 @@ constexpr int kBarrierKind = 19;
 constexpr int kCrateKind = 20;
 
 constexpr float kRadiusY = 0.5787F;       // of the agent
-constexpr float kOnFloor = 1 + kRadiusY;  // where the agent stands on row 0
-constexpr float kOnCrate = 2 + kRadiusY;  // and on a crate of row 1
+constexpr float kOnFloor = 1 + kRadiusY;  // y of an agent on row 0
+constexpr float kOnCrate = 2 + kRadiusY;  // y of an agent on a crate in row 1
 constexpr int32_t kDown = 3;
 constexpr int32_t kJump = 5;
 constexpr int32_t kRight = 7;
 
-// A wide floor with the agent on it at x = 5.5, nothing else.
+// A wide floor with only the agent on it, at x = 5.5.
 std::unique_ptr<Game> StagedFloor(float y = kOnFloor) {
   auto game = StartedGame("coinrun", 0);
   StageAgentAlone(*game, 5.5F, y);
   World& world = Stage(*game);
   world.grid.Fill(0, 0, world.grid.width(), 1, kGroundTopKind);
-  game->Play(kNoAction);  // finds support and remembers its height
+  game->Play(kNoAction);  // updates has_support_ and remembered_y_
   return game;
 }
 
@@ -133,7 +133,7 @@ TEST(CoinRunTest, CratesDoNotBlockSideways) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-// --- What ends the level.
+// --- Ends of the level.
 
 TEST(CoinRunTest, TheCoinPaysTenAndCompletes) {
   const auto game = StagedFloor();
@@ -180,7 +180,7 @@ TEST(CoinRunTest, CratesAndBarriersAreHarmless) {
 
 // --- Walkers.
 
-// The speed of a walker after it has met a cell of `kind` once.
+// The speed of a walker after one contact with a cell of `kind`.
 float SpeedAfterMeeting(int kind) {
   const auto game = StagedFloor();
   Stage(*game).grid.Set(12, 1, kind);
@@ -215,7 +215,7 @@ TEST(CoinRunTest, AWalkerInsideACrateDoesNotCarryAnAgentElsewhere) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-// --- Looks.
+// --- Appearance.
 
 int AgentImage(const Game& game) {
   Scene scene;
@@ -236,7 +236,7 @@ TEST(CoinRunTest, StandsWhenItHasSupportAndRests) {
 }
 
 TEST(CoinRunTest, TheWalkChangesImageEveryFiveSteps) {
-  const auto game = StagedFloor();  // one step is played
+  const auto game = StagedFloor();  // after one step
   std::vector<int> images;
   for (int i = 0; i < 10; ++i) {
     game->Play(kRight);
@@ -291,7 +291,7 @@ TEST(CoinRunTest, EasyLevelsLookAlikeAndHaveWalkersInPitsOnly) {
   }
 }
 
-// Sums of what the levels have under `debug_mode`.
+// Counts over the levels with `debug_mode`.
 struct Census {
   int lava = 0;
   int crates = 0;

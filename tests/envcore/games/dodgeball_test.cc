@@ -70,7 +70,7 @@ TEST(DodgeballTest, LavaAbsorbsBallsOfBothSides) {
   EXPECT_EQ(game->world().entities.size(), 2U);
 }
 
-// The door asks how many enemies the step before has counted.
+// The door uses the number of enemies counted in the previous step.
 TEST(DodgeballTest, TheDoorOpensInTheStepAfterTheLastEnemyIsGone) {
   const auto game = StagedHall();
   AddAt(*game, kDoorKind, 10, 10);

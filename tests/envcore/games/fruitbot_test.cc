@@ -32,7 +32,7 @@ void AddAt(Game& game, int kind, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kind, x, y, 0, 0, 0.5F, 0.3F));
 }
 
-// Puts a key into the list that meets what is at (x, y).
+// Adds a key at (x, y) that tests for contacts.
 void AddKey(Game& game, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kKeyKind, x, y, 0, 0, 0.25F, 0.25F));
   Stage(game).entities.back().meets_entities = true;

@@ -187,7 +187,7 @@ std::set<std::string> SlotsOf(absl::Span<const ArtSlot> slots) {
   return rows;
 }
 
-// Sizes of pictures are rules. Skipped where the specification is not beside the checkout.
+// Image sizes are rules. Skipped if the specification is not next to the checkout.
 TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
   const auto specified = SpecifiedSlots();
   if (specified.empty()) {
@@ -196,7 +196,7 @@ TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
   const std::set<std::string> shared = SlotsOf(SharedArtSlots());
   EXPECT_THAT(shared, ElementsAreArray(specified.at("*")));
   for (const GameSpec& game : GameCatalog()) {
-    // The table may name a shared slot again for a game that shows it.
+    // The table may list a shared slot again for a game that shows it.
     std::set<std::string> expected = specified.at(std::string(game.name));
     expected.insert(shared.begin(), shared.end());
     std::set<std::string> got =

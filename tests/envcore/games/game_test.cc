@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::Field;
 
-// A scripted game in a level, with the agent at rest in the middle of its world.
+// A scripted game in a level, with the agent at rest at the center of its world.
 std::unique_ptr<ScriptedGame> StartedInTheMiddle(const GameOptions& options = {}) {
   auto game = std::make_unique<ScriptedGame>(options);
   game->StartLevel(1);

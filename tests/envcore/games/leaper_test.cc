@@ -15,8 +15,8 @@ constexpr int kFinishKind = 5;
 constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
-// Grass all over with the frog at (4.5, 0.5), in a level that no traffic comes to where it is: what
-// comes enters at the sides, and the tests are over before.
+// A world of grass with the frog at (4.5, 0.5). Traffic enters at the sides and does not reach the
+// frog before the tests end.
 std::unique_ptr<Game> StagedGrass() {
   auto game = StartedGame("leaper", 0, {.distribution_mode = DistributionMode::kEasy});
   StageAgentAlone(*game, 4.5F, 0.5F);

@@ -15,8 +15,8 @@ constexpr int32_t kDown = 3;
 constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
-// o boulder, * diamond, O and + the same while they fall, % dirt. Besides, in drawings to stage:
-// @ the robot, E the exit, both in empty cells; in drawings of what came of it @ alone.
+// o boulder, * diamond, O and + the same while falling, % dirt. In drawings of the initial state
+// also: @ the robot, E the exit, both in empty cells. In drawings of the result: only @.
 const Legend& MinerLegend() {
   static const Legend legend = {{'.', kEmptyKind}, {'o', 1}, {'*', 2},
                                 {'O', 3},          {'+', 4}, {'%', 9}};
@@ -56,7 +56,7 @@ Drawing DrawnMine(const Game& game) {
   return rows;
 }
 
-// The mine after `action` was taken in the drawn one.
+// The mine after taking `action` in the drawn mine.
 Drawing After(const Drawing& rows, int32_t action) {
   const auto game = StagedMine(rows);
   game->Play(action);
@@ -235,7 +235,7 @@ TEST(MinerTest, PushesToTheWorldsLastColumnAndNoFurther) {
   EXPECT_THAT(After({"o@."}, kLeft), ElementsAre("o@."));
 }
 
-// The cell at the start of the row above is the next one by index.
+// By index, the next cell is the first of the row above.
 TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
   EXPECT_THAT(After({".%",  //
                      "@o"},
@@ -302,7 +302,7 @@ TEST(MinerTest, APushOntoTheExitPaysAfterTheNextMotion) {
   EXPECT_EQ(game->outcome().reward, 10);
 }
 
-// --- Levels and looks.
+// --- Levels and appearance.
 
 struct Mode {
   DistributionMode mode;

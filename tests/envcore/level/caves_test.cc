@@ -1,5 +1,5 @@
-// Worlds are drawn as text, top row first: # is wall, every other character is open. Sets of cells
-// are shown by an x in such a world.
+// Worlds are drawn as text, top row first: # is wall, every other character is open. An x marks the
+// cells of a set.
 
 #include "envcore/level/caves.h"
 

@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// The draws of a shape with two stripes or one, with or without colors of their own.
+// The number of draws of a shape with one or two stripes, with or without their own colors.
 uint64_t ShapeDraws(RandomStream random) {
   const int32_t k = random.Int(10);
   const int32_t stripes = k * k / 50 + 1;
@@ -51,7 +51,7 @@ TEST(GeneratedArtTest, BlockSpriteTakesTheDrawsOfItsBlotches) {
     RandomStream expected(seed);
     Skip(expected, 11);  // palette, ground, coarseness
     const int32_t blotches = expected.Int(5, 10);
-    Skip(expected, 1);  // the recursion share is drawn also where nothing recurs
+    Skip(expected, 1);  // drawn even without recursion
     for (int32_t i = 0; i < blotches; ++i) {
       Skip(expected, 4);
       Skip(expected, ShapeDraws(expected));

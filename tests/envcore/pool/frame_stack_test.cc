@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// Frames of two bytes, both `value`.
+// Pushes a frame of two bytes with this value.
 void Push(FrameStack& stack, uint8_t value) {
   const absl::Span<uint8_t> frame = stack.Next();
   ASSERT_EQ(frame.size(), 2U);

@@ -18,7 +18,7 @@ namespace {
 
 using Pixels = std::vector<uint8_t>;
 
-// `rgb`, uint8 [n, 3], in another format, by its definition.
+// Converts `rgb`, uint8 [n, 3], to another format, by the definition of the format.
 Pixels Converted(const Pixels& rgb, Color color, Layout layout) {
   Pixels converted;
   const size_t count = rgb.size() / 3;
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, PoolFormatTest,
                                           testing::Values(Layout::kHwc, Layout::kChw)),
                          FormatName);
 
-// Means of blocks of `block` x `block` pixels of a square gray picture.
+// Means of blocks of `block` x `block` pixels of a square gray image.
 std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   const int blocks = size_px / block;
   std::vector<double> means(static_cast<size_t>(blocks) * static_cast<size_t>(blocks));
@@ -91,7 +91,7 @@ std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   return means;
 }
 
-// Flat colors, so that nothing but places can differ.
+// Flat colors, so that only positions can differ.
 TEST(PoolSizeTest, ObjectsHaveTheSamePositionsAtAllSizes) {
   for (const GameSpec& game : GameCatalog()) {
     const auto view = [&](int32_t size_px) {

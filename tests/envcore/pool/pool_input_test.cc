@@ -1,4 +1,4 @@
-// Bad input to a step. The message says what was given and what is allowed, and nothing moves.
+// Invalid steps. The message gives the value and what is allowed, and no environment changes.
 
 #include <functional>
 #include <limits>
@@ -22,7 +22,7 @@ struct BadStep {
 
 class BadStepTest : public testing::TestWithParam<BadStep> {
  public:
-  // Spans of what a bad step points to.
+  // The data of the spans of invalid steps.
   static inline const std::vector<int32_t> kThree = {4, 4, 4};
   static inline const std::vector<int32_t> kFifteen = {4, 15, 4, 4};
   static inline const std::vector<int32_t> kMinusTwo = {4, 4, 4, -2};

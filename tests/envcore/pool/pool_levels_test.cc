@@ -1,4 +1,4 @@
-// Which levels the environments of a pool play when a sampler chooses them.
+// The levels that the environments of a pool play with a level sampler.
 
 #include <memory>
 #include <numeric>
@@ -37,7 +37,7 @@ std::vector<int32_t> LevelsNow(Pool& pool) {
   return buffers.level_seeds;
 }
 
-// Ends all episodes `count` times; the levels that each begins.
+// Ends all episodes `count` times and returns the levels that follow.
 Levels EndEpisodes(Pool& pool, int count) {
   Levels levels;
   BatchBuffers buffers(pool.env_count());

@@ -1,6 +1,6 @@
-// Restore-then-continue equals continue, for every game in each of its modes: environments are
-// saved at some steps, put into a pool with other options, size and worker count that is in the
-// midst of its own episodes, and both go on with the same actions.
+// Restore-then-continue equals continue, for every game in each of its modes. Environments are
+// saved at some steps and restored into a running pool with other options, size and worker count.
+// Then both pools continue with the same actions.
 
 #include <map>
 #include <memory>
@@ -30,7 +30,7 @@ struct Played {
   PoolOptions options;
 };
 
-// The options that change looks, sizes or the life of an environment, in turn.
+// Options that change the appearance, sizes or episodes of an environment, one set per variant.
 void Vary(int variant, PoolOptions* options) {
   EnvironmentOptions& environment = options->environment;
   environment.use_generated_assets = variant == 1;
@@ -85,7 +85,7 @@ std::vector<std::string> Saved(Pool& pool, const std::vector<int32_t>& environme
   return snapshots.ok() ? *snapshots : std::vector<std::string>(environments.size());
 }
 
-// What the first environments of a pool answer, after each of some steps.
+// The results of the first environments of a pool, after each of some steps.
 std::vector<BatchBuffers> Continued(Pool& pool, int64_t seed) {
   RandomStream random(seed);
   std::vector<BatchBuffers> answers;

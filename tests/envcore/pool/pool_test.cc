@@ -250,7 +250,7 @@ TEST(PoolStepTest, ARejectedStepDoesNotPreventTheNext) {
 
 // --- One call at a time.
 
-// Keeps the only thread of a worker pool until it is told to let go.
+// Occupies the only thread of a worker pool until Open is called.
 class Gate : public ParallelJob {
  public:
   void Open() { gate_.Notify(); }

@@ -46,7 +46,7 @@ TEST(SharedArtTest, EveryBackgroundHasABuiltInImage) {
   }
 }
 
-// A painted folder of the test's own.
+// A folder of painted art for one test.
 class PaintedFolder {
  public:
   PaintedFolder() { PaintArtFolder(path_); }
@@ -89,7 +89,7 @@ TEST(SharedArtTest, LoadedArtIsFreedWithItsLastPool) {
 
 class ArtOfAGameTest : public testing::TestWithParam<std::string> {};
 
-// Facts about art are rules: they never follow the pictures.
+// Art facts are rules: they do not depend on the images.
 TEST_P(ArtOfAGameTest, OtherArtChangesPixelsAndNothingElse) {
   constexpr int kSteps = 300;
   const PaintedFolder folder;

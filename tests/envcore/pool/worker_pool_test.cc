@@ -17,7 +17,7 @@ namespace {
 using ::testing::Each;
 using ::testing::Eq;
 
-// Counts how often each item is done.
+// Counts how often each item runs.
 class CountingJob : public ParallelJob {
  public:
   explicit CountingJob(int32_t item_count) : counts_(static_cast<size_t>(item_count)) {}
@@ -125,7 +125,7 @@ TEST(WorkerPoolTest, EachWorkerStartsWithItsOwnItemsWhereItEndedBefore) {
       std::vector<int32_t>& mine = items.at(static_cast<size_t>(worker));
       mine.push_back(item);
       if (mine.size() == 1) {
-        both_came.arrive_and_wait();  // so that nobody takes all before the other has come
+        both_came.arrive_and_wait();  // no worker takes all items before the other has started
       }
     };
     absl::Notification done;
@@ -211,7 +211,7 @@ TEST(WorkerPoolTest, AJobMayBeDestroyedWhenItIsDone) {
     auto* job = new CountingJob(5);
     job->on_done = [job, &left] {
       absl::BlockingCounter* counter = &left;
-      delete job;  // and with it this function and what it captured
+      delete job;  // also destroys this function and its captures
       counter->DecrementCount();
     };
     workers.Submit(*job, 5);

@@ -59,7 +59,7 @@ TEST(RandomStreamTest, SplitDistributesEveryUnit) {
   EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0), 100);
 }
 
-// The stream that goes on as `stream` does, by way of a snapshot.
+// A stream restored from a snapshot of `stream`.
 RandomStream Restored(RandomStream& stream) {
   StateArchive saving;
   stream.VisitState(saving);

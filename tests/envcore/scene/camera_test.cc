@@ -13,7 +13,7 @@ void ExpectRect(const ScreenRect& rect, float x, float y, float width, float hei
   EXPECT_FLOAT_EQ(static_cast<float>(rect.height), height);
 }
 
-// A world of 16 x 16 cells seen as a whole: 4 pixels a cell.
+// A world of 16 x 16 cells that is completely in view: 4 pixels per cell.
 Viewport WholeWorld(int size_px = 64) {
   return Viewport({.center_x = 8, .center_y = 8, .cells = 16}, size_px);
 }
@@ -45,7 +45,7 @@ TEST(ViewportTest, FractionsOfTheImageIgnoreTheCameraAndAddTheHalfHeightToTheTop
   ExpectRect(view.OfShares(0.5F, 0.25F, 0.25F, 0.125F), 16, 24, 32, 16);
 }
 
-// The figures of a camera are whole powers of two apart, so every f32 operation rounds alike.
+// The values of a camera differ by powers of two, so every f32 operation rounds equally.
 TEST(ViewportTest, TheHumanViewIsExactlyEightTimesAsLarge) {
   RandomStream random(1);
   for (int i = 0; i < 1000; ++i) {

@@ -1,4 +1,4 @@
-// The program procgen-state, run on snapshots of a real game and on what is none.
+// The program procgen-state, run on snapshots of a game and on invalid files.
 
 #include <fstream>
 #include <string>

@@ -11,7 +11,7 @@ using ::testing::_;
 using ::testing::HasSubstr;
 
 TEST(SnapshotFrameTest, TheHeaderIsMagicVersionLengthAndChecksum) {
-  // 0xcbf43926 is the CRC-32 of these nine digits, as every description of it says.
+  // 0xcbf43926 is the published CRC-32 of these nine digits.
   EXPECT_EQ(FrameSnapshot("123456789"),
             std::string("PGST\x01\x00\x00\x00\x09\x00\x00\x00\x26\x39\xf4\xcb", 16) + "123456789");
 }

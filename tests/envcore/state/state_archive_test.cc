@@ -223,7 +223,7 @@ TEST(StateArchiveTest, AfterAnErrorNothingIsVisited) {
 }
 
 TEST(StateArchiveTest, BodiesThatAreNotAGroupAreDataLoss) {
-  // Nothing; a number; a list; half a group; nested without end; of 2^60 entries; a null field.
+  // Empty; a number; a list; half a group; infinitely nested; 2^60 entries; a null field.
   const std::string bodies[] = {"",
                                 "\x01",
                                 "\x80",
@@ -238,7 +238,7 @@ TEST(StateArchiveTest, BodiesThatAreNotAGroupAreDataLoss) {
   }
 }
 
-// A body of one group: its header says `announced` fields, and `present` follow it.
+// A body with one group: its header announces `announced` fields, and `present` fields follow.
 std::string GroupOfFields(uint32_t announced, uint32_t present) {
   std::string body = "\xba";
   for (int shift = 24; shift >= 0; shift -= 8) {
@@ -250,7 +250,7 @@ std::string GroupOfFields(uint32_t announced, uint32_t present) {
   return body;
 }
 
-// The fields themselves are absent: the header of the group is refused before any field is read.
+// The fields are missing: the header of the group is rejected before any field is read.
 TEST(StateArchiveTest, GroupsOfTooManyFieldsAreRejectedByTheirHeader) {
   EXPECT_EQ(StateArchive::Open(FrameSnapshot(GroupOfFields(200000, 0))).status(),
             absl::DataLossError("the snapshot's body is not a group of fields in CBOR: a group has "

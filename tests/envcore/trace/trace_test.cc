@@ -25,7 +25,7 @@ std::string Contents(const std::string& path) {
   return contents.str();
 }
 
-// What reading a file with these contents says.
+// The result of reading a file with these contents.
 absl::StatusOr<Trace> ReadContents(const std::string& contents) {
   const std::string path =
       absl::StrCat(testing::TempDir(), "/",
@@ -121,7 +121,7 @@ TEST(TraceTest, ArraysThatAreMissingOrOfAnotherTypeAreNamed) {
 TEST(TraceTest, WritingAndReadingRoundTrips) {
   absl::StatusOr<Trace> trace = ReadTrace(kGolden);
   ASSERT_TRUE(trace.ok()) << trace.status();
-  // To the byte: the recordings were written by another program.
+  // Byte for byte: the recordings were written by another program.
   EXPECT_EQ(TraceFileOf(*trace), Contents(kGolden));
 
   trace->actions[3] = kEndEpisodeAction;

@@ -19,7 +19,7 @@ constexpr int kBallKind = 8;
 
 const Drawing kEmptyRoom = {"....", "....", "....", "...."};
 
-// Adds a ball on the agent; `name` is kept as its theme.
+// Adds a ball on the agent, with `name` as its theme.
 Entity& AddBall(World& world, int name) {
   Entity& ball = world.entities.emplace_back(
       Entity::Make(kBallKind, world.agent().x, world.agent().y, 0, 0, 0.5F, 0.5F));
@@ -27,7 +27,7 @@ Entity& AddBall(World& world, int name) {
   return ball;
 }
 
-// Rules that write down what meets what: "agent-2", "1-2" for entities, "cell(x,y)".
+// Rules that log contacts: "agent-2", "1-2" for entities, "cell(x,y)".
 class ContactsTest : public testing::Test {
  protected:
   ContactsTest() {
@@ -45,7 +45,7 @@ class ContactsTest : public testing::Test {
 
   ScriptedRules rules_;
   std::vector<std::string> log_;
-  std::vector<int> kinds_;  // of the cells that were met
+  std::vector<int> kinds_;  // of the cells that were touched
 };
 
 TEST_F(ContactsTest, EntitiesAreVisitedFromTheLastToTheFirst) {
@@ -105,7 +105,7 @@ TEST_F(ContactsTest, TheEntitysOwnMarginCounts) {
 
 TEST_F(ContactsTest, AddedEntitiesAreNotVisitedButCanBePartners) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
-  world.entities.reserve(8);  // the rules below keep a reference while they add
+  world.entities.reserve(8);  // the rules below hold a reference while they add
   AddBall(world, 1).meets_entities = true;
   AddBall(world, 2);
   rules_.on_agent_contact = [this, &world](Entity& other) {

@@ -50,7 +50,7 @@ TEST(MoveSmartTest, AFreePathIsMovedCompletely) {
 struct Direction {
   const char* name;
   float vx, vy;  // cells per step
-  float x, y;    // where the cell's edge stops a box of half-size 0.4
+  float x, y;    // stopped by the cell's edge, with a box of half-size 0.4
 };
 
 class MoveSmartAgainstWallTest : public testing::TestWithParam<Direction> {};
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(Directions, MoveSmartAgainstWallTest,
                          [](const auto& info) { return info.param.name; });
 
 TEST(MoveSmartTest, SpeedKeepsTheFractionOfFreeSubSteps) {
-  // One of four sub-steps is free before the box meets the wall.
+  // One of four sub-steps is free before the box touches the wall.
   World world = DrawWorld({"...#", "...#", "...#"}, 2.4F, 1.5F);
   ScriptedRules rules;
   world.agent().vx = 0.5F;
@@ -97,7 +97,7 @@ TEST(MoveSmartTest, SpeedKeepsTheFractionOfFreeSubSteps) {
 }
 
 TEST(MoveSmartTest, CornersAreProbedSlightlyInsideTheBox) {
-  // The box's edge reaches 0.005 into the wall's rows; the probed corner does not.
+  // The box extends 0.005 into the rows of the wall; the probed corner does not.
   World world = DrawWorld({"...", "..#"}, 1.5F, 1.395F);
   ScriptedRules rules;
   world.agent().vx = 0.4F;
@@ -313,14 +313,14 @@ TEST(MoveSmartTest, IsPushedUpwardWhenItFallsOnABlockingEntity) {
 
 TEST(MoveSmartTest, AfterAFarPushItMeetsTheEntitiesThere) {
   World world = DrawWorld({"..........."}, 2.0F, 0.5F, 0.25F);
-  AddBall(world, 5.5F, 0.5F, 1.0F);  // stands where the other pushes it to, far from where it was
+  AddBall(world, 5.5F, 0.5F, 1.0F);  // where the other ball pushes the agent to
   AddBall(world, 1.75F, 0.5F, 2.5F);
   world.agent().vx = 0.01F;
   ScriptedRules rules;
   rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
   MoveSmart(world, rules, world.agent());
-  // Out of the large one to 4.5, hence out of the small one to the left, back into the large one
-  // and out of it again: as often as pushes may be nested.
+  // Out of the large ball to 4.5, hence out of the small one to the left, into the large one and
+  // out again: as often as pushes may be nested.
   EXPECT_GT(rules.entity_question_count, 2);
   EXPECT_THAT(world.agent().x, AnyOf(FloatNear(4.5F, 1e-5F), FloatNear(4.25F, 1e-5F)));
 }
@@ -368,7 +368,7 @@ TEST(MoveSmartTest, EntitiesAreTestedFromTheLastToTheFirst) {
   EXPECT_THAT(asked, testing::ElementsAre(2, 1, 2, 1)) << "of each of the two moves";
 }
 
-// An entity with the agent's center pushes by 0, which leads nowhere: each push meets it again.
+// A ball centered on the agent pushes by 0, so each push meets it again.
 TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 1.5F, 1.5F);
@@ -380,7 +380,7 @@ TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
 }
 
 TEST(MoveSmartTest, APushIsStoppedByCells) {
-  // The ball pushes the agent 0.7 to the left, into the wall, whose edge it is put at.
+  // The ball pushes the agent 0.7 to the left, into the wall. The agent stops at its edge.
   World world = DrawWorld({"#...."}, 1.5F, 0.5F, 0.5F);
   AddBall(world, 1.9F, 0.5F);
   world.agent().vx = 0.4F;

@@ -96,7 +96,7 @@ TEST(SpawnChildTest, TakesTheParentsPositionAndOptionallyItsVelocity) {
   EXPECT_EQ(moving.vy, -0.5F);
 }
 
-// The parent is an entity of the world itself here, whose list may grow.
+// Here the parent is an entity of the world, whose list may be reallocated.
 TEST(SpawnChildTest, TheParentMayBeInTheWorld) {
   World world = DrawWorld(kEmptyRoom, 1, 2);
   world.entities.shrink_to_fit();

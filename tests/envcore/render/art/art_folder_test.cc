@@ -23,7 +23,7 @@ constexpr ArtSlot kFish = {0, 0, "fish", "sea/fish.png", 6, 4};
 constexpr RequiredImage kFishPicture = {"sea/fish.png", 6, 4};
 constexpr Rgba kRed = {255, 0, 0, 255};
 
-// A folder of the test's own.
+// A temporary folder.
 class ArtFolderTest : public testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_ + "/sea"); }
@@ -93,8 +93,9 @@ TEST_F(ArtFolderTest, AFileThatIsNotAPngIsReported) {
 TEST_F(ArtFolderTest, ATruncatedFileIsReported) {
   const std::string png = OneColourPng(6, 4, kRed);
   Write("sea/fish.png", png.substr(0, png.size() - 1));
-  EXPECT_THAT(StatusOfReading({kFishPicture}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound")));
+  EXPECT_THAT(
+      StatusOfReading({kFishPicture}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a valid PNG")));
 }
 
 // A PNG file whose parts are sound, with `deflated` where its pixels should be.
@@ -144,8 +145,8 @@ TEST_F(ArtFolderTest, TheTotalNumberOfPixelsIsLimited) {
               StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is not a valid PNG")));
   EXPECT_THAT(StatusOfReading(required),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "
-                                 "all pictures together")));
+                       HasSubstr("sea/3.png is 8192 x 8192 pixels; all images together can have "
+                                 "256000000 pixels")));
 }
 
 TEST_F(ArtFolderTest, AFolderInPlaceOfAFileIsReported) {

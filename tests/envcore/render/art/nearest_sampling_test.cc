@@ -173,7 +173,7 @@ cccddd
 TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOneImage) {
   const MipmappedImage picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
   TextFrame frame(6);
-  // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
+  // From 1.25, a length of 3.5 covers four columns; from 0.75, three rows.
   DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......

@@ -33,7 +33,7 @@ TEST(ScaledTest, TheSameSizeGivesTheSameImage) {
 TEST(ScaledTest, PixelsAreMeansOfTheAreaTheyCover) {
   const Image half = Scaled(Checks(4), {.width = 2, .height = 2});
   EXPECT_EQ(half.At(1, 1), (Rgba{100, 50, 0, 100}));
-  // Two pixels of three: the first of the source, and half of the second.
+  // Two pixels from three: the second also gets half of the second source pixel.
   const Image two = Scaled(ImageOf({"a.a"}), {.width = 2, .height = 1});
   EXPECT_EQ(two.At(0, 0), (Rgba{65, 0, 0, 170}));
   EXPECT_EQ(two.At(1, 0), two.At(0, 0));

@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-// Lengths around the eight pixels that are packed at once.
+// Tests lengths around the eight pixels that are packed at once.
 TEST(FramePackingTest, DropsTheAlphaOfEveryPixel) {
   for (size_t count = 0; count <= 67; ++count) {
     std::vector<Rgba> pixels;
@@ -48,7 +48,7 @@ TEST(FramePackingTest, UnpackedPixelsAreOpaque) {
   }
 }
 
-// Pixels with each channel's extremes, and many between.
+// Pixels with the extreme values of each channel, and values in between.
 std::vector<Rgba> ManyPixels() {
   std::vector<Rgba> pixels;
   for (const int red : {0, 1, 77, 128, 254, 255}) {

@@ -43,8 +43,8 @@ TEST(EllipseTest, InsideHasThePixelsWhoseCentersAreInside) {
   EXPECT_LE(different, 6) << drawn;  // the curves are flattened
 }
 
-// By hand: the runs X = 0 ... 1 at Y = 3, then X = 2 at Y = 2, X = 3 at Y = 1 and 0; the middle is
-// column 4 and row 4, so the outline is one pixel wider and higher than the rectangle.
+// Computed by hand: the runs X = 0 to 1 at Y = 3, X = 2 at Y = 2, X = 3 at Y = 1 and 0. The center
+// is column 4 and row 4, so the outline is one pixel wider and higher than the rectangle.
 TEST(EllipseTest, WholePixelsFollowTheMidpointMethod) {
   EXPECT_EQ(Outline({1, 1, 6, 6}, 8), R"(
 ........
@@ -90,7 +90,7 @@ iiiiiiii
 )");
 }
 
-// Not symmetric: how two pieces join depends on the direction that they are drawn in.
+// The outline is not symmetric: the connection of two pieces depends on the drawing direction.
 TEST(EllipseTest, OutlineIsClosed) {
   const std::string outline = Outline({1.3, 1.3, 7.4, 7.4}, 10);
   EXPECT_EQ(outline, R"(

@@ -69,7 +69,7 @@ TEST_F(RasteriserTest, PixelsOutsideTheBackgroundAreBlackAgain) {
   EXPECT_EQ(lit, 32 * 16) << "water is blue";
 }
 
-// Sprites that touch a few rows, many, or none; upright and rotated; and what lies over them.
+// Sprites that touch no rows, a few or many; upright and rotated; with overlays.
 TEST_F(RasteriserTest, AStaticLayerChangesNoPixel) {
   scene_.art_style = ArtStyle::kPictures;
   scene_.background = {.shown = true, .group = BackgroundGroup::kWater};

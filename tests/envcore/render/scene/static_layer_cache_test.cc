@@ -29,7 +29,7 @@ class StaticLayerCacheTest : public ::testing::Test {
     scene_.cells.last_row = 9;
   }
 
-  // Meets the scene until it is kept.
+  // Repeats the scene until the layer is kept.
   void Keep() {
     layer_.Meet(scene_);
     layer_.Meet(scene_);

@@ -35,7 +35,7 @@ TEST(TilesTest, ANegativeRatioDividesDownward) {
 
 TEST(TilesTest, ABoxShorterThanATileIsOneTile) { EXPECT_THAT(TilesOf({0, 0, 1, 2}, 1), SizeIs(1)); }
 
-// A snapshot may hold walls of any breadth.
+// A snapshot can contain walls of any breadth.
 TEST(TilesTest, TheNumberOfTilesIsLimited) {
   EXPECT_THAT(TilesOf({0, 0, 64, 0}, 1), SizeIs(kTileCountMax));
   EXPECT_THAT(TilesOf({0, 0, 1e-30, 64}, -1), SizeIs(kTileCountMax));
