@@ -22,7 +22,7 @@ def read_pictures(list_path):
             with open(path, "rb") as file:
                 png = file.read()
             if not png.startswith(PNG_SIGNATURE):
-                sys.exit(f"pack.py: picture {name}: {path} is not a PNG file")
+                sys.exit(f"pack.py: image {name}: {path} is not a PNG file")
             pictures.append((name.encode(), png))
     return pictures
 

@@ -35,7 +35,7 @@ TEST(LevelSamplerTest, WithoutWeightsDrawsAreUniform) {
   EXPECT_EQ(times.size(), 3U);
   EXPECT_NEAR(times.at(-7), 10000, 500);
   EXPECT_NEAR(times.at(2147483647), 10000, 500);
-  EXPECT_NEAR(times.at(3), 20000, 500) << "it stands twice";
+  EXPECT_NEAR(times.at(3), 20000, 500) << "listed twice";
 }
 
 TEST(LevelSamplerTest, WeightsAreRelative) {

@@ -191,7 +191,7 @@ std::set<std::string> SlotsOf(absl::Span<const ArtSlot> slots) {
 TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
   const auto specified = SpecifiedSlots();
   if (specified.empty()) {
-    GTEST_SKIP() << "no specification beside the checkout";
+    GTEST_SKIP() << "no specification next to the checkout";
   }
   const std::set<std::string> shared = SlotsOf(SharedArtSlots());
   EXPECT_THAT(shared, ElementsAreArray(specified.at("*")));

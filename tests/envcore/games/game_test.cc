@@ -172,7 +172,7 @@ TEST(GameTest, AspectRatiosAreThoseOfUpstreamImages) {
   EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 2);
   EXPECT_EQ(game->AspectRatio(kThemedKind, 2), static_cast<float>(1.0 / 3));
   EXPECT_EQ(game->AspectRatio(55, 0), static_cast<float>(57.0 / 56)) << "a shared slot";
-  EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no picture";
+  EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no image";
 }
 
 TEST(GameTest, RestrictedThemesShowTheFirstImageAndKeepTheDraw) {

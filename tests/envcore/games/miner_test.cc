@@ -324,7 +324,7 @@ TEST_P(MinerModesTest, LevelsHaveTheirDiamondsBouldersAndOneExitUnderDirtOrTheTo
     }
     EXPECT_EQ(diamond_count, GetParam().diamond_count);
     EXPECT_LE(boulder_count, GetParam().boulder_count);
-    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those beside the robot go";
+    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those next to the robot are removed";
     ASSERT_EQ(world.entities.size(), 2U);
     const Entity& exit = world.entities[1];
     EXPECT_EQ(exit.kind, kExitKindOfMiner);

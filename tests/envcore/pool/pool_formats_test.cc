@@ -135,7 +135,7 @@ TEST(PoolSizeTest, LargeFramesAreDrawnAndNotRescaled) {
       alike += same ? 1 : 0;
     }
   }
-  EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one colour";
+  EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one color";
 }
 
 TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRejected) {

@@ -204,7 +204,7 @@ TEST(PoolStackStateTest, ARestoredEnvironmentShowsItsFrameInAllPlaces) {
     EXPECT_EQ(frame(restored, place), frame(saved, 2));
   }
   EXPECT_EQ(RowOf(Observed(*pool).observations, bytes, 1), RowOf(before.observations, bytes, 1))
-      << "nobody else changes";
+      << "no other environment changes";
 }
 
 TEST(PoolStackStateTest, ObservingARestoredEnvironmentBeforeItStepsChangesNothing) {

@@ -74,7 +74,7 @@ TEST(PoolCreateTest, EnvironmentsStartAtTheFirstStepOfTheirLevels) {
   EXPECT_THAT(observed.prev_level_seeds, Each(0));
   EXPECT_EQ(std::set<int32_t>(observed.level_seeds.begin(), observed.level_seeds.end()).size(),
             static_cast<size_t>(kEnvCount))
-      << "each draws its own";
+      << "each environment draws its own levels";
 }
 
 TEST(PoolCreateTest, LevelSeedStreamsDependOnRandSeedAndIndexOnly) {
@@ -159,7 +159,7 @@ TEST(PoolStepTest, FinalObservationsAreWrittenOnlyForEndedEpisodes) {
   };
   EXPECT_THAT(row(buffers.final_observations, 0), Each(7));
   EXPECT_EQ(row(buffers.final_observations, 1), row(before.observations, 1))
-      << "a mouse at rest looks as it did";
+      << "the frame of a mouse at rest is unchanged";
   EXPECT_NE(row(buffers.observations, 1), row(before.observations, 1)) << "the new level";
   EXPECT_THAT(row(buffers.final_observations, 2), Each(7));
 }
@@ -437,7 +437,8 @@ TEST(PoolRenderTest, DrawsAtAllAllowedSizes) {
   for (const int32_t size_px : {kHumanViewSizePxMin, 100, 512}) {
     std::vector<uint8_t> frame(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
     EXPECT_TRUE(pool->Render(1, size_px, absl::MakeSpan(frame)).ok()) << size_px;
-    EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U) << "something is seen";
+    EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U)
+        << "the frame is not uniform";
   }
   EXPECT_TRUE(Observed(*pool) == before);
 }

@@ -95,7 +95,7 @@ TEST(WorkerPoolTest, WithoutThreadsTheCallerRunsAllItems) {
   job.on_done = [&done] { done = true; };
   workers.SubmitAndParticipate(job, 20);
   EXPECT_TRUE(all_here);
-  EXPECT_TRUE(done) << "nobody else is left to finish it";
+  EXPECT_TRUE(done) << "no other worker can finish the job";
 }
 
 TEST(WorkerPoolTest, ASingleItemRunsOnTheCallerAndWakesNoWorker) {

@@ -123,7 +123,7 @@ TEST(MoveSmartTest, AMoveByZeroIsVertical) {
   MoveSmart(world, rules, world.agent());
   EXPECT_THAT(rules.cell_questions,
               AllOf(SizeIs(2), Each(Field(&ScriptedRules::Question::axis, Axis::kVertical))))
-      << "one sub-step tells that the others change nothing either";
+      << "after one sub-step without effect the others are skipped";
 }
 
 TEST(MoveSmartTest, AnEntityAtRestInAWallIsPutOnTop) {

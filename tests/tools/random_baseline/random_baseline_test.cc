@@ -38,7 +38,7 @@ TEST(RandomBaselineTest, ResultsDoNotDependOnTheNumberOfWorkers) {
   EXPECT_EQ(together.length_mean, alone.length_mean);
 }
 
-// The same play by hand: the length of the first episode of each environment.
+// The length of the first episode of each environment, from an independent loop.
 std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_count) {
   PoolOptions options;
   options.games = {std::string(game_mode.game->name)};
@@ -71,7 +71,7 @@ TEST(RandomBaselineTest, TheFirstEpisodesOfEachEnvironmentCountHoweverLong) {
   EXPECT_EQ(Play(kCoinRun, play).length_mean, length_sum / 10);
 }
 
-// Of returns that are 10 or 0 with mean m, the variance is m (10 - m).
+// If the returns are 10 or 0 with mean m, the variance is m (10 - m).
 TEST(RandomBaselineTest, ReportsTheStandardErrorOfTheMean) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 10, .worker_count = 1, .seed = 1};

@@ -51,7 +51,7 @@ TEST(GoalMapTest, ALockedGoalIsReachedThroughItsKey) {
   GoalMap map(kGuide);
   EXPECT_EQ(map.From(world).cells, 2);
   EXPECT_EQ(map.From(world).targets_left, 2);
-  world.entities.pop_back();  // The key is taken: the lock will open.
+  world.entities.pop_back();  // the key is taken: the lock will open
   EXPECT_EQ(map.From(world).cells, 3);
   EXPECT_EQ(map.From(world).targets_left, 1);
 }

@@ -1,4 +1,4 @@
-// The program procgen-solve: what it prints, and its exit status.
+// The output and the exit status of procgen-solve.
 
 #include <fstream>
 #include <iterator>

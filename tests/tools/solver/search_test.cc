@@ -11,9 +11,9 @@ namespace {
 
 constexpr int64_t kBurstCountMax = 20000;
 constexpr int32_t kMazeLevel = 3;
-// A spike man stands where the agent begins.
+// A spike man stands where the agent starts.
 constexpr int32_t kJumperLostLevel = 5;
-// The way out of the first room is closed by bricks.
+// The exit of the first room is closed by bricks.
 constexpr int32_t kNinjaClosedLevel = 59;
 
 SearchResult SearchEasy(const std::string& game, int32_t level_seed,

@@ -94,7 +94,7 @@ TEST(ScaledImageCacheTest, KeptBytesAreBounded) {
   for (int width = 1; width <= kSide; ++width) {
     const ScaledSize size = {.width = width, .height = kSide};
     const auto made = pictures.Make(source, size);
-    EXPECT_EQ(made->image.width(), width) << "made all the same";
+    EXPECT_EQ(made->image.width(), width) << "kept or not";
     if (pictures.Find(size) != nullptr) {
       kept_bytes += int64_t{4} * width * kSide;
     }
