@@ -47,7 +47,7 @@ class DdsCluster final : public Cluster {
         resolve_(std::move(resolve)),
         peer_addresses_(std::move(peer_addresses)),
         participant_(std::move(participant)),
-        looking_([this] { LookUntilStopped(); }) {
+        watching_([this] { WatchUntilStopped(); }) {
     if (!options_.peers.empty()) {
       resolving_ = std::thread([this] { ResolveUntilStopped(); });
     }
@@ -56,7 +56,7 @@ class DdsCluster final : public Cluster {
   ~DdsCluster() override {
     stopped_.Notify();
     participant()->Wake();
-    looking_.join();
+    watching_.join();
     {
       absl::MutexLock lock(&mutex_);
       participant_ = nullptr;  // it leaves now: the resolver may take its time
@@ -103,10 +103,10 @@ class DdsCluster final : public Cluster {
 
   bool Stops() const { return stopped_.HasBeenNotified(); }
 
-  void LookUntilStopped() {
+  void WatchUntilStopped() {
     std::vector<NodeStatus> told_nodes;
     while (!Stops()) {
-      Look();
+      RefreshNodes();
       std::vector<NodeStatus> nodes = Nodes();
       if (nodes == told_nodes) {
         continue;
@@ -118,10 +118,11 @@ class DdsCluster final : public Cluster {
     }
   }
 
-  // Waits for a while, or until there is something to read; reads how the others are.
-  void Look() {
+  // Waits until there is something to read, or for kRefreshInterval; then reads the status of the
+  // other nodes.
+  void RefreshNodes() {
     const std::shared_ptr<Participant> participant = this->participant();
-    participant->Wait(kLookInterval);
+    participant->Wait(kRefreshInterval);
     std::vector<NodeStatus> others = participant->ReadNodes();
     // How this node is it knows best.
     std::erase_if(others, [this](const NodeStatus& node) { return node.node_id == node_id(); });
@@ -154,7 +155,7 @@ class DdsCluster final : public Cluster {
   void TakeOver(std::shared_ptr<Participant> next) {
     const absl::Time end = SteadyNow() + kTakeOverTimeout;
     while (next->ReadNodes().size() < Nodes().size() && SteadyNow() < end && !Stops()) {
-      next->Wait(kLookInterval);
+      next->Wait(kRefreshInterval);
     }
     absl::MutexLock lock(&speaking_);
     absl::MutexLock known(&mutex_);
@@ -178,7 +179,7 @@ class DdsCluster final : public Cluster {
   Subscribers subscribers_;
 
   // Last: they use all of the above.
-  std::thread looking_;
+  std::thread watching_;
   std::thread resolving_;  // where there are peers
 };
 

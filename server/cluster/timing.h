@@ -16,7 +16,7 @@ inline constexpr absl::Duration kStatusLifespan = absl::Seconds(4);
 // The least time between two reports of changes; the first of a series is reported at once.
 inline constexpr absl::Duration kTellIntervalMin = absl::Milliseconds(100);
 // How soon what ends without a message (a lifespan, a rate) is noticed.
-inline constexpr absl::Duration kLookInterval = absl::Milliseconds(200);
+inline constexpr absl::Duration kRefreshInterval = absl::Milliseconds(200);
 // How often the addresses of peers are resolved again.
 inline constexpr absl::Duration kResolveInterval = absl::Seconds(3);
 // How long a participant that replaces another may take to discover the same nodes.

@@ -28,7 +28,8 @@ Fleet::Fleet(FleetOptions options, Metrics* metrics)
       name_(options_.state == nullptr ? DrawName() : options_.state->fleet_name()),
       process_(DrawName()),
       nodes_(options_),
-      leftovers_(PrefixOf(name_), &nodes_),
+      orphan_collector_(PrefixOf(name_), &nodes_),
+      threads_(options_.shard_threads_max),
       executor_(kBackgroundThreadCount),
       watch_([this] { Watch(); }),
       subscription_(options_.subscribe([this] { OnNodesChanged(); })) {}
@@ -46,14 +47,15 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
   executor_.Run(create_options.owner, [this, create_options = create_options,
                                        done = std::move(done)]() mutable {
     absl::StatusOr<std::unique_ptr<FleetPool>> made = Make(create_options);
-    const auto shares = made.ok() ? nodes_.Divide(create_options.options.env_count) : made.status();
-    if (!shares.ok()) {
-      done(shares.status());
+    absl::StatusOr<Plan> plan =
+        made.ok() ? MakePlan(create_options.options.env_count) : made.status();
+    if (!plan.ok()) {
+      done(plan.status());
       return;
     }
     FleetPool* const pool = made->get();
-    pool->Begin(*shares, [this, create_options = std::move(create_options), pool = *std::move(made),
-                          done = std::move(done)](absl::Status status) mutable {
+    auto finish = [this, create_options = std::move(create_options), pool = *std::move(made),
+                   done = std::move(done)](absl::Status status) mutable {
       // Elsewhere, as this is a shard's thread, and the pool may go.
       executor_.Run(create_options.owner,
                     [this, create_options, pool = std::move(pool), status = std::move(status),
@@ -67,31 +69,51 @@ void Fleet::Create(const CreatePoolOptions& create_options, CreateDone done) {
                         done(std::move(status));
                       }
                     });
-    });
+    };
+    pool->Begin(plan->assignments, std::move(plan->threads), std::move(finish));
   });
 }
 
+absl::StatusOr<Fleet::Plan> Fleet::MakePlan(int32_t env_count) {
+  auto assignments = nodes_.PlanShards(env_count);
+  if (!assignments.ok()) {
+    return assignments.status();
+  }
+  auto threads = threads_.Reserve(assignments->size());
+  if (!threads.ok()) {
+    return threads.status();
+  }
+  if (threads->size() < assignments->size()) {
+    assignments = nodes_.PlanShards(env_count, threads->size());
+    if (!assignments.ok()) {
+      return assignments.status();
+    }
+  }
+  return Plan{*std::move(assignments), *std::move(threads)};
+}
+
 absl::StatusOr<std::unique_ptr<FleetPool>> Fleet::Make(const CreatePoolOptions& create_options) {
-  absl::StatusOr<std::unique_ptr<Pool>> model = FleetPool::Check(create_options.options);
-  if (!model.ok()) {
-    return model.status();
+  absl::StatusOr<StateValidator> validator = StateValidator::Create(create_options.options);
+  if (!validator.ok()) {
+    return validator.status();
   }
   int64_t number = 0;
   {
     absl::MutexLock lock(&mutex_);
     number = ++pool_number_;
   }
-  ShardTerms terms;
-  terms.owner = create_options.owner;
-  terms.label = create_options.name;
-  terms.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
-  terms.spec = PoolSpecMessageOf(create_options.options);
-  terms.options = &options_;
-  terms.nodes = &nodes_;
-  terms.leftovers = &leftovers_;
-  terms.metrics = metrics_;
-  terms.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
-  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(model), terms,
+  ShardContext context;
+  context.owner = create_options.owner;
+  context.label = create_options.name;
+  context.id_prefix = absl::StrCat(PrefixOf(name_), process_, "-", number, "-");
+  context.spec = PoolSpecMessageOf(create_options.options);
+  context.options = &options_;
+  context.nodes = &nodes_;
+  context.orphan_collector = &orphan_collector_;
+  context.threads = &threads_;
+  context.metrics = metrics_;
+  context.answers_kept = options_.state == nullptr ? 0 : options_.requests_in_flight_max;
+  auto pool = std::make_unique<FleetPool>(create_options.options, *std::move(validator), context,
                                           &executor_, [this](FleetPool* gone) {
                                             absl::MutexLock lock(&mutex_);
                                             pools_.erase(gone);
@@ -182,19 +204,20 @@ void Fleet::OnNodesChanged() {
     changed_ = true;
     wakes_.NotifyAll();
   }
-  nodes_.OnChange();
-  leftovers_.OnChange();
+  nodes_.OnNodesChanged();
+  orphan_collector_.OnNodesChanged();
 }
 
 void Fleet::Watch() {
   absl::MutexLock lock(&mutex_);
   while (!stops_) {
     changed_ = false;
-    leftovers_.OnChange();  // which connects to new nodes, so that pools can be divided to them
+    // Connects to new nodes, so that pools can be rebalanced onto them.
+    orphan_collector_.OnNodesChanged();
     for (FleetPool* pool : pools_) {
-      pool->Look();
+      pool->OnNodesChanged();
     }
-    wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.look_interval,
+    wakes_.AwaitUntil(&mutex_, SteadyNow() + options_.poll_interval,
                       [this]()
                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stops_ || changed_; });
   }

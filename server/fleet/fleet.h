@@ -14,8 +14,9 @@
 #include "server/concurrency/steady_time.h"
 #include "server/fleet/nodes/fleet_nodes.h"
 #include "server/fleet/nodes/fleet_options.h"
-#include "server/fleet/nodes/leftovers.h"
+#include "server/fleet/nodes/orphan_collector.h"
 #include "server/fleet/pool/fleet_pool.h"
+#include "server/fleet/pool/shard_thread_budget.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/pool_backend.h"
 
@@ -31,23 +32,30 @@ class Fleet final : public PoolBackendFactory {
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
 
-  // Errors: those of FleetPool::Check; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes have
-  // too little room.
+  // Errors: those of StateValidator::Create; UNAVAILABLE there is no node; RESOURCE_EXHAUSTED nodes
+  // have too little room, or no shard thread is left.
   void Create(const CreatePoolOptions& create_options, CreateDone done) override;
   std::vector<ResumedPool> TakeResumed() override;
   bool keeps_pools() const override { return options_.state != nullptr; }
   int32_t worker_count() const override { return nodes_.worker_count(); }
 
  private:
+  // Where the shards of a new pool go, and the threads that are reserved for them.
+  struct Plan {
+    std::vector<ShardAssignment> assignments;
+    std::vector<ShardThreadBudget::Reservation> threads;  // one each, or more
+  };
+
   // Nodes may have changed. Does not block.
   void OnNodesChanged();
+  absl::StatusOr<Plan> MakePlan(int32_t env_count);
   // A pool that has no shards yet.
   absl::StatusOr<std::unique_ptr<FleetPool>> Make(const CreatePoolOptions& create_options);
   // Keeps it, if pools are kept.
   static absl::Status Keep(const CreatePoolOptions& create_options, const std::string& path,
                            FleetPool* pool);
   absl::StatusOr<ResumedPool> Resume(const FleetState::Left& left);
-  // Has everybody look at the nodes when these have changed, and now and then.
+  // Calls OnNodesChanged of all pools when nodes have changed, and once per interval.
   void Watch();
 
   const FleetOptions options_;
@@ -55,7 +63,8 @@ class Fleet final : public PoolBackendFactory {
   const std::string name_;     // in the names of its pools on the nodes
   const std::string process_;  // of this process in them
   FleetNodes nodes_;
-  Leftovers leftovers_;
+  OrphanCollector orphan_collector_;
+  ShardThreadBudget threads_;
   BackgroundExecutor executor_;
 
   absl::Mutex mutex_;

@@ -32,7 +32,7 @@ inline constexpr absl::Duration kShardPlaceRetry = absl::Milliseconds(200);
 inline constexpr int64_t kShardLeaseSeconds = 60;
 
 // Between attempts to delete what fleets that are gone have left on nodes.
-inline constexpr absl::Duration kLeftoversRetry = absl::Seconds(1);
+inline constexpr absl::Duration kOrphanRetryInterval = absl::Seconds(1);
 
 }  // namespace procgen
 

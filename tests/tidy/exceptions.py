@@ -5,14 +5,6 @@ although its path exists is itself reported, so that the list stays as short as 
 """
 
 EXCEPTIONS = (
-    ("check_class_length", "server/fleet/pool/fleet_pool.h",
-     "FleetPool: running requests, states and dividing share one set of shards"),
-    ("check_class_length", "server/fleet/pool/shard.h",
-     "Shard: each of its steps may lose the node, and goes back to the base then"),
-    ("check_declared_names", "clients/python/procgen_client/errors.py",
-     "DataLossError is named after the canonical code DATA_LOSS"),
-    ("check_declared_names", "proto/dm_env_rpc/v1/dm_env_rpc.proto",
-     "DataType is the protocol's own name for it"),
     ("check_readmes", "deploy/kubernetes/*",
      "deploy/kubernetes/README.md is the guide to the base and its overlays"),
     ("check_readmes", "proto/*", "proto/README.md is the guide to the contract, for all versions"),

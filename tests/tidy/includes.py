@@ -1,4 +1,4 @@
-"""Who may include, link and use whom: the arrows of the house, as a table."""
+"""Who may include, link and use whom: the arrows of the repository, as a table."""
 
 import posixpath
 import re
@@ -6,7 +6,7 @@ import re
 from source_tree import Violation
 
 # Module: the modules that it may include, besides itself. A module is the longest folder here that
-# holds the file. Read it as the house's map: state <- random <- world <- level <- scene <- {games,
+# holds the file. Read it as a map: state <- random <- world <- level <- scene <- {games,
 # render} <- environment <- pool, over any number of steps; render and games do not know each other;
 # the server knows the engine by envcore/pool alone; a client knows the contract alone, except
 # libenv, which is the engine in the host's process or, through the C++ client, a server; and top,

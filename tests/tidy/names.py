@@ -8,8 +8,8 @@ from source_tree import Violation
 
 # Words that say nothing about what a thing is.
 EMPTY_WORDS = frozenset("""
-    util utils utility utilities misc miscellaneous common commons manager helper helpers handler
-    processor data stuff thing things tmp temp new foo bar
+    util utils utility utilities misc miscellaneous common commons helper helpers manager managers
+    stuff
 """.split())
 
 _ADVICE = "says nothing; name it after what it is or does"

@@ -9,7 +9,7 @@ import subprocess
 
 @dataclasses.dataclass(frozen=True, order=True)
 class Violation:
-    """A place where a rule of the house is broken; `message` says what to do about it."""
+    """A place where a repository rule is broken; `message` says what to do about it."""
 
     path: str
     line: int

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the rules of the house over all files of the repository and reports every violation.
+"""Checks the repository rules over all files of the repository and reports every violation.
 
-Usage: tests/tidy/tidy.py [ROOT]. Prints path:line: what is wrong and what to do about it.
-Exit status: 0 if nothing is wrong, otherwise 1.
+Usage: tests/tidy/tidy.py [--prose] [ROOT]. Prints path:line: what is wrong and what to do about it.
+Exit status: 0 if nothing is wrong, otherwise 1. --prose: instead prints where each phrase stands
+that prose.py counts; exit status 0.
 """
 
 import fnmatch
@@ -15,11 +16,14 @@ import exceptions  # noqa: E402
 import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
+import prose  # noqa: E402
+import retired  # noqa: E402
 import sizes  # noqa: E402
 import source_tree  # noqa: E402
 import traces  # noqa: E402
 
-RULES = includes.RULES + names.RULES + sizes.RULES + listing.RULES + traces.RULES
+RULES = (includes.RULES + names.RULES + sizes.RULES + listing.RULES + traces.RULES
+         + prose.RULES + retired.RULES)
 
 
 def check(tree, rules=RULES, excused=exceptions.EXCEPTIONS):
@@ -45,9 +49,24 @@ def check(tree, rules=RULES, excused=exceptions.EXCEPTIONS):
     return sorted(found)
 
 
+def list_prose(tree):
+    """Prints every place of every counted phrase, and the counts."""
+    found = prose.occurrences(tree)
+    for phrase, places in found.items():
+        for path, line in places:
+            print(f"{path}:{line}: {phrase}")
+    for phrase, places in found.items():
+        print(phrase, len(places))
+
+
 def main(arguments):
+    shows_prose = "--prose" in arguments
+    arguments = [argument for argument in arguments if argument != "--prose"]
     root = pathlib.Path(arguments[0]) if arguments else pathlib.Path(__file__).parents[2]
     tree = source_tree.SourceTree.read(root.resolve())
+    if shows_prose:
+        list_prose(tree)
+        return 0
     found = check(tree)
     for violation, rule in found:
         print(f"{violation} [{rule}]")

@@ -8,10 +8,13 @@ import sys
 import unittest
 
 sys.dont_write_bytecode = True
-import exceptions  # noqa: E402  (after the line above, so that no cache lands in the tree)
+import comments  # noqa: E402  (after the line above, so that no cache lands in the tree)
+import exceptions  # noqa: E402
 import includes  # noqa: E402
 import listing  # noqa: E402
 import names  # noqa: E402
+import prose  # noqa: E402
+import retired  # noqa: E402
 import sizes  # noqa: E402
 import tidy  # noqa: E402
 import traces  # noqa: E402
@@ -33,6 +36,8 @@ def _cpp_function(line_count):
 
 _README = "# Grid\n" + "What this is, where things are in it and why it is so. " * 3 + "\n"
 _MARK = "TO" + "DO"
+# Retired names, taken apart so that this file does not report itself.
+_SIDE, _SIGHT, _FLAG = "si" + "de", "Si" + "ght", "--" + "art"
 
 # Rule: (a tree that breaks it, where) ...; then trees that keep it.
 _BROKEN = {
@@ -80,7 +85,7 @@ _BROKEN = {
     names.check_declared_names: (
         ({"envcore/world/x.h": "\nclass GridManager {\n"}, "envcore/world/x.h:2"),
         ({"clients/python/x.py": "def misc():\n    pass\n"}, "clients/python/x.py:1"),
-        ({"proto/x.proto": "message StepData {}\n"}, "proto/x.proto:1"),
+        ({"proto/x.proto": "message StepStuff {}\n"}, "proto/x.proto:1"),
         ({"CMakeLists.txt": "add_library(procgen_util x.cc)\n"}, "CMakeLists.txt:1"),
     ),
     names.check_header_guards: (
@@ -138,6 +143,21 @@ _BROKEN = {
         ({"x.md": "a"}, "x.md:1"),
         ({"x.md": "a\n\n"}, "x.md:2"),
     ),
+    prose.check_prose: (
+        ({"x.md": "It tells.\n", prose.CEILINGS: "who 0\ntells 0\n"}, f"{prose.CEILINGS}:2"),
+        ({"x.md": "Whoever asks.\n"}, f"{prose.CEILINGS}:1"),
+        ({"x.h": "// The stream goes\n// on.\n"}, f"{prose.CEILINGS}:1"),
+        ({"x.md": "", prose.CEILINGS: "for ever 1\n"}, f"{prose.CEILINGS}:1"),
+    ),
+    retired.check_retired_names: (
+        ({"x.cc": f"\nint {_SIDE}_px;\n"}, "x.cc:2"),
+        ({"x.h": f"int k{_SIDE.title()}PxMax;\n"}, "x.h:1"),
+        ({"x.ts": f"pool.{_SIDE}Px\n"}, "x.ts:1"),
+        ({"x.proto": f"{_SIDE.upper()}_PX_DEFAULT = 1;\n"}, "x.proto:1"),
+        ({f"a/{_SIDE}_px.h": ""}, f"a/{_SIDE}_px.h:1"),
+        ({"x.h": f"class {_SIGHT} {{}};\n"}, "x.h:1"),
+        ({"x.md": f"start it with `{_FLAG}=FOLDER`\n"}, "x.md:1"),
+    ),
 }
 
 _KEPT = {
@@ -164,8 +184,8 @@ _KEPT = {
         {"clients/libenv/CMakeLists.txt": "target_link_libraries(c PRIVATE procgen::pool)\n"},
         {"tests/CMakeLists.txt": "target_link_libraries(t PRIVATE procgen::games)\n"},
     ),
-    names.check_file_names: ({"server/newton_database.cc": ""},),
-    names.check_declared_names: ({"x.cc": "class Database {\n  // the new data\n"},),
+    names.check_file_names: ({"server/communal_request_handler.cc": ""},),
+    names.check_declared_names: ({"x.cc": "class DataProcessor {\n  // a common helper\n"},),
     names.check_header_guards: (
         {"clients/cpp/p/x.h": "#ifndef P_X_H_\n#define P_X_H_\n\n#endif  // P_X_H_\n"},
         {"a/b_c.h": "// Rights.\n#ifndef A_B_C_H_\n#define A_B_C_H_\n\n#endif  // A_B_C_H_\n"},
@@ -209,6 +229,16 @@ _KEPT = {
         {"x.sh": "#!/usr/bin/env bash\ncd $HOME/work/x\n# rest at/work/ing\n"},
     ),
     traces.check_blanks: ({"x.md": "a\n\nb\n", "Makefile": "\tx\n"},),
+    prose.check_prose: (
+        {"x.md": "It tells who.\n", "y.go": "/* who */", prose.CEILINGS: "who 2\ntells 1\n"},
+        {"x.ts": 'const tells = "// who";\n', "x.py": "tells = 'anew'\n", "x.sh": "# who\n"},
+        {"x.md": "It goes\n\non; the whole foretells renewal.\n"},
+    ),
+    retired.check_retired_names: (
+        {"x.h": f"int in{_SIDE}_px; int {_SIDE}_of_px;\n"},
+        {"x.md": f"The episode ends at first {_SIGHT.lower()}; {_FLAG}_dir is a flag.\n"},
+        {"CHANGELOG.md": f"- {_SIDE}_px is size_px\n"},
+    ),
 }
 
 
@@ -236,6 +266,19 @@ class RulesTest(unittest.TestCase):
                 reach(target, (*seen, module))
         for module in includes.ARROWS:
             reach(module, ())
+
+
+class CommentsTest(unittest.TestCase):
+    def test_comments_are_found_with_their_lines(self):
+        for path, text, expected in (
+            ("x.cc", 'Go("// no", \'"\');  // yes\n/* two\n * three */\n',
+             [(1, "yes"), (2, "two"), (3, "three")]),
+            ("x.go", "a := `\n// no\n`\n// yes\n", [(4, "yes")]),
+            ("x.py", '"""Yes.\n\nMore.\n"""\nx = "no"  # so\n',
+             [(1, "Yes."), (2, ""), (3, "More."), (4, ""), (5, "so")]),
+            ("x.sh", "# no\n", []),
+        ):
+            self.assertEqual(comments.prose_of(path, text), expected, path)
 
 
 class ExceptionsTest(unittest.TestCase):

@@ -7,12 +7,13 @@ import {
 import { Client as GrpcClient, type ChannelOptions, type ClientDuplexStream, type Metadata, type ServiceError } from "@grpc/grpc-js";
 import { callMetadata, channelCredentials, isThisMachine, type Credentials } from "./credentials.js";
 import { CancelledError, fromServiceError, InvalidArgumentError, UnavailableError } from "./errors.js";
-import { StepPoolRequestSchema, StepService, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
+import {
+  StepPoolRequestSchema, StepPoolResponseSchema, StepService, type StepPoolRequest, type StepPoolResponse,
+} from "./generated/procgen/v1/step_pb.js";
 import { latestOf } from "./latest.js";
 import { channelBackoffMaxMs, channelBackoffMinMs, keepaliveTimeMs, keepaliveTimeoutMs } from "./timing.js";
-import { readResponse, type Response } from "./wire.js";
 
-export type StepPoolCall = ClientDuplexStream<StepPoolRequest, Response>;
+export type StepPoolCall = ClientDuplexStream<StepPoolRequest, StepPoolResponse>;
 
 export interface CallOptions {
   // Gives the call up: it ends with CancelledError.
@@ -116,7 +117,7 @@ export class Connection {
     return this.#client.makeBidiStreamRequest(
       pathOf(StepService.method.stepPool),
       (request: StepPoolRequest) => Buffer.from(toBinary(StepPoolRequestSchema, request)),
-      readResponse,
+      decodedResponse,
       waitForReady ? this.#patientMetadata : this.#metadata,
     );
   }
@@ -135,6 +136,13 @@ export function encoded<S extends DescMessage>(schema: S, init: MessageInitShape
   } catch (error) {
     throw new InvalidArgumentError(`${schema.name} has a wrong value: ${(error as Error).message}`, { cause: error });
   }
+}
+
+// Observations of the message are views of `bytes`.
+function decodedResponse(bytes: Buffer): StepPoolResponse {
+  // Plain arrays: the slices of a Buffer are views, those of a Uint8Array copies.
+  const plain = new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.length);
+  return fromBinary(StepPoolResponseSchema, plain, { readUnknownFields: false });
 }
 
 export function throwIfAborted(signal?: AbortSignal): void {

@@ -11,7 +11,6 @@ export {
 export type { CloneSource, WatchOptions } from "./pool_resource.js";
 export { ServerProcess, type ServerProcessOptions } from "./server_process.js";
 export { ObservationDecoder } from "./encoding.js";
-export { readResponse } from "./wire.js";
 export * from "./errors.js";
 export * from "./generated/procgen/v1/catalog_pb.js";
 export { NodeRole, type ListNodesResponse, type Node, type WatchNodesResponse } from "./generated/procgen/v1/cluster_pb.js";

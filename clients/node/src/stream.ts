@@ -4,7 +4,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { create, toBinary, type MessageInitShape } from "@bufbuild/protobuf";
 import type { ServiceError } from "@grpc/grpc-js";
 import { status } from "@grpc/grpc-js";
-import type { Part } from "./batch.js";
+import { partOf, type Part } from "./batch.js";
 import { aborted, throwIfAborted, type Connection, type StepPoolCall } from "./connection.js";
 import { decoderFor, type ObservationDecoder } from "./encoding.js";
 import {
@@ -13,12 +13,11 @@ import {
 } from "./errors.js";
 import {
   AttachSchema, StepPoolRequestSchema,
-  type Attach, type Attached, type StepPoolRequest,
+  type Attach, type Attached, type StepPoolRequest, type StepPoolResponse,
 } from "./generated/procgen/v1/step_pb.js";
 import type { Pool } from "./generated/procgen/v1/pools_pb.js";
 import { backoffMaxMs, backoffMinMs } from "./timing.js";
 import { checkAttached, checkPart } from "./validation.js";
-import { isPart, type Response } from "./wire.js";
 
 // A server that drains says so, and that it is not to be asked again.
 const drainsKey = "procgen-drains";
@@ -159,13 +158,13 @@ export class Stream {
           reject(this.#why(error));
         }
       };
-      call.on("data", (response: Response) => {
+      call.on("data", (response: StepPoolResponse) => {
         if (call !== this.#call) {
           return;
         }
         if (isAttached) {
           this.#receive(response);
-        } else if (!isPart(response) && response.response.case === "attached") {
+        } else if (response.response.case === "attached") {
           try {
             checkAttached(response.response.value, this.#attach, this.#pool);
           } catch (error) {
@@ -205,8 +204,8 @@ export class Stream {
     }
   }
 
-  #receive(response: Response): void {
-    if (!isPart(response) && response.response.case === undefined && response.sequenceNumber === 0n) {
+  #receive(response: StepPoolResponse): void {
+    if (response.response.case === undefined && response.sequenceNumber === 0n) {
       // Of a later server's kinds and no answer: clients ignore those.
       this.#notices += 1;
       if (this.#notices > noticesMax) {
@@ -216,16 +215,17 @@ export class Stream {
     }
     this.#notices = 0;
     const oldest = this.#unanswered[0];
-    if (oldest === undefined || BigInt(response.sequenceNumber) !== oldest.request.sequenceNumber) {
+    if (oldest === undefined || response.sequenceNumber !== oldest.request.sequenceNumber) {
       const expected = oldest === undefined ? "no request is unanswered" : `${oldest.request.sequenceNumber} is next`;
       this.drop(new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber}, where ${expected}`));
       return;
     }
     try {
-      if (isPart(response)) {
-        checkPart(response, oldest.request, oldest.parts, this.attached);
-        oldest.parts.push(response);
-        if (!response.last) {
+      if (response.response.case === "batch") {
+        const part = partOf(response.sequenceNumber, response.response.value);
+        checkPart(part, oldest.request, oldest.parts, this.attached);
+        oldest.parts.push(part);
+        if (!part.last) {
           return;
         }
       } else if (response.response.case !== "ack" || oldest.request.request.case !== "levelSampler") {

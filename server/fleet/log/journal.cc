@@ -63,30 +63,31 @@ bool Parse(const SqlValue& value, google::protobuf::MessageLite* message) {
   return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
-bool ReadBase(Row row, JournaledPool* pool) {
+bool ReadCheckpoint(Row row, JournaledPool* pool) {
   v1::SaveStatesResponse states;
-  ShardBase base;
-  base.number = NumberOf(row[2]);
+  ShardCheckpoint checkpoint;
+  checkpoint.number = NumberOf(row[2]);
   if (!Parse(row[4], &states)) {
     return false;
   }
   for (v1::State& state : *states.mutable_states()) {
-    base.states.push_back(std::move(*state.mutable_snapshot()));
+    checkpoint.states.push_back(std::move(*state.mutable_snapshot()));
   }
   if (!std::holds_alternative<std::monostate>(row[5])) {
     auto sampler = std::make_shared<v1::LevelSampler>();
     if (!Parse(row[5], sampler.get())) {
       return false;
     }
-    base.sampler = std::move(sampler);
+    checkpoint.sampler = std::move(sampler);
   }
-  if (pool->bases.empty() || base.number < pool->log_begin) {
-    pool->log_begin = base.number;
+  if (pool->checkpoints.empty() || checkpoint.number < pool->log_begin) {
+    pool->log_begin = checkpoint.number;
     pool->sequence_begin = NumberOf(row[3]);
   }
   const Part range = {static_cast<int32_t>(NumberOf(row[0])),
                       static_cast<int32_t>(NumberOf(row[1]))};
-  pool->bases[range.first] = {range, std::make_shared<const ShardBase>(std::move(base))};
+  pool->checkpoints[range.first] = {range,
+                                    std::make_shared<const ShardCheckpoint>(std::move(checkpoint))};
   return true;
 }
 
@@ -119,16 +120,18 @@ void WriteSchema(const v1::Pool& pool, Database* database) {
   Insert("INSERT INTO pool VALUES (?, ?)", {content}, database);
 }
 
-void WriteBase(Part range, const ShardBase& base, int64_t sequence_number, Database* database) {
+void WriteCheckpoint(Part range, const ShardCheckpoint& checkpoint, int64_t sequence_number,
+                     Database* database) {
   v1::SaveStatesResponse states;
-  for (const std::string& state : base.states) {
+  for (const std::string& state : checkpoint.states) {
     states.add_states()->set_snapshot(state);
   }
   const std::string content = states.SerializeAsString();
-  const std::string sampler = base.sampler == nullptr ? "" : base.sampler->SerializeAsString();
+  const std::string sampler =
+      checkpoint.sampler == nullptr ? "" : checkpoint.sampler->SerializeAsString();
   Insert("INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?)",
-         {int64_t{range.first}, int64_t{range.count}, base.number, sequence_number, content,
-          base.sampler == nullptr ? SqlValue() : sampler},
+         {int64_t{range.first}, int64_t{range.count}, checkpoint.number, sequence_number, content,
+          checkpoint.sampler == nullptr ? SqlValue() : sampler},
          database);
 }
 
@@ -148,8 +151,8 @@ void WriteLogged(int64_t number, const LoggedRequest& logged, Database* database
 // Whether the checkpoints are those of all environments, none of them after the log.
 bool IsWhole(const JournaledPool& pool) {
   int32_t end = 0;
-  for (const auto& [first, base] : pool.bases) {
-    const auto& [range, states] = base;
+  for (const auto& [first, checkpoint] : pool.checkpoints) {
+    const auto& [range, states] = checkpoint;
     if (first != end || range.count < 1 ||
         states->number > pool.log_begin + static_cast<int64_t>(pool.log.size()) ||
         (!states->states.empty() && states->states.size() != static_cast<size_t>(range.count))) {
@@ -210,7 +213,7 @@ absl::StatusOr<JournaledPool> Journal::Read(const std::string& path) {
   ReadRows(
       "SELECT first_env, env_count, number, sequence_number, states, level_sampler, checksum"
       " FROM checkpoint ORDER BY first_env",
-      [&](Row row) { return ReadBase(row, &pool); }, &database);
+      [&](Row row) { return ReadCheckpoint(row, &pool); }, &database);
   ReadRows(
       "SELECT number, is_states, content, checksum FROM log ORDER BY number",
       [&](Row row) { return ReadLogged(row, &pool); }, &database);
@@ -255,14 +258,14 @@ Journal::Journal(std::string path, JournaledPool pool, Metrics* metrics, bool is
       pool_(std::move(pool.pool)),
       metrics_(metrics),
       is_new_(is_new),
-      bases_(std::move(pool.bases)),
+      checkpoints_(std::move(pool.checkpoints)),
       log_begin_(pool.log_begin),
       sequence_begin_(pool.sequence_begin),
       log_(pool.log.begin(), pool.log.end()),
       written_end_(is_new ? log_begin_ : log_begin_ + static_cast<int64_t>(log_.size())) {
-  for (const auto& [first, base] : bases_) {
+  for (const auto& [first, checkpoint] : checkpoints_) {
     if (is_new) {
-      unwritten_bases_.insert(first);
+      unwritten_checkpoints_.insert(first);
     }
   }
 }
@@ -288,20 +291,20 @@ void Journal::TakeBack() {
   Commit();
 }
 
-void Journal::SetBase(Part range, std::shared_ptr<const ShardBase> base) {
+void Journal::SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint) {
   absl::MutexLock lock(&mutex_);
-  bases_[range.first] = {range, std::move(base)};
-  unwritten_bases_.insert(range.first);
+  checkpoints_[range.first] = {range, std::move(checkpoint)};
+  unwritten_checkpoints_.insert(range.first);
   Trim();
   Commit(/*must_try=*/true);
 }
 
-void Journal::SetBases(ShardBases bases) {
+void Journal::SetCheckpoints(ShardCheckpoints checkpoints) {
   absl::MutexLock lock(&mutex_);
-  bases_ = std::move(bases);
-  unwritten_bases_.clear();
-  for (const auto& [first, base] : bases_) {
-    unwritten_bases_.insert(first);
+  checkpoints_ = std::move(checkpoints);
+  unwritten_checkpoints_.clear();
+  for (const auto& [first, checkpoint] : checkpoints_) {
+    unwritten_checkpoints_.insert(first);
   }
   Trim();
   Commit(/*must_try=*/true);
@@ -327,8 +330,8 @@ int64_t Journal::SequenceAt(int64_t number) const {
 
 void Journal::Trim() {
   int64_t needed = log_end();
-  for (const auto& [first, base] : bases_) {
-    needed = std::min(needed, base.second->number);
+  for (const auto& [first, checkpoint] : checkpoints_) {
+    needed = std::min(needed, checkpoint.second->number);
   }
   sequence_begin_ = SequenceAt(needed);
   for (; log_begin_ < needed; ++log_begin_) {
@@ -361,7 +364,7 @@ absl::Status Journal::TryCommit() {
     return status;
   }
   is_new_ = false;
-  unwritten_bases_.clear();
+  unwritten_checkpoints_.clear();
   written_end_ = log_end();
   return status;
 }
@@ -370,14 +373,14 @@ void Journal::WriteAll() {
   if (is_new_) {
     WriteSchema(pool_, database_.get());
   }
-  if (unwritten_bases_.size() == bases_.size()) {
-    database_->Run("DELETE FROM checkpoint");  // those of an earlier division, too
+  if (unwritten_checkpoints_.size() == checkpoints_.size()) {
+    database_->Run("DELETE FROM checkpoint");  // those of earlier shards, too
   }
-  for (const int32_t first : unwritten_bases_) {
-    const auto& [range, base] = bases_.at(first);
-    WriteBase(range, *base, SequenceAt(base->number), database_.get());
+  for (const int32_t first : unwritten_checkpoints_) {
+    const auto& [range, checkpoint] = checkpoints_.at(first);
+    WriteCheckpoint(range, *checkpoint, SequenceAt(checkpoint->number), database_.get());
   }
-  if (!unwritten_bases_.empty()) {
+  if (!unwritten_checkpoints_.empty()) {
     database_->Run("DELETE FROM log WHERE number <= ?", {log_begin_});
   }
   database_->Run("DELETE FROM log WHERE number > ?", {written_end_});

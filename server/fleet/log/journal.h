@@ -17,19 +17,19 @@
 #include "procgen/v1/pools.pb.h"
 #include "server/fleet/log/database.h"
 #include "server/fleet/log/request_log.h"
-#include "server/fleet/log/shard_base.h"
+#include "server/fleet/log/shard_checkpoint.h"
 #include "server/metrics/metrics.h"
 #include "server/session/backend/request.h"
 
 namespace procgen {
 
 // Checkpoints of a pool's shards, by the first environment of each.
-using ShardBases = std::map<int32_t, std::pair<Part, std::shared_ptr<const ShardBase>>>;
+using ShardCheckpoints = std::map<int32_t, std::pair<Part, std::shared_ptr<const ShardCheckpoint>>>;
 
 // A pool as its database holds it.
 struct JournaledPool {
   v1::Pool pool;  // its owner, name, and spec with the level sampler that it was made with
-  ShardBases bases;
+  ShardCheckpoints checkpoints;
   // The number before the first of `log`, and the sequence number of the last request before it.
   int64_t log_begin = 0;
   int64_t sequence_begin = 0;
@@ -68,9 +68,9 @@ class Journal {
   // Takes the last one back: it was not carried out after all.
   void TakeBack();
   // A shard has a new checkpoint.
-  void SetBase(Part range, std::shared_ptr<const ShardBase> base);
+  void SetCheckpoint(Part range, std::shared_ptr<const ShardCheckpoint> checkpoint);
   // The pool has other shards.
-  void SetBases(ShardBases bases);
+  void SetCheckpoints(ShardCheckpoints checkpoints);
   // Removes the file: there is no such pool any more.
   void Remove();
 
@@ -98,13 +98,13 @@ class Journal {
   std::unique_ptr<Database> database_ ABSL_GUARDED_BY(mutex_);  // null: to be opened
   bool is_new_ ABSL_GUARDED_BY(mutex_);                         // nothing has been committed
   bool is_removed_ ABSL_GUARDED_BY(mutex_) = false;
-  ShardBases bases_ ABSL_GUARDED_BY(mutex_);
+  ShardCheckpoints checkpoints_ ABSL_GUARDED_BY(mutex_);
   int64_t log_begin_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t sequence_begin_ ABSL_GUARDED_BY(mutex_) = 0;
   std::deque<RequestLog::Entry> log_ ABSL_GUARDED_BY(mutex_);
   // What the database lacks: entries after this number, and checkpoints, by first environment.
   int64_t written_end_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::set<int32_t> unwritten_bases_ ABSL_GUARDED_BY(mutex_);
+  std::set<int32_t> unwritten_checkpoints_ ABSL_GUARDED_BY(mutex_);
   bool is_failing_ ABSL_GUARDED_BY(mutex_) = false;
   int64_t retry_end_ ABSL_GUARDED_BY(mutex_) = 0;  // end of the log at which to try again
 };

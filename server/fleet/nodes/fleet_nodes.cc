@@ -18,7 +18,7 @@ namespace procgen {
 namespace {
 
 // Fewer environments are not worth a node of their own, unless there is no room otherwise.
-constexpr int32_t kShareMin = 4;
+constexpr int32_t kShardEnvCountMin = 4;
 
 absl::Status ReadCredential(const char* flag, const std::string& path, std::string* text) {
   if (path.empty()) {
@@ -81,9 +81,10 @@ absl::Status CheckFleetCredentials(const FleetCredentials& paths) {
   return ReadCredentials(paths).status();
 }
 
-FleetNodes::Seat& FleetNodes::Seat::operator=(Seat&& other) noexcept {
+FleetNodes::CapacityReservation& FleetNodes::CapacityReservation::operator=(
+    CapacityReservation&& other) noexcept {
   if (this != &other) {
-    Leave();
+    Release();
     nodes_ = std::exchange(other.nodes_, nullptr);
     node_id_ = std::move(other.node_id_);
     env_count_ = other.env_count_;
@@ -91,20 +92,20 @@ FleetNodes::Seat& FleetNodes::Seat::operator=(Seat&& other) noexcept {
   return *this;
 }
 
-void FleetNodes::Seat::Leave() {
+void FleetNodes::CapacityReservation::Release() {
   if (FleetNodes* nodes = std::exchange(nodes_, nullptr); nodes != nullptr) {
     absl::MutexLock lock(&nodes->mutex_);
-    const auto seats = nodes->seats_.find(node_id_);
-    seats->second -= env_count_;
-    if (seats->second == 0) {
-      nodes->seats_.erase(seats);
+    const auto reserved = nodes->reserved_.find(node_id_);
+    reserved->second -= env_count_;
+    if (reserved->second == 0) {
+      nodes->reserved_.erase(reserved);
     }
   }
 }
 
 FleetNodes::FleetNodes(FleetOptions options) : options_(std::move(options)) {}
 
-std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) const {
+std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<ShardAssignment>& own) const {
   const std::vector<NodeStatus> nodes = options_.nodes();
   std::vector<Room> rooms;
   {
@@ -115,10 +116,10 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
         continue;
       }
       // What a node tells may be a second old, and does not have what was put there since.
-      const auto seats = seats_.find(node.node_id);
-      int64_t used = std::max(node.env_count, seats == seats_.end() ? 0 : seats->second);
-      for (const Share& share : own) {
-        used -= share.node_id == node.node_id ? share.env_count : 0;
+      const auto reserved = reserved_.find(node.node_id);
+      int64_t used = std::max(node.env_count, reserved == reserved_.end() ? 0 : reserved->second);
+      for (const ShardAssignment& assignment : own) {
+        used -= assignment.node_id == node.node_id ? assignment.env_count : 0;
       }
       const auto suspect = suspects_.find(node.node_id);
       if (suspect != suspects_.end() && suspect->second.excluded_until > now) {
@@ -135,55 +136,62 @@ std::vector<FleetNodes::Room> FleetNodes::Rooms(const std::vector<Share>& own) c
   return rooms;
 }
 
-absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::Divide(int32_t env_count) const {
+absl::StatusOr<std::vector<ShardAssignment>> FleetNodes::PlanShards(int32_t env_count,
+                                                                    size_t node_count_max) const {
   std::vector<Room> rooms = Rooms({});
   const auto is_suspect = [](const Room& room) { return room.is_suspect; };
   if (!std::all_of(rooms.begin(), rooms.end(), is_suspect)) {
     std::erase_if(rooms, is_suspect);
   }
-  return DivideAmong(std::move(rooms), env_count);
+  return PlanAmong(std::move(rooms), env_count, node_count_max);
 }
 
-absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAgain(
-    int32_t env_count, const std::vector<Share>& own) const {
+absl::StatusOr<std::vector<ShardAssignment>> FleetNodes::PlanRebalance(
+    int32_t env_count, const std::vector<ShardAssignment>& own) const {
   std::vector<Room> rooms = Rooms(own);
   std::erase_if(rooms, [](const Room& room) { return room.Rank() > 0; });
-  return DivideAmong(std::move(rooms), env_count);
+  return PlanAmong(std::move(rooms), env_count, SIZE_MAX);
 }
 
-absl::StatusOr<std::vector<FleetNodes::Share>> FleetNodes::DivideAmong(std::vector<Room> rooms,
-                                                                       int32_t env_count) {
+absl::StatusOr<std::vector<ShardAssignment>> FleetNodes::PlanAmong(std::vector<Room> rooms,
+                                                                   int32_t env_count,
+                                                                   size_t node_count_max) {
   if (rooms.empty()) {
     return absl::UnavailableError("the fleet has no node at the moment; repeat when it has");
   }
-  const auto worth = static_cast<size_t>(std::max(1, env_count / kShareMin));
+  const auto worth = static_cast<size_t>(std::max(1, env_count / kShardEnvCountMin));
   int64_t free = 0;
   size_t room_count = 0;
-  while (room_count < rooms.size() && (room_count < worth || free < env_count)) {
+  while (room_count < std::min(rooms.size(), node_count_max) &&
+         (room_count < worth || free < env_count)) {
     free += std::max<int64_t>(rooms[room_count++].free, 0);
   }
-  rooms.resize(room_count);
   if (free < env_count) {
-    return absl::ResourceExhaustedError(absl::StrCat("spec.env_count is ", env_count,
-                                                     " and the fleet's nodes have room for ", free,
-                                                     " environments"));
+    const std::string nodes =
+        room_count == rooms.size()
+            ? "the fleet's nodes"
+            : absl::StrCat("the fleet has threads left for ", room_count, " shards, whose nodes");
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "spec.env_count is ", env_count, " and ", nodes, " have room for ", free, " environments"));
   }
-  std::vector<Share> shares;
+  rooms.resize(room_count);
+  std::vector<ShardAssignment> assignments;
   int32_t left = env_count;
   for (const Room& room : rooms) {
     const int64_t room_free = std::max<int64_t>(room.free, 0);
     if (left > 0 && room_free > 0) {
       // Of what is left, as much as of the room that is left; rounded up, so that it all goes.
       const auto count = static_cast<int32_t>((left * room_free + free - 1) / free);
-      shares.push_back({room.node_id, count});
+      assignments.push_back({room.node_id, count});
       left -= count;
     }
     free -= room_free;
   }
-  return shares;
+  return assignments;
 }
 
-absl::StatusOr<FleetNodes::Seat> FleetNodes::Take(int32_t env_count, const std::string& preferred) {
+absl::StatusOr<FleetNodes::CapacityReservation> FleetNodes::Reserve(int32_t env_count,
+                                                                    const std::string& preferred) {
   std::vector<Room> rooms = Rooms({});
   std::stable_sort(rooms.begin(), rooms.end(), [&](const Room& left, const Room& right) {
     const auto rank = [&](const Room& room) {
@@ -194,8 +202,8 @@ absl::StatusOr<FleetNodes::Seat> FleetNodes::Take(int32_t env_count, const std::
   for (const Room& room : rooms) {
     if (room.free >= env_count) {
       absl::MutexLock lock(&mutex_);
-      seats_[room.node_id] += env_count;
-      return Seat(this, room.node_id, env_count);
+      reserved_[room.node_id] += env_count;
+      return CapacityReservation(this, room.node_id, env_count);
     }
   }
   return absl::UnavailableError(
@@ -332,7 +340,7 @@ int32_t FleetNodes::worker_count() const {
 size_t FleetNodes::known_count() const {
   absl::MutexLock lock(&mutex_);
   std::set<std::string> known;
-  for (const auto& [node_id, count] : seats_) {
+  for (const auto& [node_id, count] : reserved_) {
     known.insert(node_id);
   }
   for (const auto& [node_id, suspicion] : suspects_) {
@@ -344,7 +352,7 @@ size_t FleetNodes::known_count() const {
   return known.size();
 }
 
-void FleetNodes::OnChange() {
+void FleetNodes::OnNodesChanged() {
   std::set<std::string> present;
   for (const NodeStatus& node : options_.nodes()) {
     present.insert(node.node_id);

@@ -30,52 +30,54 @@ struct NodeClient {
   v1::Limits limits;
 };
 
+// A shard of a pool, with this many environments, on a node.
+struct ShardAssignment {
+  std::string node_id;
+  int32_t env_count = 0;
+};
+
 // The nodes that shards can be put on: which there are, how much room they have, and connections to
 // them. Threads: any method from any thread; none holds the lock while it talks to a node.
 class FleetNodes {
  public:
-  // A place for some environments on a node, counted there until it goes.
-  class Seat {
+  // Capacity of a node for some environments, which counts as used until this is destroyed.
+  class CapacityReservation {
    public:
-    Seat() = default;
-    Seat(FleetNodes* nodes, std::string node_id, int32_t env_count)
+    CapacityReservation() = default;
+    CapacityReservation(FleetNodes* nodes, std::string node_id, int32_t env_count)
         : nodes_(nodes), node_id_(std::move(node_id)), env_count_(env_count) {}
-    ~Seat() { Leave(); }
-    Seat(Seat&& other) noexcept { *this = std::move(other); }
-    Seat& operator=(Seat&& other) noexcept;
-    Seat(const Seat&) = delete;
-    Seat& operator=(const Seat&) = delete;
+    ~CapacityReservation() { Release(); }
+    CapacityReservation(CapacityReservation&& other) noexcept { *this = std::move(other); }
+    CapacityReservation& operator=(CapacityReservation&& other) noexcept;
+    CapacityReservation(const CapacityReservation&) = delete;
+    CapacityReservation& operator=(const CapacityReservation&) = delete;
 
     const std::string& node_id() const { return node_id_; }
 
    private:
-    void Leave();
+    void Release();
 
     FleetNodes* nodes_ = nullptr;  // null: none
     std::string node_id_;
     int32_t env_count_ = 0;
   };
 
-  // How many environments of a pool a node is to have.
-  struct Share {
-    std::string node_id;
-    int32_t env_count = 0;
-  };
-
   explicit FleetNodes(FleetOptions options);
 
-  // Divides the `env_count` environments of a new pool among the nodes by the room that they have.
+  // Divides the `env_count` environments of a new pool among the nodes by the room that they have,
+  // among at most `node_count_max` of them.
   // Errors: UNAVAILABLE there is no node; RESOURCE_EXHAUSTED they have too little room.
-  absl::StatusOr<std::vector<Share>> Divide(int32_t env_count) const;
+  absl::StatusOr<std::vector<ShardAssignment>> PlanShards(int32_t env_count,
+                                                          size_t node_count_max = SIZE_MAX) const;
   // The same for a pool that runs, whose environments are where `own` says, which counts as room.
   // Only among nodes that this process is connected to: a node that is announced but cannot be
-  // reached never moves a pool. Errors: as Divide.
-  absl::StatusOr<std::vector<Share>> DivideAgain(int32_t env_count,
-                                                 const std::vector<Share>& own) const;
+  // reached never moves a pool. Errors: as PlanShards.
+  absl::StatusOr<std::vector<ShardAssignment>> PlanRebalance(
+      int32_t env_count, const std::vector<ShardAssignment>& own) const;
 
-  // Takes a place on `preferred`, or if that is not to be had on the node with most room, nodes
-  // that have been reached before others. Errors: UNAVAILABLE there is none for the moment.
-  absl::StatusOr<Seat> Take(int32_t env_count, const std::string& preferred);
+  // Reserves capacity on `preferred` or, if it has too little, on the node with most room, nodes
+  // that have been reached before others. Errors: UNAVAILABLE no node has room for the moment.
+  absl::StatusOr<CapacityReservation> Reserve(int32_t env_count, const std::string& preferred);
   // A connection to the node of that id, made anew if there is none. Errors: PERMISSION_DENIED it
   // does not let this server in; UNAVAILABLE, others of the node.
   absl::StatusOr<std::shared_ptr<NodeClient>> Connect(const std::string& node_id);
@@ -100,8 +102,8 @@ class FleetNodes {
   int32_t worker_count() const;
 
   // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
-  void OnChange();
-  // Waits until OnChange or `until`, a time of SteadyNow.
+  void OnNodesChanged();
+  // Waits until OnNodesChanged or `until`, a time of SteadyNow.
   void AwaitChange(absl::Time until) const;
 
  private:
@@ -125,8 +127,10 @@ class FleetNodes {
   // REQUIRES: it is used now. Those of long ago are forgotten.
   Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Nodes that shards may be put on, those with most room first; none that is excluded.
-  std::vector<Room> Rooms(const std::vector<Share>& own) const;
-  static absl::StatusOr<std::vector<Share>> DivideAmong(std::vector<Room> rooms, int32_t env_count);
+  std::vector<Room> Rooms(const std::vector<ShardAssignment>& own) const;
+  static absl::StatusOr<std::vector<ShardAssignment>> PlanAmong(std::vector<Room> rooms,
+                                                                int32_t env_count,
+                                                                size_t node_count_max);
   // A connection that is made now. Errors: as Connect.
   absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
 
@@ -135,7 +139,7 @@ class FleetNodes {
   mutable absl::Mutex mutex_;
   mutable SteadyCondVar changed_;
   int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, int32_t> seats_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, int32_t> reserved_ ABSL_GUARDED_BY(mutex_);  // environments, by node
   std::map<std::string, Suspicion> suspects_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
 };

@@ -13,6 +13,7 @@
 #include "server/cluster/node_status.h"
 #include "server/cluster/subscription.h"
 #include "server/concurrency/deadline_timer.h"
+#include "server/fleet/limits.h"
 #include "server/fleet/log/fleet_state.h"
 
 namespace procgen {
@@ -38,15 +39,17 @@ struct FleetOptions {
   // it only steps of all environments are taken, which may change that, and beyond 9 / 8 of it
   // nothing.
   int64_t log_bytes_max = int64_t{1} << 30;
+  // Threads that the shards of all pools may have together, one each.
+  int32_t shard_threads_max = kShardThreadsMax;
   // Where pools are kept, so that another process can go on with them; null: nowhere.
   std::shared_ptr<FleetState> state;
   // How many answers a learner whose connection broke may ask for again, at most.
   int32_t requests_in_flight_max = 16;
   // How long a request waits for nodes that can carry it out.
   absl::Duration failover_timeout = absl::Minutes(10);
-  // How often pools look at their nodes though these do not seem to have changed: those that had
+  // How often pools poll their nodes though these do not seem to have changed: those that had
   // too little room may have more, and others may be less busy.
-  absl::Duration look_interval = absl::Seconds(1);
+  absl::Duration poll_interval = absl::Seconds(1);
   Clock clock = SteadyNow;  // of suspicions; a test has its own
 };
 

@@ -35,6 +35,19 @@ absl::Status CheckSize(absl::string_view what, absl::Span<const Element> array, 
 
 }  // namespace
 
+bool IsNodeError(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kDataLoss:
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kUnimplemented:
+      return false;
+    default:
+      return true;
+  }
+}
+
 absl::Status CheckNodeLimits(const v1::Limits& limits) {
   absl::Status status =
       CheckAtLeast("limits.requests_in_flight_max", limits.requests_in_flight_max(), 1);

@@ -20,6 +20,9 @@
 
 namespace procgen {
 
+// Whether another node may do better after this error of a node. False: any node would return it.
+bool IsNodeError(const absl::Status& status);
+
 // Checks of what nodes answer, before anything of it is used: a node may be faulty, hostile or of
 // another version. All return DATA_LOSS with what was answered and what was expected.
 

@@ -1,10 +1,7 @@
 #ifndef SERVER_FLEET_POOL_SHARD_H_
 #define SERVER_FLEET_POOL_SHARD_H_
 
-#include <atomic>
-#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,57 +15,38 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
-#include "procgen/v1/pools.pb.h"
 #include "procgen_client/batch.h"
 #include "procgen_client/step_stream.h"
 #include "server/concurrency/steady_time.h"
-#include "server/fleet/log/request_log.h"
-#include "server/fleet/log/shard_base.h"
-#include "server/fleet/nodes/fleet_nodes.h"
-#include "server/fleet/nodes/leftovers.h"
-#include "server/metrics/metrics.h"
+#include "server/fleet/log/shard_checkpoint.h"
+#include "server/fleet/pool/checkpointer.h"
+#include "server/fleet/pool/remote_pool.h"
+#include "server/fleet/pool/shard_context.h"
 #include "server/session/backend/pool_backend.h"
 #include "server/session/backend/request.h"
 
 namespace procgen {
 
-// What all shards of a pool have in common. What is pointed to must outlive them.
-struct ShardTerms {
-  std::string owner;             // of the pool
-  std::string label;             // what log lines call the pool
-  std::string id_prefix;         // what the ids of its pools on the nodes begin with
-  v1::PoolSpec spec;             // of the whole pool, without a level sampler
-  size_t observation_bytes = 0;  // of one environment
-  const FleetOptions* options = nullptr;
-  FleetNodes* nodes = nullptr;
-  Leftovers* leftovers = nullptr;
-  Metrics* metrics = nullptr;
-  const RequestLog* log = nullptr;
-  // How many requests a shard must be able to carry out again with their answers.
-  int64_t answers_kept = 0;
-  // Is told where a shard begins anew from now on; null: nobody is.
-  std::function<void(Part range, std::shared_ptr<const ShardBase> base)> on_base;
-};
-
-// Some of a pool's environments, on one node at a time. It does what it is asked whatever becomes
-// of the node: when that dies, drains or does not answer, it is made anew on another from its base,
-// and what was asked of it since is repeated, without pictures, up to where it stood.
+// A contiguous range of a pool's environments, on one node at a time. It executes the pool's
+// request log whatever becomes of the node: when that dies, drains or does not answer, the shard
+// moves to another node, restarts from its checkpoint and replays the log up to where it was.
 //
-// On the nodes each such life, an epoch, is a pool of its own, and its stream goes with it: a node
-// that comes back can answer for nothing that has moved.
+// In each epoch it is a RemotePool, a pool of its own on the node, with a stream that ends with the
+// epoch. So a node that comes back cannot answer for environments that have moved.
 //
-// A thread of its own talks to the node. Threads: one call at a time, from any thread, the next
-// after `done`; Look and what is const from any at any time.
+// A thread of its own talks to the node and blocks there.
+// Threads: one call at a time, from any thread, the next after `done`; OnNodesChanged and const
+// methods from any thread at any time.
 class Shard {
  public:
   using Done = absl::AnyInvocable<void(absl::Status)>;
 
-  // `number` is that of the shard in the life of its pool; `preferred_node`: where it is put if it
-  // can be. Errors: RESOURCE_EXHAUSTED its thread cannot be started.
-  static absl::StatusOr<std::unique_ptr<Shard>> Create(std::shared_ptr<const ShardTerms> terms,
-                                                       int32_t number, Part range,
-                                                       std::shared_ptr<const ShardBase> base,
-                                                       std::string preferred_node);
+  // `number`: of the shard in the life of its pool. `preferred_node`: where it is placed if it has
+  // room. `reservation`: of its thread. Errors: RESOURCE_EXHAUSTED that cannot be started.
+  static absl::StatusOr<std::unique_ptr<Shard>> Create(
+      std::shared_ptr<const ShardContext> context, int32_t number, Part range,
+      std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
+      ShardThreadBudget::Reservation reservation);
   // Frees what it has on its node. REQUIRES: no call runs.
   ~Shard();
   Shard(const Shard&) = delete;
@@ -76,119 +54,90 @@ class Shard {
 
   const Part& range() const { return range_; }
 
-  // Carries out all of the log up to `number`; `done` is called on its thread. Errors:
-  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that
-  // would come again elsewhere. After an error only Forget may follow.
+  // Executes the log up to `number`; `done` is called on the shard's thread. Errors:
+  // DEADLINE_EXCEEDED there was no node for FleetOptions::failover_timeout; those of nodes that any
+  // other node would return, too. After an error only Rollback may follow.
   void Run(int64_t number, Done done);
-  // What the node answered to `number`, of Run; until the next call.
+  // What the node answered to `number` of Run. Valid until the next call.
   const procgen_client::Batch& answer() const { return answer_; }
   // Snapshots of environments, in the shard's numbers. Errors: as Run.
   void Save(std::vector<int32_t> environments, std::vector<std::string>* snapshots, Done done);
-  // Has environments drawn, in the shard's numbers; `frames`: uint8 [size_px, size_px, 3],
+  // Renders environments, in the shard's numbers; `frames`: uint8 [size_px, size_px, 3],
   // one for each. Errors: as Run.
   void Render(std::vector<int32_t> environments, View view, int32_t size_px,
               std::vector<absl::Span<uint8_t>> frames, Done done);
-  // Goes back to `number`, as if nothing after it had been carried out.
-  void Forget(int64_t number);
+  // Restores the state after `number`, as if nothing later had been executed. Does not block.
+  void Rollback(int64_t number);
 
-  // Nodes have changed: it leaves one that is gone or drains, when it is not busy at once.
-  void Look();
+  // Detaches from a node that is gone or drains: at once, or when the call that runs has ended.
+  void OnNodesChanged();
 
-  // Where it begins anew. REQUIRES: no call runs.
-  std::shared_ptr<const ShardBase> base() const { return base_; }
-  // What is before it, this shard needs no more of the log.
-  int64_t base_number() const { return base_number_; }
-  // Where it is; empty: nowhere.
+  // The checkpoint that it restarts from. REQUIRES: no call runs.
+  const std::shared_ptr<const ShardCheckpoint>& checkpoint() const {
+    return checkpointer_.checkpoint();
+  }
+  // The shard needs no log entry up to this number.
+  int64_t checkpoint_number() const { return checkpointer_.checkpoint_number(); }
+  // The node where it is; empty: none.
   std::string node_id() const;
 
  private:
-  Shard(std::shared_ptr<const ShardTerms> terms, int32_t number, Part range,
-        std::shared_ptr<const ShardBase> base, std::string preferred_node);
-
-  // A pool on a node.
-  struct Placement {
-    FleetNodes::Seat seat;
-    std::shared_ptr<NodeClient> node;
-    std::string pool_id;
-    std::string pool;
-    std::shared_ptr<procgen_client::StepStream> stream;
-  };
   struct Task {
-    std::optional<int64_t> number;            // up to where the log is carried out; none: as it is
-    absl::AnyInvocable<absl::Status()> work;  // and then this, which may be repeated; null: nothing
+    std::optional<int64_t> number;  // log entries up to this one are executed; none: no further one
+    absl::AnyInvocable<absl::Status(const RemotePool&)> work;  // then; may be repeated; null: none
     Done done;
     absl::Time begin_time = SteadyNow();
   };
 
+  Shard(std::shared_ptr<const ShardContext> context, int32_t number, Part range,
+        std::shared_ptr<const ShardCheckpoint> checkpoint, std::string preferred_node,
+        ShardThreadBudget::Reservation reservation);
+
   void Start(Task task);
-  void Loop();
-  void GoBack(int64_t number);
-  // Moves to another node if this one is not to be used any more.
-  void Settle();
-  // Does the task, whatever becomes of nodes.
-  absl::Status Do(Task* task);
-  // Brings the environments to where they are after `number`: once.
-  absl::Status Reach(int64_t number);
+  void RunUntilStopped();
+  void RollbackNow(int64_t number);
+  // Moves to another node if the shard has none or its node is not to be used any more.
+  void Reconcile();
+  // Executes the task, on as many nodes as it takes.
+  absl::Status Execute(Task* task);
+  // Brings the environments to where they are after `number`, on the node or the next one.
+  absl::Status AdvanceTo(int64_t number);
   absl::Status Place();
-  // Makes the pool on the node, and puts it into the states of the base.
-  absl::Status Fill(Placement* placement);
-  // Carries out an entry of the log, without pictures; ahead of its answer, if that can be.
-  absl::Status Repeat(const LoggedRequest& logged);
-  // Carries it out with all that it asks for, into answer_.
-  absl::Status CarryOut(const LoggedRequest& logged);
-  absl::Status PutStates(const LoggedRequest& logged);
-  absl::Status ReceiveAll();
-  // Snapshots of environments, in the shard's numbers; of all, if none is named.
-  absl::StatusOr<std::vector<std::string>> FetchStates(
-      absl::Span<const int32_t> environments) const;
   // Whether it has no node, and `why`; counts and logs when that changes.
   void SetWaits(bool waits, const absl::Status& why = absl::OkStatus());
-  // As FleetNodes::Distrust, of the node where it is.
-  absl::Status Distrust(const absl::Status& why) const;
-  // An error of a call of the stream, whose client finds wrong answers, too.
-  absl::Status StreamError(absl::Status status) const;
-  // The node has failed to do something: lets go of it.
-  void Lose(const absl::Status& why);
-  void Leave();
-  absl::Status TimeIsUp(const absl::Status& last) const;
-  // Saves the states, if that is due; promotes what was saved, once that can be begun from.
-  void SaveBase();
-  void PromoteBase(int64_t number);
+  // The node has failed: detaches from it, and prefers others for a while.
+  void MarkNodeFailed(const absl::Status& why);
+  // Ends the epoch.
+  void Detach();
+  absl::Status TimeoutError(const absl::Status& last) const;
+  void LogResumed(absl::Duration failover_time) const;
   bool Stops() const;
-  std::string Environments() const;
 
-  const std::shared_ptr<const ShardTerms> terms_;
+  const std::shared_ptr<const ShardContext> context_;
   const int32_t number_;
   const Part range_;
+  const ShardThreadBudget::Reservation reservation_;  // of thread_
 
   // Of its thread.
   std::string preferred_node_;
   int32_t epoch_ = 0;
-  std::shared_ptr<const ShardBase> base_;
-  std::optional<SavedBase> next_base_;  // not yet to be begun from
-  int64_t save_position_ = 0;           // before which no states are saved, since that failed
-  std::optional<Placement> placement_;
-  bool waits_ = false;  // for a node
-  // The last error would come again on any node, so that none is tried until something is asked.
+  Checkpointer checkpointer_;
+  std::unique_ptr<RemotePool> remote_;  // null: it has no node
+  bool waits_ = false;                  // for a node
+  // The last error would be the same on any node: none is tried before the next call.
   bool gives_up_ = false;
-  int32_t unanswered_ = 0;                           // requests sent ahead
-  int64_t position_ = 0;                             // of the log, of what is on the node
-  int64_t asked_position_ = 0;                       // where it was asked to be
-  std::shared_ptr<const v1::LevelSampler> sampler_;  // in force
+  int64_t executed_position_ = 0;  // of the log; what is up to here is replayed when it moves
   procgen_client::Batch answer_;
-  // Answers to what is repeated, which nobody waits for. Apart, as that may happen while answer_ is
-  // still to be read: a shard may lose its node when it is done and others are not.
-  procgen_client::Batch repeated_;
-  std::atomic<int64_t> base_number_;
 
   mutable absl::Mutex mutex_;
   std::optional<Task> task_ ABSL_GUARDED_BY(mutex_);
-  bool looks_ ABSL_GUARDED_BY(mutex_) = false;
-  std::optional<int64_t> forgets_ ABSL_GUARDED_BY(mutex_);  // all after this number
+  bool nodes_changed_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<int64_t> rollback_number_ ABSL_GUARDED_BY(mutex_);
   bool stops_ ABSL_GUARDED_BY(mutex_) = false;
-  std::string node_id_ ABSL_GUARDED_BY(mutex_);  // of the placement
+  // Of remote_.
+  std::string node_id_ ABSL_GUARDED_BY(mutex_);
   std::shared_ptr<procgen_client::StepStream> stream_ ABSL_GUARDED_BY(mutex_);
-  std::thread thread_;  // runs Loop
+  std::thread thread_;  // runs RunUntilStopped
 };
 
 }  // namespace procgen

@@ -24,6 +24,7 @@ test("a pool stands at first steps before it is stepped", () =>
     const batch = await pool.observe();
     assert.deepEqual(batch.observationShape, [64, 64, 3]);
     assert.equal(batch.observations.length, 3 * 12288);
+    assert.ok(batch.observations.buffer.byteLength > 3 * 12288, "a view of the received message");
     assert.deepEqual([...batch.first], [1, 1, 1]);
     assert.deepEqual([...batch.rewards], [0, 0, 0]);
     assert.equal(batch.sequenceNumber, 1);

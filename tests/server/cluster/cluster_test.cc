@@ -197,11 +197,11 @@ TEST(ClusterTest, NobodyIsLostFromSightWherePeersGetOtherAddresses) {
   ASSERT_TRUE(AwaitIds(a.get(), {"a", "b"}));
   ASSERT_TRUE(AwaitIds(b.get(), {"a", "b"}));
   std::atomic<bool> lost = false;
-  const auto look = [&lost](const Cluster& cluster) {
+  const auto check = [&lost](const Cluster& cluster) {
     lost = lost || IdsOf(cluster.Nodes()) != Ids{"a", "b"};
   };
-  const Subscription of_a = a->Subscribe([&] { look(*a); });
-  const Subscription of_b = b->Subscribe([&] { look(*b); });
+  const Subscription of_a = a->Subscribe([&] { check(*a); });
+  const Subscription of_b = b->Subscribe([&] { check(*b); });
   // Asked a third time, it has taken the new addresses.
   ClusterWatch watch(a.get());
   NodeStatus status = SomeStatus("127.0.0.1:1");

@@ -11,12 +11,13 @@
 
 namespace procgen {
 
-// The base of a shard of two environments, whose states say where they come from.
-inline std::shared_ptr<const ShardBase> SomeBase(int64_t number, const std::string& text) {
-  ShardBase base;
-  base.number = number;
-  base.states = {text + "-0", text + std::string("\0-1", 3)};
-  return std::make_shared<const ShardBase>(std::move(base));
+// The checkpoint of a shard of two environments, whose states say where they come from.
+inline std::shared_ptr<const ShardCheckpoint> SomeCheckpoint(int64_t number,
+                                                             const std::string& text) {
+  ShardCheckpoint checkpoint;
+  checkpoint.number = number;
+  checkpoint.states = {text + "-0", text + std::string("\0-1", 3)};
+  return std::make_shared<const ShardCheckpoint>(std::move(checkpoint));
 }
 
 // A step of all four environments.
@@ -50,8 +51,8 @@ inline JournaledPool SomePool(const std::string& name = "pools/7") {
   pool.pool.set_name(name);
   pool.pool.mutable_spec()->add_games("maze");
   pool.pool.mutable_spec()->set_env_count(4);
-  pool.bases[0] = {{0, 2}, SomeBase(7, "left")};
-  pool.bases[2] = {{2, 2}, SomeBase(7, "right")};
+  pool.checkpoints[0] = {{0, 2}, SomeCheckpoint(7, "left")};
+  pool.checkpoints[2] = {{2, 2}, SomeCheckpoint(7, "right")};
   pool.log_begin = 7;
   pool.sequence_begin = 5;
   pool.log = {EntryOf(SomeStep(6)), EntryOf(SomeStates(3))};

@@ -102,7 +102,7 @@ class FleetTest : public testing::Test {
       options.snapshot_requests = snapshot_requests;
       options.log_bytes_max = log_bytes_max_;
       options.failover_timeout = failover_timeout_;
-      options.look_interval = look_interval_;
+      options.poll_interval = poll_interval_;
       options.credentials = credentials_;
       if (adjust_ != nullptr) {
         adjust_(&options);
@@ -144,7 +144,7 @@ class FleetTest : public testing::Test {
 
   int64_t log_bytes_max_ = FleetOptions().log_bytes_max;
   absl::Duration failover_timeout_ = absl::Seconds(20);
-  absl::Duration look_interval_ = absl::Seconds(1);
+  absl::Duration poll_interval_ = absl::Seconds(1);
   FleetCredentials credentials_;
   std::function<void(FleetOptions*)> adjust_;
   NodeList list_;

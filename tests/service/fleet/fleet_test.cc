@@ -52,8 +52,8 @@ INSTANTIATE_TEST_SUITE_P(AutoresetModesAndStacks, FleetFormatTest,
                                          std::pair(v1::AUTORESET_MODE_DISABLED, 1)));
 
 TEST_F(FleetTest, KilledNodesAreNotNoticed) {
-  // What moves is what nodes that were killed had: the pool is not divided anew in between.
-  look_interval_ = absl::InfiniteDuration();
+  // What moves is what nodes that were killed had: the pool is not rebalanced in between.
+  poll_interval_ = absl::InfiniteDuration();
   StartNode("a");
   StartNode("b");
   StartNode("c");
@@ -197,11 +197,11 @@ TEST_F(FleetTest, ConnectionsEndWithTheirNodesAndFollowThemElsewhere) {
   EXPECT_EQ((*nodes.Connect("a"))->address, list_.Nodes().front().address);
   EXPECT_EQ(nodes.known_count(), 1);
   list_.Remove("a");
-  nodes.OnChange();
+  nodes.OnNodesChanged();
   EXPECT_EQ(nodes.known_count(), 0);
 }
 
-TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsDivided) {
+TEST_F(FleetTest, AStepInPartsIsWholeAlsoWhereThePoolIsRebalanced) {
   constexpr int32_t kEnvCount = 24;
   const auto play = [](const Server& server, const std::function<bool(size_t)>& goes_on) {
     const auto client = Connect(server);

@@ -107,10 +107,10 @@ std::vector<Attack> AttacksOnMessages() {
 
 class HostileNodeTest : public FleetTest {
  protected:
-  // What moves is what the hostile node had: the pool is not divided anew in between.
+  // What moves is what the hostile node had: the pool is not rebalanced in between.
   void SetUp() override {
     FleetTest::SetUp();
-    look_interval_ = absl::InfiniteDuration();
+    poll_interval_ = absl::InfiniteDuration();
   }
 };
 

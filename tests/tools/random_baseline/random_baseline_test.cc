@@ -63,7 +63,7 @@ std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_c
   return lengths;
 }
 
-TEST(RandomBaselineTest, TheFirstEpisodesOfEachEnvironmentCountHoweverLong) {
+TEST(RandomBaselineTest, LongFirstEpisodesCountAsMuchAsShortOnes) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 1, .worker_count = 1, .seed = 0};
   const std::vector<int32_t> lengths = FirstEpisodeLengths(kCoinRun, 10);

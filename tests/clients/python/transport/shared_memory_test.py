@@ -250,7 +250,7 @@ def test_a_pipe_transport_bears_the_messages_and_the_call_their_errors(client: C
         pool.attach()
         stream = pool._stream
         assert stream is not None
-        assert stream._line is not None
+        assert stream._pipes is not None
         pool.step([4] * _ENV_COUNT)
         with pytest.raises(errors.InvalidArgumentError, match="next_levels"):
             pool.step([4] * _ENV_COUNT, next_levels={99: 1})
@@ -268,7 +268,7 @@ def test_without_a_pipe_transport_the_stream_does(
     with _create(client) as pool:
         assert pool.step([4] * _ENV_COUNT).observations is not None
         assert pool._stream is not None
-        assert pool._stream._line is None
+        assert pool._stream._pipes is None
 
 
 def test_who_takes_over_has_all_batches(client: Client) -> None:

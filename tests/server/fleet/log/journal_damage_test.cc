@@ -30,10 +30,10 @@ std::string BytesOf(const std::string& path) {
 // All that a pool is, as text.
 std::string TextOf(const JournaledPool& pool) {
   std::string text = pool.pool.ShortDebugString();
-  for (const auto& [first, base] : pool.bases) {
-    text += "\n" + std::to_string(first) + " " + std::to_string(base.first.count) + " " +
-            std::to_string(base.second->number);
-    for (const std::string& state : base.second->states) {
+  for (const auto& [first, checkpoint] : pool.checkpoints) {
+    text += "\n" + std::to_string(first) + " " + std::to_string(checkpoint.first.count) + " " +
+            std::to_string(checkpoint.second->number);
+    for (const std::string& state : checkpoint.second->states) {
       text += " " + state;
     }
   }
@@ -77,9 +77,9 @@ TEST_F(JournalDamageTest, APowerCutAtAnyPointLeavesAnEarlierMoment) {
   }
   (*journal)->TakeBack();
   add_moment();
-  (*journal)->SetBase({0, 2}, SomeBase(10, "left"));
+  (*journal)->SetCheckpoint({0, 2}, SomeCheckpoint(10, "left"));
   add_moment();
-  (*journal)->SetBase({2, 2}, SomeBase(11, "right"));
+  (*journal)->SetCheckpoint({2, 2}, SomeCheckpoint(11, "right"));
   add_moment();
   const std::string log = BytesOf(path_ + "-wal");
   for (size_t size = 0; size <= log.size(); ++size) {

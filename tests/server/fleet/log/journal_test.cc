@@ -50,11 +50,11 @@ class JournalTest : public testing::Test {
 
 TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
   JournaledPool written = SomePool();
-  ShardBase sampled = *written.bases[2].second;
+  ShardCheckpoint sampled = *written.checkpoints[2].second;
   auto sampler = std::make_shared<v1::LevelSampler>();
   sampler->add_level_seeds(12);
   sampled.sampler = sampler;
-  written.bases[2].second = std::make_shared<const ShardBase>(sampled);
+  written.checkpoints[2].second = std::make_shared<const ShardCheckpoint>(sampled);
   ASSERT_THAT(Journal::Create(path_, written, &metrics_), IsOk());
 
   const JournaledPool pool = Read();
@@ -67,15 +67,15 @@ TEST_F(JournalTest, APoolIsReadAsItWasWritten) {
   ASSERT_EQ(pool.log[1]->states.size(), 1);
   EXPECT_EQ(pool.log[1]->states[0].environment(), 3);
   EXPECT_EQ(pool.log[1]->states[0].snapshot(), "a snapshot");
-  ASSERT_EQ(pool.bases.size(), 2);
-  const auto& [range, base] = pool.bases.at(2);
+  ASSERT_EQ(pool.checkpoints.size(), 2);
+  const auto& [range, checkpoint] = pool.checkpoints.at(2);
   EXPECT_EQ(range.first, 2);
   EXPECT_EQ(range.count, 2);
-  EXPECT_EQ(base->number, 7);
-  EXPECT_EQ(base->states, sampled.states);
-  ASSERT_NE(base->sampler, nullptr);
-  EXPECT_THAT(base->sampler->level_seeds(), ElementsAre(12));
-  EXPECT_EQ(pool.bases.at(0).second->sampler, nullptr);
+  EXPECT_EQ(checkpoint->number, 7);
+  EXPECT_EQ(checkpoint->states, sampled.states);
+  ASSERT_NE(checkpoint->sampler, nullptr);
+  EXPECT_THAT(checkpoint->sampler->level_seeds(), ElementsAre(12));
+  EXPECT_EQ(pool.checkpoints.at(0).second->sampler, nullptr);
 }
 
 TEST_F(JournalTest, WhatIsAskedIsAddedAndTakenBack) {
@@ -92,32 +92,32 @@ TEST_F(JournalTest, WhatIsAskedIsAddedAndTakenBack) {
   EXPECT_EQ(pool.log[3]->states.size(), 1);
 }
 
-TEST_F(JournalTest, TheLatestBasesAreRead) {
+TEST_F(JournalTest, TheLatestCheckpointsAreRead) {
   const auto journal = Create();
   journal->Append(EntryOf(SomeStep(7)));
-  journal->SetBase({2, 2}, SomeBase(9, "later"));
-  EXPECT_EQ(Read().bases.at(2).second->number, 9);
-  EXPECT_EQ(Read().bases.at(0).second->number, 7);
-  ShardBase whole = *SomeBase(10, "whole");
+  journal->SetCheckpoint({2, 2}, SomeCheckpoint(9, "later"));
+  EXPECT_EQ(Read().checkpoints.at(2).second->number, 9);
+  EXPECT_EQ(Read().checkpoints.at(0).second->number, 7);
+  ShardCheckpoint whole = *SomeCheckpoint(10, "whole");
   whole.states.resize(4);
-  journal->SetBases({{0, {{0, 4}, std::make_shared<const ShardBase>(whole)}}});
+  journal->SetCheckpoints({{0, {{0, 4}, std::make_shared<const ShardCheckpoint>(whole)}}});
   const JournaledPool pool = Read();
-  ASSERT_EQ(pool.bases.size(), 1);
-  EXPECT_EQ(pool.bases.at(0).first.count, 4);
+  ASSERT_EQ(pool.checkpoints.size(), 1);
+  EXPECT_EQ(pool.checkpoints.at(0).first.count, 4);
 }
 
 TEST_F(JournalTest, EntriesThatNoCheckpointNeedsAreForgotten) {
   const auto journal = Create();
   journal->Append(EntryOf(SomeStep(7)));
-  journal->SetBase({2, 2}, SomeBase(9, "right"));
+  journal->SetCheckpoint({2, 2}, SomeCheckpoint(9, "right"));
   EXPECT_EQ(Read().log_begin, 7);
-  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  journal->SetCheckpoint({0, 2}, SomeCheckpoint(10, "left"));
   JournaledPool pool = Read();
   EXPECT_EQ(pool.log_begin, 9);
   EXPECT_EQ(pool.sequence_begin, 6);
   ASSERT_EQ(pool.log.size(), 1);
   EXPECT_EQ(pool.next_sequence_number(), 8);
-  journal->SetBase({2, 2}, SomeBase(10, "right"));
+  journal->SetCheckpoint({2, 2}, SomeCheckpoint(10, "right"));
   pool = Read();
   EXPECT_EQ(pool.log.size(), 0);
   EXPECT_EQ(pool.next_sequence_number(), 8);
@@ -125,13 +125,13 @@ TEST_F(JournalTest, EntriesThatNoCheckpointNeedsAreForgotten) {
 
 TEST_F(JournalTest, TheFileDoesNotGrowWithTheNumberOfRequests) {
   const auto journal = Create();
-  ShardBase base = *SomeBase(9, "");
-  base.states[0].assign(size_t{1} << 20, 'x');
+  ShardCheckpoint checkpoint = *SomeCheckpoint(9, "");
+  checkpoint.states[0].assign(size_t{1} << 20, 'x');
   for (int i = 0; i < 100; ++i) {
     journal->Append(EntryOf(SomeStep(7 + i)));
-    ++base.number;
-    journal->SetBase({0, 2}, std::make_shared<const ShardBase>(base));
-    journal->SetBase({2, 2}, SomeBase(base.number, "right"));
+    ++checkpoint.number;
+    journal->SetCheckpoint({0, 2}, std::make_shared<const ShardCheckpoint>(checkpoint));
+    journal->SetCheckpoint({2, 2}, SomeCheckpoint(checkpoint.number, "right"));
   }
   EXPECT_LT(std::filesystem::file_size(path_), size_t{4} << 20);
   EXPECT_LT(std::filesystem::file_size(path_ + "-wal"), size_t{20} << 20);
@@ -141,11 +141,11 @@ TEST_F(JournalTest, APoolThatIsResumedIsContinued) {
   Create();
   const auto journal = Journal::Resume(path_, Journal::Read(path_).value(), &metrics_);
   journal->Append(EntryOf(SomeStep(7)));
-  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  journal->SetCheckpoint({0, 2}, SomeCheckpoint(10, "left"));
   const JournaledPool pool = Read();
   EXPECT_EQ(pool.next_sequence_number(), 8);
   EXPECT_EQ(pool.log.size(), 3);
-  EXPECT_EQ(pool.bases.at(0).second->number, 10);
+  EXPECT_EQ(pool.checkpoints.at(0).second->number, 10);
 }
 
 TEST_F(JournalTest, AFullDiskLosesNothing) {
@@ -158,10 +158,10 @@ TEST_F(JournalTest, AFullDiskLosesNothing) {
     journal->Append(EntryOf(SomeStep(9)));
     EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 1");
     journal->TakeBack();
-    journal->SetBase({2, 2}, SomeBase(11, "right"));
+    journal->SetCheckpoint({2, 2}, SomeCheckpoint(11, "right"));
   }
   EXPECT_EQ(Read().next_sequence_number(), 8) << "the last commit";
-  journal->SetBase({0, 2}, SomeBase(10, "left"));
+  journal->SetCheckpoint({0, 2}, SomeCheckpoint(10, "left"));
   FlushLog(absl::Seconds(10));
   const std::string log = testing::internal::GetCapturedStderr();
   EXPECT_THAT(log, HasSubstr("event=journal_write_failed pool=pools/7 owner=alice message=\"cannot "
@@ -170,7 +170,7 @@ TEST_F(JournalTest, AFullDiskLosesNothing) {
   EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 0");
   const JournaledPool pool = Read();
   EXPECT_EQ(pool.next_sequence_number(), 9);
-  EXPECT_EQ(pool.bases.at(2).second->number, 11);
+  EXPECT_EQ(pool.checkpoints.at(2).second->number, 11);
   EXPECT_EQ(pool.log.size(), 1);
 }
 
@@ -190,11 +190,11 @@ TEST_F(JournalTest, RequestsBringDurabilityBackWhenThereIsRoomAgain) {
 
 TEST_F(JournalTest, RoomInTheWriteAheadLogIsUsedBeforeAWriteFails) {
   const auto journal = Create();
-  ShardBase base = *SomeBase(7, "");
-  base.states[0].assign(size_t{1} << 20, 'x');
+  ShardCheckpoint checkpoint = *SomeCheckpoint(7, "");
+  checkpoint.states[0].assign(size_t{1} << 20, 'x');
   const FullDisk full(int64_t{4} << 20);
   for (int i = 0; i < 20; ++i) {
-    journal->SetBase({0, 2}, std::make_shared<const ShardBase>(base));
+    journal->SetCheckpoint({0, 2}, std::make_shared<const ShardCheckpoint>(checkpoint));
   }
   EXPECT_EQ(NotDurable(), "procgen_fleet_pools_not_durable 0");
 }

@@ -36,92 +36,100 @@ FleetOptions OptionsOf(const std::vector<NodeStatus>& nodes) {
 
 using Counts = std::vector<std::pair<std::string, int32_t>>;
 
-Counts CountsOf(const absl::StatusOr<std::vector<FleetNodes::Share>>& shares) {
-  EXPECT_THAT(shares, IsOk());
+Counts CountsOf(const absl::StatusOr<std::vector<ShardAssignment>>& assignments) {
+  EXPECT_THAT(assignments, IsOk());
   Counts counts;
-  for (const FleetNodes::Share& share : *shares) {
-    counts.emplace_back(share.node_id, share.env_count);
+  for (const ShardAssignment& assignment : *assignments) {
+    counts.emplace_back(assignment.node_id, assignment.env_count);
   }
   return counts;
 }
 
-Counts Divide(const std::vector<NodeStatus>& nodes, int32_t env_count) {
-  return CountsOf(FleetNodes(OptionsOf(nodes)).Divide(env_count));
+Counts Plan(const std::vector<NodeStatus>& nodes, int32_t env_count) {
+  return CountsOf(FleetNodes(OptionsOf(nodes)).PlanShards(env_count));
 }
 
-TEST(DivideTest, EqualNodesHaveEqualShares) {
-  EXPECT_THAT(Divide({Node("a", 100), Node("b", 100), Node("c", 100)}, 24),
+TEST(PlanShardsTest, EqualNodesHaveEqualShares) {
+  EXPECT_THAT(Plan({Node("a", 100), Node("b", 100), Node("c", 100)}, 24),
               ElementsAre(Pair("a", 8), Pair("b", 8), Pair("c", 8)));
 }
 
-TEST(DivideTest, WhatDoesNotDivideGoesToTheFirst) {
-  EXPECT_THAT(Divide({Node("a", 100), Node("b", 100), Node("c", 100)}, 26),
+TEST(PlanShardsTest, WhatDoesNotDivideGoesToTheFirst) {
+  EXPECT_THAT(Plan({Node("a", 100), Node("b", 100), Node("c", 100)}, 26),
               ElementsAre(Pair("a", 9), Pair("b", 9), Pair("c", 8)));
 }
 
-TEST(DivideTest, SharesAreByTheRoomThatIsLeft) {
-  EXPECT_THAT(Divide({Node("a", 100, 50), Node("b", 200, 50), Node("c", 400, 400)}, 80),
+TEST(PlanShardsTest, SharesAreByTheRoomThatIsLeft) {
+  EXPECT_THAT(Plan({Node("a", 100, 50), Node("b", 200, 50), Node("c", 400, 400)}, 80),
               ElementsAre(Pair("b", 60), Pair("a", 20)));
 }
 
-TEST(DivideTest, NoNodeHasMoreThanItHasRoomFor) {
-  EXPECT_THAT(Divide({Node("a", 7), Node("b", 5), Node("c", 1)}, 13),
+TEST(PlanShardsTest, NoNodeHasMoreThanItHasRoomFor) {
+  EXPECT_THAT(Plan({Node("a", 7), Node("b", 5), Node("c", 1)}, 13),
               ElementsAre(Pair("a", 7), Pair("b", 5), Pair("c", 1)));
 }
 
-TEST(DivideTest, NodesThatDrainAreUnwellOrTakeNoneHaveNone) {
+TEST(PlanShardsTest, NoMoreNodesThanAllowedHaveAny) {
+  const FleetNodes nodes(OptionsOf({Node("a", 30), Node("b", 20), Node("c", 10)}));
+  EXPECT_THAT(CountsOf(nodes.PlanShards(24, 2)), ElementsAre(Pair("a", 15), Pair("b", 9)));
+  EXPECT_THAT(nodes.PlanShards(40, 1).status(),
+              StatusIs(absl::StatusCode::kResourceExhausted,
+                       HasSubstr("threads left for 1 shards, whose nodes have room for 30")));
+}
+
+TEST(PlanShardsTest, NodesThatDrainAreUnwellOrTakeNoneHaveNone) {
   NodeStatus draining = Node("a", 100);
   draining.draining = true;
   NodeStatus unwell = Node("b", 100);
   unwell.healthy = false;
-  EXPECT_THAT(Divide({draining, unwell, Node("fleet", 0), Node("d", 100)}, 16),
+  EXPECT_THAT(Plan({draining, unwell, Node("fleet", 0), Node("d", 100)}, 16),
               ElementsAre(Pair("d", 16)));
 }
 
-TEST(DivideTest, FewEnvironmentsStayTogether) {
+TEST(PlanShardsTest, FewEnvironmentsStayTogether) {
   const std::vector<NodeStatus> nodes = {Node("a", 100), Node("b", 100), Node("c", 100)};
-  EXPECT_THAT(Divide(nodes, 1), ElementsAre(Pair("a", 1)));
-  EXPECT_THAT(Divide(nodes, 7), ElementsAre(Pair("a", 7)));
-  EXPECT_THAT(Divide(nodes, 8), ElementsAre(Pair("a", 4), Pair("b", 4)));
+  EXPECT_THAT(Plan(nodes, 1), ElementsAre(Pair("a", 1)));
+  EXPECT_THAT(Plan(nodes, 7), ElementsAre(Pair("a", 7)));
+  EXPECT_THAT(Plan(nodes, 8), ElementsAre(Pair("a", 4), Pair("b", 4)));
 }
 
-TEST(DivideTest, FewEnvironmentsPartWhereThereIsNoRoomOtherwise) {
-  EXPECT_THAT(Divide({Node("a", 3), Node("b", 3), Node("c", 3)}, 8),
+TEST(PlanShardsTest, FewEnvironmentsPartWhereThereIsNoRoomOtherwise) {
+  EXPECT_THAT(Plan({Node("a", 3), Node("b", 3), Node("c", 3)}, 8),
               ElementsAre(Pair("a", 3), Pair("b", 3), Pair("c", 2)));
 }
 
-TEST(DivideTest, ErrorsTellWhatThereIs) {
-  EXPECT_THAT(FleetNodes(OptionsOf({})).Divide(8),
+TEST(PlanShardsTest, ErrorsTellWhatThereIs) {
+  EXPECT_THAT(FleetNodes(OptionsOf({})).PlanShards(8),
               StatusIs(absl::StatusCode::kUnavailable, HasSubstr("no node at the moment")));
-  EXPECT_THAT(FleetNodes(OptionsOf({Node("a", 10, 4), Node("b", 3, 9)})).Divide(8),
+  EXPECT_THAT(FleetNodes(OptionsOf({Node("a", 10, 4), Node("b", 3, 9)})).PlanShards(8),
               StatusIs(absl::StatusCode::kResourceExhausted,
                        "spec.env_count is 8 and the fleet's nodes have room for 6 environments"));
 }
 
-TEST(FleetNodesTest, SeatsCountUntilTheyGo) {
+TEST(FleetNodesTest, CapacityIsReservedUntilTheReservationGoes) {
   FleetNodes nodes(OptionsOf({Node("a", 10), Node("b", 10)}));
   {
-    auto seat = nodes.Take(8, "b");
-    ASSERT_THAT(seat, IsOk());
-    EXPECT_EQ(seat->node_id(), "b");
-    EXPECT_THAT(CountsOf(nodes.Divide(12)), ElementsAre(Pair("a", 10), Pair("b", 2)));
-    const auto elsewhere = nodes.Take(8, "b");
+    auto reserved = nodes.Reserve(8, "b");
+    ASSERT_THAT(reserved, IsOk());
+    EXPECT_EQ(reserved->node_id(), "b");
+    EXPECT_THAT(CountsOf(nodes.PlanShards(12)), ElementsAre(Pair("a", 10), Pair("b", 2)));
+    const auto elsewhere = nodes.Reserve(8, "b");
     ASSERT_THAT(elsewhere, IsOk());
     EXPECT_EQ(elsewhere->node_id(), "a") << "what is preferred has no room";
-    EXPECT_THAT(nodes.Take(8, "b"), StatusIs(absl::StatusCode::kUnavailable,
-                                             "none of 2 nodes has room for 8 environments"));
-    const FleetNodes::Seat moved = *std::move(seat);
+    EXPECT_THAT(nodes.Reserve(8, "b"), StatusIs(absl::StatusCode::kUnavailable,
+                                                "none of 2 nodes has room for 8 environments"));
+    const FleetNodes::CapacityReservation moved = *std::move(reserved);
     EXPECT_EQ(moved.node_id(), "b");
   }
-  EXPECT_THAT(CountsOf(nodes.Divide(20)), ElementsAre(Pair("a", 10), Pair("b", 10)));
+  EXPECT_THAT(CountsOf(nodes.PlanShards(20)), ElementsAre(Pair("a", 10), Pair("b", 10)));
 }
 
 TEST(FleetNodesTest, SuspectsAreUsedWhereThereIsNobodyElse) {
   FleetNodes nodes(OptionsOf({Node("a", 100), Node("b", 10)}));
   nodes.Suspect("a");
-  EXPECT_EQ(nodes.Take(4, "a")->node_id(), "b");
+  EXPECT_EQ(nodes.Reserve(4, "a")->node_id(), "b");
   nodes.Suspect("b");
-  EXPECT_EQ(nodes.Take(4, "a")->node_id(), "a");
+  EXPECT_EQ(nodes.Reserve(4, "a")->node_id(), "a");
 }
 
 TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
@@ -134,14 +142,14 @@ TEST(FleetNodesTest, NodesThatAnswerWronglyAreExcludedTwiceAsLongEachTime) {
         nodes.Distrust("a", absl::DataLossError("batch.rewards is empty")),
         StatusIs(absl::StatusCode::kUnavailable, "node a answers wrongly: batch.rewards is empty"));
     now += absl::Seconds(seconds) - absl::Nanoseconds(1);
-    EXPECT_THAT(nodes.Take(4, "a"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
+    EXPECT_THAT(nodes.Reserve(4, "a"), StatusIs(absl::StatusCode::kUnavailable, testing::_));
     now += absl::Nanoseconds(1);
-    EXPECT_THAT(nodes.Take(4, "a"), IsOk());
+    EXPECT_THAT(nodes.Reserve(4, "a"), IsOk());
   }
   now += absl::Minutes(10);
   nodes.Distrust("a", absl::DataLossError("again")).IgnoreError();
   now += absl::Seconds(1);
-  EXPECT_THAT(nodes.Take(4, "a"), IsOk()) << "what was long ago is forgotten";
+  EXPECT_THAT(nodes.Reserve(4, "a"), IsOk()) << "what was long ago is forgotten";
 }
 
 TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
@@ -153,10 +161,10 @@ TEST(FleetNodesTest, NodesOfLongAgoAreForgotten) {
   FleetNodes nodes(options);
   for (int i = 0; i < 1000; ++i) {
     node_id = absl::StrCat("node-", i);
-    EXPECT_THAT(nodes.Take(8, node_id), IsOk());
+    EXPECT_THAT(nodes.Reserve(8, node_id), IsOk());
     nodes.Suspect(node_id);
     nodes.Distrust(node_id, absl::DataLossError("some nonsense")).IgnoreError();
-    nodes.OnChange();
+    nodes.OnNodesChanged();
     now += absl::Minutes(1);
   }
   EXPECT_LE(nodes.known_count(), 7);

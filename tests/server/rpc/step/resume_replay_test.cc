@@ -50,13 +50,10 @@ class PromptPool final : public PoolBackend {
     absl::Status status = fails_();
     if (status.ok()) {
       absl::Notification stepped;
-      pool_->StepAsync(
-          part, batch,
-          [&](absl::Status result) {
-            status = std::move(result);
-            stepped.Notify();
-          },
-          nullptr);
+      pool_->StepAsync(part, batch, [&](absl::Status result) {
+        status = std::move(result);
+        stepped.Notify();
+      });
       stepped.WaitForNotification();
     }
     done(std::move(status));

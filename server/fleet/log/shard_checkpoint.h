@@ -1,0 +1,40 @@
+#ifndef SERVER_FLEET_LOG_SHARD_CHECKPOINT_H_
+#define SERVER_FLEET_LOG_SHARD_CHECKPOINT_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "procgen/v1/pools.pb.h"
+#include "server/fleet/log/request_log.h"
+#include "server/session/backend/request.h"
+
+namespace procgen {
+
+// From where on a shard can be made anew: its states after a number of the log.
+struct ShardCheckpoint {
+  int64_t number = 0;
+  std::vector<std::string> states;                  // of each environment; none: as it was made
+  std::shared_ptr<const v1::LevelSampler> sampler;  // in force then; null: none
+};
+
+// What was saved to begin from, and when that can be done: observations can be drawn from it, also
+// of requests that may have to be answered again.
+struct PendingCheckpoint {
+  std::shared_ptr<const ShardCheckpoint> checkpoint;
+  int64_t drawable_number = 0;  // from this request on; 0: not yet
+
+  // `number`: of the request that runs. `answers_kept`: how many may have to be answered again.
+  bool IsUsable(const RequestLog& log, Part range, int64_t number, int64_t answers_kept) {
+    if (drawable_number == 0 && log.CanDrawFrom(range, checkpoint->number)) {
+      drawable_number = log.end();
+    }
+    return drawable_number > 0 && number >= drawable_number + answers_kept &&
+           number > checkpoint->number + answers_kept;
+  }
+};
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_LOG_SHARD_CHECKPOINT_H_

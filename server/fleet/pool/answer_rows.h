@@ -1,0 +1,19 @@
+#ifndef SERVER_FLEET_POOL_ANSWER_ROWS_H_
+#define SERVER_FLEET_POOL_ANSWER_ROWS_H_
+
+#include <cstddef>
+
+#include "envcore/pool/pool.h"
+#include "procgen_client/batch.h"
+
+namespace procgen {
+
+// Copies `row_count` rows of a node's answer, from `answer_row` on, into a batch, from `batch_row`
+// on; arrays that either of them does not have are left as they are. `observation_bytes`: of one
+// environment.
+void CopyAnswerRows(const procgen_client::Batch& answer, size_t answer_row, const Batch& batch,
+                    size_t batch_row, size_t row_count, size_t observation_bytes);
+
+}  // namespace procgen
+
+#endif  // SERVER_FLEET_POOL_ANSWER_ROWS_H_

@@ -1,0 +1,118 @@
+"""The program learner.py, run on a host."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import selectors
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from learner_script import Script
+from learner_trace import Trace
+from network import Network
+
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+class LearnerError(Exception):
+    """The learner has failed; the message has its last words."""
+
+
+class LearnerProcess:
+    """A learner at play, that says how far it is."""
+
+    def __init__(
+        self,
+        network: Network,
+        host: str,
+        server: str,
+        script: Script,
+        folder: Path,
+        *,
+        node_count: int = 0,
+        announce: Iterable[int] = (),
+        gates: Iterable[int] = (),
+    ) -> None:
+        """Starts it.
+
+        Args:
+            network: Has the host.
+            host: Where it is.
+            server: Its server's address.
+            script: What it does.
+            folder: For its trace and its log.
+            node_count: Nodes that the server must see before it begins.
+            announce: Requests before which it tells that it is there, and goes on.
+            gates: The same, but it goes on with open_gate.
+        """
+        self._trace_path = folder / "learner.npz"
+        self._log_path = folder / "learner.log"
+        command = [
+            sys.executable,
+            os.fspath(_ROOT / "tests/fleet_faults/learner.py"),
+            f"--server={server}",
+            f"--node_count={node_count}",
+            f"--script={json.dumps(dataclasses.asdict(script))}",
+            f"--trace={self._trace_path}",
+            f"--announce={json.dumps(sorted(announce))}",
+            f"--gates={json.dumps(sorted(gates))}",
+        ]
+        with open(self._log_path, "wb") as log:
+            self._process: subprocess.Popen[Any] = network.start(
+                host,
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                env={**os.environ, "PYTHONPATH": os.fspath(_ROOT / "clients/python")},
+            )
+        self._unread = b""
+
+    def next_announced(self, timeout: float) -> int | None:
+        """The next request that it announces, or None if it has ended.
+
+        Raises:
+            TimeoutError: It announced none in time.
+        """
+        assert self._process.stdout is not None
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._process.stdout, selectors.EVENT_READ)
+            while b"\n" not in self._unread:
+                if not selector.select(timeout):
+                    raise TimeoutError(f"the learner is silent for {timeout:.3g} s{self._words()}")
+                piece = os.read(self._process.stdout.fileno(), 4096)
+                if not piece:
+                    return None
+                self._unread += piece
+        line, _, self._unread = self._unread.partition(b"\n")
+        return int(line.removeprefix(b"at "))
+
+    def open_gate(self) -> None:
+        """Lets it go on where it waits."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(b"\n")
+        self._process.stdin.flush()
+
+    def trace(self, timeout: float) -> Trace:
+        """What it saw, when it has ended.
+
+        Raises:
+            LearnerError: It failed.
+            TimeoutError: It has not ended in time.
+        """
+        try:
+            status = self._process.wait(timeout)
+        except subprocess.TimeoutExpired as error:
+            raise TimeoutError(f"the learner plays on after {timeout:.3g} s") from error
+        if status != 0:
+            raise LearnerError(f"the learner ended with status {status}{self._words()}")
+        return Trace.load(self._trace_path)
+
+    def _words(self) -> str:
+        words = self._log_path.read_text(errors="replace").splitlines()[-15:]
+        return "; it said:\n" + "\n".join(words) if words else ""

@@ -1,0 +1,213 @@
+"""Hosts of a test: network namespaces, each with its own address, on one switch."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import signal
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
+
+# Names of namespaces: procgen-RUN-NETWORK-HOST, where RUN is the process that made it and when it
+# began, so that nobody is taken for it who has its number later.
+_PREFIX = "procgen-"
+_NAME = re.compile(_PREFIX + r"(\d+-\d+)-\d+-\w+")
+_network_numbers = itertools.count()
+_FOLDER = Path("/run/netns")
+_SWITCH = "switch"
+# What is seen in no namespace but ours, so it need not be unique.
+_SUBNET = "10.213.0"
+# What programs say to those who may not, or where the kernel was built without something.
+_PROHIBITED = re.compile("not permitted|denied|not supported|unknown device type", re.IGNORECASE)
+
+# Which packets a cut drops: those that go to the host, those that come from it.
+Direction = Literal["to", "from", "both"]
+
+
+class NotPermittedError(Exception):
+    """This user or machine may not make network namespaces; the message says why."""
+
+
+class Network:
+    """Hosts that reach each other by Ethernet, multicast included, and nobody else.
+
+    The switch is a bridge in a namespace of its own; a host has one cable to it. All is gone on
+    leaving. What a run leaves behind that was killed, the next removes; its processes end with it.
+    """
+
+    def __init__(self, hosts: Sequence[str]) -> None:
+        """Makes the hosts; names are up to 10 letters and digits.
+
+        Raises:
+            NotPermittedError: It cannot be done here.
+        """
+        remove_stale()
+        self._hosts = tuple(hosts)
+        self._number = next(_network_numbers)
+        self._processes: list[subprocess.Popen[Any]] = []
+        try:
+            self._make()
+        except BaseException as error:
+            self.close()
+            if reason := _prohibition(error):
+                raise NotPermittedError(f"no network namespaces here: {reason}") from error
+            raise
+
+    def __enter__(self) -> Network:
+        """Gives the network itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Removes it."""
+        self.close()
+
+    def address(self, host: str) -> str:
+        """The IPv4 address of a host."""
+        return f"{_SUBNET}.{self._hosts.index(host) + 1}"
+
+    def start(self, host: str, command: Sequence[str], **popen: Any) -> subprocess.Popen[Any]:
+        """Starts a program on a host. It is killed when this process ends, or by close."""
+        process = subprocess.Popen(
+            ["ip", "netns", "exec", self._namespace(host), "setpriv", "--pdeathsig=KILL", *command],
+            **{"stdin": subprocess.DEVNULL, "start_new_session": True, **popen},
+        )
+        self._processes.append(process)
+        return process
+
+    def cut(self, host: str, direction: Direction) -> None:
+        """Drops all packets in a direction without a word; the host sees that it has a link."""
+        if direction in ("to", "both"):
+            _drop_arriving(self._namespace(host), "eth0")
+        if direction in ("from", "both"):
+            _drop_arriving(self._namespace(_SWITCH), _port(host))
+
+    def heal(self, host: str) -> None:
+        """Undoes cut."""
+        # To delete a table that is not there is an error, unless it was added just before.
+        _nft(self._namespace(host), "add table netdev cut; delete table netdev cut")
+        table = f"netdev cut_{host}"
+        _nft(self._namespace(_SWITCH), f"add table {table}; delete table {table}")
+
+    def unplug(self, host: str) -> None:
+        """Takes the switch's end of the cable down; the host sees that it has no link."""
+        self._ip(_SWITCH, f"link set dev {_port(host)} down")
+
+    def plug(self, host: str) -> None:
+        """Undoes unplug."""
+        self._ip(_SWITCH, f"link set dev {_port(host)} up")
+
+    def close(self) -> None:
+        """Kills what was started, and removes the hosts."""
+        for process in self._processes:
+            if process.poll() is None:
+                process.kill()
+        for process in self._processes:
+            process.wait()
+        for host in (*self._hosts, _SWITCH):
+            _remove(self._namespace(host))
+
+    def _make(self) -> None:
+        for host in (_SWITCH, *self._hosts):
+            _run(["ip", "netns", "add", self._namespace(host)])
+        # Without snooping multicast goes to all, as if each had asked for it.
+        bridge = "link add bridge0 type bridge mcast_snooping 0"
+        self._ip(_SWITCH, bridge, "link set dev bridge0 up")
+        for host in self._hosts:
+            port = _port(host)
+            self._ip(
+                _SWITCH,
+                f"link add {port} type veth peer name eth0 netns {self._namespace(host)}",
+                f"link set dev {port} master bridge0 up",
+            )
+            self._ip(
+                host,
+                "link set dev lo up",
+                f"address add {self.address(host)}/24 dev eth0",
+                "link set dev eth0 up",
+            )
+        # That packets can be dropped, before a test counts on it.
+        if self._hosts:
+            self.cut(self._hosts[0], "both")
+            self.heal(self._hosts[0])
+
+    def _namespace(self, host: str) -> str:
+        return f"{_PREFIX}{_run_name(os.getpid())}-{self._number}-{host}"
+
+    def _ip(self, host: str, *lines: str) -> None:
+        _run(["ip", "-n", self._namespace(host), "-batch", "-"], "\n".join(lines) + "\n")
+
+
+def remove_stale() -> None:
+    """Removes the namespaces of runs that are no more, and what runs in them."""
+    if not _FOLDER.is_dir():
+        return
+    for name in sorted(entry.name for entry in _FOLDER.iterdir()):
+        match = _NAME.fullmatch(name)
+        if match and not _is_alive(match.group(1)):
+            _remove(name)
+
+
+def _prohibition(error: BaseException) -> str | None:
+    """Why this user or machine may not do what failed; None: it is a mistake of ours."""
+    if isinstance(error, FileNotFoundError):
+        return f"there is no program {error.filename}"
+    if isinstance(error, subprocess.CalledProcessError) and _PROHIBITED.search(error.stderr):
+        return str(error.stderr).strip().splitlines()[0]
+    return None
+
+
+def _run_name(process_id: int) -> str | None:
+    try:
+        # The fields behind the program's name, which may have blanks and brackets in it.
+        fields = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return None
+    return f"{process_id}-{fields[19]}"
+
+
+def _is_alive(run: str) -> bool:
+    return _run_name(int(run.partition("-")[0])) == run
+
+
+def _port(host: str) -> str:
+    return f"port-{host}"
+
+
+def _drop_arriving(namespace: str, interface: str) -> None:
+    table = "cut" if interface == "eth0" else f"cut_{interface.removeprefix('port-')}"
+    hook = f"type filter hook ingress device {interface} priority 0; policy drop;"
+    _nft(namespace, f"add table netdev {table}; add chain netdev {table} drop_all {{ {hook} }}")
+
+
+def _nft(namespace: str, rules: str) -> None:
+    _run(["ip", "netns", "exec", namespace, "nft", rules])
+
+
+def _run(command: list[str], text: str = "") -> str:
+    return subprocess.run(
+        command, input=text, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def _remove(namespace: str) -> None:
+    """Kills what runs there and removes it, if it is there; another run may be doing so, too."""
+    if not (_FOLDER / namespace).exists():
+        return
+    pids = subprocess.run(
+        ["ip", "netns", "pids", namespace], capture_output=True, text=True, check=False
+    )
+    for process_id in pids.stdout.split():
+        try:
+            os.kill(int(process_id), signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    subprocess.run(["ip", "netns", "delete", namespace], capture_output=True, check=False)

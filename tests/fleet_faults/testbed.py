@@ -1,0 +1,176 @@
+"""Where a scenario plays: hosts, a fleet on them, and a learner whose trace is compared."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+from fleet import FLEET, LEARNER, Fleet
+from learner_process import LearnerProcess
+from learner_script import Script
+from learner_trace import Trace, difference
+from network import Network
+
+NODES = ("a", "b", "c")
+SPARE = "d"  # A host without a node, to begin with.
+# How long the learner may wait, for a fault or for a machine that others use, too.
+TIMEOUT_S = 300.0
+
+_ROOT = Path(__file__).resolve().parents[2]
+_BINARY_VARIABLE = "PROCGEN_SERVER_BINARY"
+_CLOCK_VARIABLE = "PROCGEN_WALL_CLOCK_LIBRARY"
+
+
+def server_binary() -> Path:
+    """What CTest says, else what was built last in this checkout.
+
+    Raises:
+        FileNotFoundError: Nothing was built.
+    """
+    if _BINARY_VARIABLE in os.environ:
+        return Path(os.environ[_BINARY_VARIABLE])
+    built = list(_ROOT.glob("build/*/bin/procgen-server"))
+    if not built:
+        raise FileNotFoundError(f"no server was built; build it, or set {_BINARY_VARIABLE}")
+    return max(built, key=lambda path: path.stat().st_mtime)
+
+
+def wall_clock_library() -> Path:
+    """What CTest says, else beside the server.
+
+    Raises:
+        FileNotFoundError: It was not built.
+    """
+    beside = server_binary().parents[1] / "tests" / "wall_clock" / "libwall_clock.so"
+    library = Path(os.environ.get(_CLOCK_VARIABLE, beside))
+    if not library.exists():
+        raise FileNotFoundError(f"no wall clock at {library}; build the target wall_clock")
+    return library
+
+
+class Testbed:
+    """Three nodes, a fleet server and a learner; a spare host. All is gone on leaving.
+
+    Attributes:
+        network: The hosts.
+        fleet: What runs on them.
+    """
+
+    __test__ = False  # pytest collects classes whose names begin with Test.
+
+    def __init__(
+        self, folder: Path, *, multicast: bool = True, disk: bool = False, clocks: bool = False
+    ) -> None:
+        """Starts the servers.
+
+        Args:
+            folder: For logs and what the fleet server keeps.
+            multicast: Whether they find each other by it.
+            disk: Whether the fleet server's disk can be filled.
+            clocks: Whether their wall clocks can be set.
+
+        Raises:
+            NotPermittedError: There can be no hosts here.
+        """
+        self._folder = folder
+        self.network = Network((*NODES, SPARE, FLEET, LEARNER))
+        try:
+            peers = () if multicast else (*NODES, SPARE, FLEET)
+            self.fleet = Fleet(self.network, server_binary(), folder, peers=peers)
+            if disk:
+                self.fleet.use_disk()
+            if clocks:
+                for host in (*NODES, SPARE, FLEET):
+                    self.fleet.use_clock(host, wall_clock_library())
+            for host in (*NODES, FLEET):
+                self.fleet.start(host)
+            self.fleet.await_log("event=listening")
+        except BaseException:
+            self._close()
+            raise
+
+    def __enter__(self) -> Testbed:
+        """Gives the testbed itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Removes it."""
+        self._close()
+
+    def _close(self) -> None:
+        self.network.close()
+        if hasattr(self, "fleet"):
+            self.fleet.close()
+
+    def learner(
+        self, script: Script, *, announce: tuple[int, ...] = (), gates: tuple[int, ...] = ()
+    ) -> LearnerProcess:
+        """Starts a learner, which begins when the fleet server sees all nodes."""
+        return LearnerProcess(
+            self.network,
+            LEARNER,
+            self.fleet.address,
+            script,
+            self._folder,
+            node_count=len(NODES),
+            announce=announce,
+            gates=gates,
+        )
+
+    def play(
+        self,
+        script: Script,
+        faults: Mapping[int, Callable[[], None]],
+        gates: Mapping[int, Callable[[], None]] | None = None,
+    ) -> Trace:
+        """Has a learner play, and brings about what is to happen at its requests.
+
+        Args:
+            script: What the learner does.
+            faults: By request: called while the learner goes on.
+            gates: By request: called while it waits.
+
+        Raises:
+            LearnerError, TimeoutError: It noticed more than a pause.
+        """
+        gates = gates or {}
+        learner = self.learner(script, announce=tuple(faults), gates=tuple(gates))
+        while (request := learner.next_announced(TIMEOUT_S)) is not None:
+            if request in faults:
+                faults[request]()
+            if request in gates:
+                gates[request]()
+                learner.open_gate()
+        return learner.trace(TIMEOUT_S)
+
+
+def single_server_trace(script: Script, folder: Path) -> Trace:
+    """What a learner sees of one server that nothing happens to.
+
+    Raises:
+        NotPermittedError: There can be no hosts here.
+    """
+    with Network(("single", LEARNER)) as network:
+        address = f"{network.address('single')}:50051"
+        with open(folder / "single.log", "wb") as log:
+            network.start(
+                "single",
+                [os.fspath(server_binary()), f"--address={address}", "--allow_insecure"],
+                stdout=subprocess.DEVNULL,
+                stderr=log,
+            )
+        return LearnerProcess(network, LEARNER, address, script, folder).trace(TIMEOUT_S)
+
+
+def assert_same(expected: Trace, actual: Trace, fleet: Fleet) -> None:
+    """Fails with the fleet server's log if the traces differ in any bit."""
+    found = difference(expected, actual)
+    assert found is None, f"{found}\nThe fleet server's log:\n{fleet.log()}"

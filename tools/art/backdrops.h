@@ -1,0 +1,35 @@
+#ifndef TOOLS_ART_BACKDROPS_H_
+#define TOOLS_ART_BACKDROPS_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "envcore/games/game.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/render/art/game_art.h"
+#include "tools/art/legibility.h"
+#include "tools/art/roles.h"
+
+namespace procgen {
+
+// A game that stands at the start of a level, for its camera, world and backgrounds.
+std::unique_ptr<Game> StageOf(const Roles& roles);
+
+// Something that parts are seen on.
+struct Backdrop {
+  int image_kind = kBackgroundBackdrop;
+  std::string name;             // "background 12", "image kind 2 theme 0"
+  std::vector<Window> windows;  // pieces of it from several places
+};
+
+// What the parts of a game may be seen on: every picture of the background's group, and each
+// backdrop that is made of an image kind's picture, in all its themes.
+std::vector<Backdrop> BackdropsOf(const Roles& roles, const Game& stage, const GameArt& art);
+
+// How many themes an image kind has in a game, at least 1.
+int ThemeCountOf(const Game& stage, int image_kind);
+
+}  // namespace procgen
+
+#endif  // TOOLS_ART_BACKDROPS_H_

@@ -1,0 +1,59 @@
+#ifndef TOOLS_ART_GALLERY_H_
+#define TOOLS_ART_GALLERY_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/types/span.h"
+#include "envcore/games/game_catalog.h"
+#include "envcore/pool/shared_art.h"
+#include "envcore/render/art/game_art.h"
+#include "envcore/render/raster/image.h"
+#include "envcore/render/scene/rasteriser.h"
+#include "envcore/scene/art_slot.h"
+#include "nlohmann/json.hpp"
+
+namespace procgen {
+
+// Writes the pictures of contact sheets, and keeps account of which is on which sheet: README.md,
+// "procgen-gallery". Errors of its methods: INVALID_ARGUMENT a picture cannot be written.
+// Threads: compatible (one thread at a time).
+class Gallery {
+ public:
+  // The pictures go into the folder `pictures` of `folder`, which must be there. `art` must outlive
+  // the gallery.
+  Gallery(std::string folder, const SharedArt& art);
+
+  // The sheet of a game's levels, its row on the overview, and the sheet of its sprites.
+  // `show` is told how many of how many pieces of work are done.
+  absl::Status AddGame(const GameSpec& spec, absl::FunctionRef<void(int64_t, int64_t)> show);
+  // The sheet of the sprites that all games share, drawn with the art of one of them.
+  absl::Status AddSharedSprites(const GameSpec& spec);
+
+  // All sheets, as deploy/mosaic.py reads them: JSON.
+  std::string SheetList() const;
+
+ private:
+  using Json = nlohmann::json;
+
+  absl::Status AddLevel(const GameSpec& spec, DistributionMode mode, int32_t level,
+                        Json* agent_views, Json* human_views);
+  // The sheet NAME_sprites.png.
+  absl::Status AddSprites(const std::string& name, absl::Span<const ArtSlot> slots,
+                          const GameArt& art);
+  // Writes a picture and gives its entry of a sheet.
+  absl::Status Write(const Image& image, const std::string& name, const std::string& caption,
+                     Json* entries);
+
+  const std::string folder_;
+  const SharedArt& art_;
+  Rasteriser rasteriser_;
+  Json sheets_;
+  Json overview_;  // rows
+};
+
+}  // namespace procgen
+
+#endif  // TOOLS_ART_GALLERY_H_

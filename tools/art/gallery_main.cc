@@ -1,0 +1,79 @@
+// procgen-gallery: contact sheets of the games, as agents and as people see them, and of their
+// sprites. Writes single pictures and a list of sheets, then becomes deploy/mosaic.py, which draws
+// the sheets. README.md beside this file says what is on them.
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "absl/flags/flag.h"
+#include "absl/flags/parse.h"
+#include "absl/flags/usage.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "envcore/games/game_catalog.h"
+#include "tools/art/gallery.h"
+#include "tools/art/requests.h"
+#include "tools/progress.h"
+
+ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");
+ABSL_FLAG(std::string, art_dir, "",
+          "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
+
+namespace procgen {
+namespace {
+
+int Fail(absl::string_view error) {
+  std::cerr << "procgen-gallery: " << error << "\n";
+  return 2;
+}
+
+int Main(const std::vector<char*>& arguments) {
+  if (arguments.size() != 2) {
+    return Fail(absl::StrCat("there are ", arguments.size() - 1,
+                             " arguments beside the flags, it is one: the folder to draw into"));
+  }
+  const std::string folder = arguments[1];
+  const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));
+  if (!request.ok()) {
+    return Fail(request.status().message());
+  }
+  if (absl::Status status = MakeFolder(absl::StrCat(folder, "/pictures")); !status.ok()) {
+    return Fail(status.message());
+  }
+  Gallery gallery(folder, *request->art);
+  Progress progress(request->games.size());
+  for (const GameSpec* game : request->games) {
+    absl::Status status = gallery.AddGame(
+        *game, [&](int64_t done, int64_t total) { progress.Show(game->name, done, total); });
+    if (!status.ok()) {
+      return Fail(status.message());
+    }
+    progress.Finish(game->name, "drawn");
+  }
+  if (absl::Status status = gallery.AddSharedSprites(*request->games.front()); !status.ok()) {
+    return Fail(status.message());
+  }
+  const std::string list = absl::StrCat(folder, "/sheets.json");
+  if (!(std::ofstream(list) << gallery.SheetList() << std::flush)) {
+    return Fail(absl::StrCat("cannot write ", list));
+  }
+  execl(PROCGEN_PYTHON, PROCGEN_PYTHON, PROCGEN_MOSAIC, list.c_str(), nullptr);
+  return Fail(absl::StrCat("cannot run ", PROCGEN_PYTHON, ": ", std::strerror(errno)));
+}
+
+}  // namespace
+}  // namespace procgen
+
+int main(int argc, char** argv) {
+  absl::SetProgramUsageMessage(
+      "Draws contact sheets of the games and of their sprites into a folder.\n"
+      "usage: procgen-gallery OUT_FOLDER [--games NAME,...] [--art_dir FOLDER]");
+  return procgen::Main(absl::ParseCommandLine(argc, argv));
+}

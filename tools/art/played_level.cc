@@ -1,0 +1,50 @@
+#include "tools/art/played_level.h"
+
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "envcore/environment/environment_options.h"
+#include "envcore/random/random_stream.h"
+
+namespace procgen {
+namespace {
+
+constexpr int32_t kStepsMax = 100;
+constexpr int32_t kActionSteps = 5;  // so long an action is held
+// RIGHT (7) and RIGHT+UP (8) more often than others, since that is where platform games lie.
+constexpr int32_t kActions[] = {0, 1, 2, 3, 4, 5, 6, 7, 7, 8, 8, 9, 10, 11, 12, 13, 14};
+
+}  // namespace
+
+std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed) {
+  EnvironmentOptions options;
+  options.distribution_mode = mode;
+  const EnvironmentOptions resolved = ResolveOptions(spec.name, options).value();
+  RandomStream random(level_seed);
+  std::vector<int32_t> actions;
+  for (int32_t step = 0; step < kStepsMax; ++step) {
+    if (step % kActionSteps == 0) {
+      actions.push_back(kActions[random.Int(static_cast<int32_t>(std::size(kActions)))]);
+    } else {
+      actions.push_back(actions.back());
+    }
+  }
+  std::unique_ptr<Game> game = spec.make(resolved);
+  game->StartLevel(level_seed);
+  for (size_t step = 0; step < actions.size(); ++step) {
+    game->Play(actions[step]);
+    if (game->outcome().done) {
+      // Once more from the start, without the step that ended it.
+      actions.resize(step);
+      game = spec.make(resolved);
+      game->StartLevel(level_seed);
+      for (const int32_t action : actions) {
+        game->Play(action);
+      }
+    }
+  }
+  return game;
+}
+
+}  // namespace procgen
