@@ -1,4 +1,4 @@
-// The programs procgen-gallery and procgen-legibility: what they write, and what they refuse.
+// The programs procgen-gallery and procgen-legibility: their output and their errors.
 
 #include <fstream>
 #include <iterator>
@@ -29,7 +29,7 @@ std::string Contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The width and height that a PNG file tells.
+// The width and height in the header of a PNG file.
 std::string SizeOf(const std::string& path) {
   const std::string png = Contents(path);
   if (png.size() < 24 || png.compare(0, 8, "\x89PNG\r\n\x1a\n") != 0) {
@@ -48,9 +48,9 @@ TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output, HasSubstr("[ 1/1] bigfish"));
   EXPECT_THAT(run.output, HasSubstr("/procgen gallery/games.png\n"));
-  // Eight levels in two modes, each as people and as agents see it.
+  // Eight levels in two modes, each in the human and the agent's view.
   EXPECT_EQ(SizeOf(folder + "/bigfish.png"), "2476x1250");
-  // Three themes of fish beside one another; the agent above them.
+  // Three themes of fish side by side, and the agent above them.
   EXPECT_EQ(SizeOf(folder + "/bigfish_sprites.png"), "1366x642");
   EXPECT_EQ(SizeOf(folder + "/pictures/bigfish_hard_7_agent.png"), "64x64");
   EXPECT_EQ(SizeOf(folder + "/pictures/bigfish_hard_7_human.png"), "512x512");
@@ -60,13 +60,12 @@ TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
 
 TEST(ProcgenGalleryTest, WrongArgumentsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Gallery("").exit_status, 2);
-  EXPECT_THAT(Gallery("").output,
-              HasSubstr("there are 0 arguments beside the flags, it is one: the folder"));
-  EXPECT_THAT(Gallery("one two").output, HasSubstr("there are 2 arguments"));
+  EXPECT_THAT(Gallery("").output, HasSubstr("expected 1 argument, the output folder, got 0"));
+  EXPECT_THAT(Gallery("one two").output, HasSubstr("got 2"));
   EXPECT_THAT(Gallery("/nowhere --games chess").output,
               HasSubstr("game 'chess' is not one of bigfish, bossfight, "));
   EXPECT_THAT(Gallery("/dev/null/sheets --games maze").output,
-              HasSubstr("cannot make the folder '/dev/null/sheets/pictures'"));
+              HasSubstr("cannot create the folder '/dev/null/sheets/pictures'"));
   EXPECT_THAT(Gallery("/nowhere --art_dir /no/art").output, HasSubstr("/no/art"));
 }
 
