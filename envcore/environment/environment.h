@@ -73,7 +73,7 @@ class Environment {
   // Returns a snapshot of all state that influences the future, and of the last result. The
   // environment plays on unchanged, with one exception: steps after restoring a hand-made snapshot
   // can leave the ranges of the snapshot format. Such values are clamped, in the environment and in
-  // the snapshot, so that both continue equally.
+  // the snapshot, so that both continue identically.
   // Errors: INTERNAL: the state does not fit into a snapshot, which is a bug.
   absl::StatusOr<std::string> SaveState();
 

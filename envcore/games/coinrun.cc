@@ -1,6 +1,6 @@
-// CoinRun: a side-view platform game. The player starts at the left and runs and jumps over steps,
-// pits, saws, walking enemies and crates to the coin at the far right (+10, level complete). Saws,
-// walkers and lava end the episode.
+// CoinRun: a side-view platform game. The player starts at the left and reaches the coin at the far
+// right (+10, level complete). On the way it jumps over steps, pits, saws, walking enemies and
+// crates. Saws, walkers and lava end the episode.
 
 #include <algorithm>
 #include <cmath>

@@ -364,8 +364,8 @@ class Jumper final : public Game {
     }
   }
 
-  // A disc with a needle that points to the carrot, a bar below it that shows the distance, and a
-  // mark below a bunny that jumps in the air.
+  // A disc with a needle that points to the carrot, and a bar below it that shows the distance.
+  // Also a mark below a bunny that jumps in the air.
   void AddCompass(std::vector<Overlay>* overlays) const {
     const Entity& agent = world_.agent();
     const Entity& carrot = world_.entities[kCarrotIndex];

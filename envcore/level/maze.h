@@ -14,9 +14,9 @@ inline constexpr int kMazeStartKind = 53;
 inline constexpr int kMazeDoorKind = 201;  // door i: kMazeDoorKind + i
 inline constexpr int kMazeKeyKind = 301;   // key of door i: kMazeKeyKind + i
 
-// A square maze of size x size cells, with cell (0, 0) at the bottom left, inside a frame of wall
-// one cell wide that is not part of the maze. Rooms are the cells with even x and y. In a plain
-// maze exactly one path connects any two rooms.
+// A square maze of size x size cells; cell (0, 0) is at the bottom left. Around it is a frame of
+// wall one cell wide that is not part of the maze. Rooms are the cells with even x and y. In a
+// plain maze exactly one path connects any two rooms.
 class Maze {
  public:
   // All wall. REQUIRES: size >= 1; normally odd.
@@ -27,9 +27,8 @@ class Maze {
   // Makes a plain maze and opens a wall next to each dead end that has one. Takes one more draw for
   // each of these.
   void MakeWithoutDeadEnds(RandomStream& random);
-  // Makes a plain maze with a start, at most `door_count` doors, a key for each door that is
-  // reachable before it is needed, and an exit (kExitKind) behind the last door. Returns the number
-  // of doors.
+  // Makes a plain maze with a start, at most `door_count` doors and an exit (kExitKind) behind the
+  // last door. The key of each door is reachable before the door. Returns the number of doors.
   int MakeWithDoors(RandomStream& random, int door_count);
   // Places `count` objects, of kinds first_kind, first_kind + 1, ..., in different open cells of a
   // plain maze other than (0, 0).

@@ -18,9 +18,10 @@ struct DrawingRequest {
   std::shared_ptr<const SharedArt> art;
 };
 
-// Returns the games with these names (all games if empty) and the art of a folder in the layout of
-// Procgen 0.10.7 (the built-in art if `art_dir` is empty). Errors: INVALID_ARGUMENT: no game has
-// the name (the message lists the games); for the folder as SharedArt::LoadFolder.
+// Returns the games with these names, or all games if there are none, and the art to draw with.
+// `art_dir`: a folder in the layout of Procgen 0.10.7; empty: the built-in art. Errors:
+// INVALID_ARGUMENT: no game has the name (the message lists the games); for the folder as
+// SharedArt::LoadFolder.
 absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
                                                   const std::string& art_dir);
 

@@ -7,8 +7,8 @@ namespace {
 
 bool IsWall(int kind) { return kind == kWallKind; }
 
-// A world of 4 x 4 cells with one wall cell at (1, 0), and a box of half-sizes 0.4 whose bottom
-// edge is `height` above the wall.
+// A world of 4 x 4 cells with one wall cell at (1, 0). The bottom edge of a box of half-sizes 0.4
+// is `height` above the wall.
 class SupportTest : public testing::Test {
  protected:
   SupportTest() {
