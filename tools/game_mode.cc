@@ -29,13 +29,13 @@ absl::StatusOr<std::vector<GameMode>> MakeGameModes(const std::vector<std::strin
     const GameSpec* game = FindGame(name);
     if (game == nullptr || std::find(known.begin(), known.end(), name) == known.end()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("game '", name, "' is none of ", absl::StrJoin(known, ", ")));
+          absl::StrCat("game '", name, "' is not one of ", absl::StrJoin(known, ", ")));
     }
     for (const std::string& mode_name : modes) {
       const std::optional<DistributionMode> mode = FindDistributionMode(mode_name);
       if (!mode.has_value() || !game->HasMode(*mode)) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("mode '", mode_name, "' is none of ", name, "'s: ", ModeNames(*game)));
+        return absl::InvalidArgumentError(absl::StrCat("mode '", mode_name, "' is not one of ",
+                                                       name, "'s modes: ", ModeNames(*game)));
       }
       game_modes.push_back({.game = game, .mode = *mode});
     }

@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// A game in a mode that is played.
+// A game and a distribution mode.
 struct GameMode {
   const GameSpec* game = nullptr;
   DistributionMode mode = DistributionMode::kEasy;
@@ -20,9 +20,9 @@ struct GameMode {
   std::string Name() const;
 };
 
-// Every game of `games` in every mode of `modes` (names), game by game, in their order. `known` are
-// the games that can be asked for. Errors: INVALID_ARGUMENT a game that is not among them, a mode
-// that there is none of or that a game lacks (the message says what is allowed).
+// Returns every combination of `games` and `modes` (names), game by game, in the given order.
+// `known`: the games that are allowed. Errors: INVALID_ARGUMENT: a game is not in `known`, a mode
+// does not exist, or the game does not have it (the message says what is allowed).
 absl::StatusOr<std::vector<GameMode>> MakeGameModes(const std::vector<std::string>& games,
                                                     const std::vector<std::string>& modes,
                                                     const std::vector<std::string>& known);

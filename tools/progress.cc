@@ -12,7 +12,7 @@ namespace procgen {
 namespace {
 
 constexpr int64_t kBarLength = 24;
-constexpr absl::string_view kLineStart = "\r\033[K";  // and clears the line
+constexpr absl::string_view kLineStart = "\r\033[K";  // carriage return, clear line
 
 }  // namespace
 

@@ -8,17 +8,17 @@
 
 namespace procgen {
 
-// Tells on the standard error stream how far tasks have come: on a terminal one line that is
-// written anew, elsewhere a line for each task that is done. So the standard output stream holds
-// results alone. Threads: compatible (one thread at a time).
+// Reports the progress of tasks on standard error: one updated line on a terminal, otherwise one
+// line per finished task. Standard output contains results only. Threads: compatible (one thread at
+// a time).
 class Progress {
  public:
-  // `task_count` tasks follow.
+  // `task_count`: number of tasks.
   explicit Progress(size_t task_count);
 
-  // `done` of `total` pieces of the running task are done.
+  // Shows that `done` of `total` parts of the running task are done.
   void Show(absl::string_view task, int64_t done, int64_t total);
-  // The running task is done; `outcome` in a few words.
+  // Ends the running task. `outcome`: a few words.
   void Finish(absl::string_view task, absl::string_view outcome);
 
  private:

@@ -6,7 +6,7 @@
 
 #include "absl/strings/string_view.h"
 
-// The blob that pack.py wrote, from embedded_art.S.
+// The blob written by pack.py, included by embedded_art.S.
 extern "C" const char procgen_art_blob[];  // NOLINT: the assembler's name
 
 namespace procgen {

@@ -7,13 +7,13 @@
 
 namespace procgen {
 
-// A picture that was built into the program.
+// An image that is linked into the program.
 struct EmbeddedFile {
   absl::string_view name;  // "coinrun/coin_0", "platform_00"
-  absl::string_view png;   // a PNG file's bytes; both live as long as the program
+  absl::string_view png;   // content of a PNG file; both live as long as the program
 };
 
-// All of them, in the order of the manifests.
+// All embedded images, in the order of the manifests.
 std::vector<EmbeddedFile> EmbeddedArt();
 
 }  // namespace procgen

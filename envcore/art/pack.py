@@ -3,8 +3,9 @@
 
     pack.py LIST BLOB
 
-LIST has one picture a line: name, tab, PNG file. BLOB is, in little-endian 32-bit numbers: the
-number of pictures; for each its name's and its file's length; then all names; then all files.
+LIST: one image per line: name, tab, path of the PNG file.
+BLOB: the number of images, the lengths of name and file of each image (little-endian 32-bit
+numbers), all names, all files.
 """
 
 import struct
@@ -21,7 +22,7 @@ def read_pictures(list_path):
             with open(path, "rb") as file:
                 png = file.read()
             if not png.startswith(PNG_SIGNATURE):
-                sys.exit(f"pack.py: picture {name}: {path} is no PNG file")
+                sys.exit(f"pack.py: image {name}: {path} is not a PNG file")
             pictures.append((name.encode(), png))
     return pictures
 

@@ -6,8 +6,7 @@
 namespace procgen {
 namespace {
 
-constexpr uint32_t kSequentialLevelStep =
-    997;  // between the seeds of levels that follow one another
+constexpr uint32_t kSequentialLevelStep = 997;  // between the seeds of successive levels
 
 int32_t Wrapped(uint32_t bits) { return static_cast<int32_t>(bits); }
 
@@ -97,7 +96,7 @@ void Environment::StepOnce(int32_t action, absl::FunctionRef<void()> before_new_
   const StepOutcome& outcome = game_->outcome();
   const bool out_of_steps = game_->step_number() >= step_limit_;
   const bool level_over = outcome.done || forced_end || out_of_steps;
-  // In a sequence of levels a completed one is followed by the next without an episode's end.
+  // With sequential levels, a completed level is followed by the next one in the same episode.
   const bool goes_on = options_.use_sequential_levels && outcome.level_complete;
   const bool episode_over = level_over && !goes_on;
 

@@ -21,110 +21,112 @@
 
 namespace procgen {
 
-// What follows the step that ends an episode, by Gymnasium's names.
+// What happens when an episode ends, by Gymnasium's names.
 enum class AutoresetMode : int32_t {
-  kSameStep =
-      0,  // the next level is there at once; its first observation is answered (as upstream)
-  kNextStep = 1,  // the last observation is answered; the next step ignores its action and begins
-                  // the next level
-  kDisabled = 2,  // the last observation is answered; stepping again without a reset is an error
+  // The step returns the first observation of the next episode, as upstream does.
+  kSameStep = 0,
+  // The step returns the last observation. The next step ignores its action and begins the next
+  // episode.
+  kNextStep = 1,
+  // The step returns the last observation. Stepping again without a reset is an error.
+  kDisabled = 2,
 };
 
-// What an environment tells after each step (and after its creation), besides its picture.
+// The result of a step, and of creation and reset, without the observation.
 struct StepResult {
-  float reward = 0;                  // of this step, so the old episode's last one where one ended
+  float reward = 0;                  // of this step; if an episode ended, its last reward
   bool first = true;                 // a new episode has begun
-  bool terminated = false;           // the game (or kEndEpisodeAction) ended the episode
-  bool truncated = false;            // the step limit ended it
+  bool terminated = false;           // the game, or kEndEpisodeAction, ended the episode
+  bool truncated = false;            // the step limit ended the episode
   int32_t level_seed = 0;            // of the level now shown
-  int32_t prev_level_seed = 0;       // of the level just stepped
-  bool prev_level_complete = false;  // and whether it was completed
-  float episode_return = 0;  // of the ended episode where one ended, else of the running one so far
-  int32_t episode_length = 0;  // steps, likewise
-  uint64_t fingerprint = 0;    // likewise
+  int32_t prev_level_seed = 0;       // of the level that was stepped
+  bool prev_level_complete = false;  // whether that level was completed
+  float episode_return = 0;          // of the episode that ended, else of the running one so far
+  int32_t episode_length = 0;        // number of steps of that episode
+  uint64_t fingerprint = 0;          // of that episode
 };
 
-// What a snapshot says of the moment that it was taken at.
+// What a snapshot contains about the episode it was saved in.
 struct SavedMoment {
-  EnvironmentOptions options;   // without what is spent or resolved when an environment is made
-  int32_t level_seed = 0;       // of the level that is played
+  EnvironmentOptions options;   // without rand_seed; exploration mode resolved
+  int32_t level_seed = 0;       // of the current level
   int32_t episode_length = 0;   // steps
-  bool awaits_episode = false;  // the episode has ended, and the next has not begun
-  int64_t level_draws = 0;      // that the choice of levels has taken since it was seeded
+  bool awaits_episode = false;  // the episode has ended and the next has not begun
+  int64_t level_draws = 0;      // number of draws from the level-seed stream since it was seeded
 };
 
-// Reads that, without making an environment. Errors: as Environment::Restore, as far as they are
-// met.
+// Reads these fields without making an environment. Errors: as Environment::Restore, for the fields
+// that it reads.
 absl::StatusOr<SavedMoment> ReadSavedMoment(absl::string_view snapshot);
 
-// The life of one environment: levels one after the other, steps, episode ends.
+// One environment: a sequence of levels, with steps and episode ends.
 // Threads: compatible (one thread at a time).
 class Environment {
  public:
-  // `options` as ResolveOptions gave them for the game; `level_stream_seed` seeds the choice of
-  // levels; `level_sampler`: as SetLevelSampler. The environment stands at the first step of its
-  // first level. `spec` must outlive it.
+  // Makes an environment at the first step of its first level. `options`: as returned by
+  // ResolveOptions for the game. `level_stream_seed`: seeds the level-seed stream. `level_sampler`:
+  // see SetLevelSampler. `spec` must outlive the environment.
   Environment(const GameSpec& spec, const EnvironmentOptions& options, uint32_t level_stream_seed,
               AutoresetMode autoreset_mode,
               std::shared_ptr<const LevelSampler> level_sampler = nullptr);
 
-  // A snapshot of all that influences the future, and of what was observed last. Changes nothing of
-  // what a game can be played to. Where steps from a snapshot of somebody's own making led out of
-  // the ranges of a snapshot, the values become the nearest in range, here and in the snapshot, so
-  // that both continue alike. Errors: INTERNAL the state is none that a snapshot can hold, which is
-  // a bug.
+  // Returns a snapshot of all state that influences the future, and of the last result. The
+  // environment plays on unchanged, with one exception: steps after restoring a hand-made snapshot
+  // can leave the ranges of the snapshot format. Such values are clamped, in the environment and in
+  // the snapshot, so that both continue identically.
+  // Errors: INTERNAL: the state does not fit into a snapshot, which is a bug.
   absl::StatusOr<std::string> SaveState();
 
-  // The environment that `snapshot` was taken of, options and all; only what follows an episode's
-  // end is said anew. One that was saved between two episodes begins the next with its next step
-  // or, with kDisabled, a reset. The bytes may be anyone's. Errors: DATA_LOSS they are no whole
-  // snapshot of this version; FAILED_PRECONDITION the snapshot is of another game;
-  // INVALID_ARGUMENT it holds what no snapshot can (the message names the field).
+  // Makes an environment from `snapshot`, options included; only `autoreset_mode` is not in the
+  // snapshot. One that was saved between two episodes begins the next with its next step or, with
+  // kDisabled, with a reset. The bytes may be untrusted.
+  // Errors: DATA_LOSS: not a complete snapshot of this version. FAILED_PRECONDITION: a snapshot of
+  // another game. INVALID_ARGUMENT: a value out of range (the message names the field).
   static absl::StatusOr<std::unique_ptr<Environment>> Restore(const GameSpec& spec,
                                                               absl::string_view snapshot,
                                                               AutoresetMode autoreset_mode);
 
-  // The next new level is that of `level_seed`; no draw is taken for it.
+  // Sets the next level. It is used instead of a draw, so the level-seed stream does not advance.
   void SetNextLevel(int32_t level_seed) { next_level_ = level_seed; }
 
-  // What chooses each level from the next choice on that is not told otherwise; null: the options
-  // do. No part of a snapshot, which holds where the stream of choices stands: with the same
-  // sampler what is restored goes on as what was saved.
+  // Sets the sampler that chooses levels, from the next choice on. Null: the options choose.
+  // SetNextLevel takes precedence. A snapshot contains the position of the level-seed stream but
+  // not the sampler: with the same sampler a restored environment continues exactly.
   void SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
     level_sampler_ = std::move(level_sampler);
   }
-  // Seeds the choice of levels anew.
+  // Reseeds the level-seed stream.
   void SeedLevels(int64_t rand_seed) { level_stream_.Seed(rand_seed); }
 
-  // Begins a new episode at once, with reward 0. `rand_seed` seeds the choice of levels anew before
-  // the level is chosen.
+  // Begins a new episode immediately; the result's reward is 0. `level_seed`: the level to play.
+  // `rand_seed`: reseeds the level-seed stream before the level is chosen.
   void Reset(std::optional<int32_t> level_seed, std::optional<int64_t> rand_seed);
 
   // Takes `action`, in [kEndEpisodeAction, kActionCount), up to `repeat` times and sums the
-  // rewards; stops when a level ends. Where an episode ends, `before_new_level` is called while its
-  // last picture can still be drawn. An episode that has ended before is followed by the next level
-  // in place of the action. REQUIRES: !awaits_reset().
+  // rewards. Stops when a level ends. When an episode ends, `before_new_level` is called while the
+  // last frame can still be drawn. If the episode had ended before, the step begins the next one
+  // and ignores the action. REQUIRES: !awaits_reset().
   void Step(int32_t action, int32_t repeat, absl::FunctionRef<void()> before_new_level);
 
-  // Whether the episode has ended and only Reset goes on (kDisabled).
+  // Whether the episode has ended and the environment needs a Reset (kDisabled only).
   bool awaits_reset() const { return ended_ && autoreset_mode_ == AutoresetMode::kDisabled; }
   const GameSpec& spec() const { return spec_; }
 
   const StepResult& result() const { return result_; }
   const Game& game() const { return *game_; }
-  // Fills `scene` with what is to be seen now; good until the environment moves on.
+  // Fills `scene` with what is visible now. Valid until the environment changes.
   void FillScene(Scene* scene) const { game_->FillScene(scene); }
 
  private:
-  // One that has no level yet.
+  // Makes an environment without a level.
   Environment(const GameSpec& spec, const EnvironmentOptions& options,
               AutoresetMode autoreset_mode);
 
-  // All but what the environment was made with and its level's seed.
+  // Visits all state except the options and the level seed.
   void VisitState(StateArchive& archive);
   void StepOnce(int32_t action, absl::FunctionRef<void()> before_new_level);
-  // Chooses the next level and begins it: the one that was told, or one of the sampler's, or the
-  // next after a completed one in a sequence, or one by a draw from the options' range.
+  // Chooses and begins the next level. In order of precedence: SetNextLevel, the sampler, the next
+  // in a sequence after a completed level, a draw from the range of the options.
   void BeginLevel(bool follows_completed);
   // Begins the first level of a new episode.
   void BeginEpisode();
@@ -136,7 +138,7 @@ class Environment {
   int32_t level_seed_low_;  // level seeds are drawn from [low, high)
   int32_t level_seed_high_;
   std::unique_ptr<Game> game_;
-  RandomStream level_stream_;  // the level-seed stream
+  RandomStream level_stream_;
   std::shared_ptr<const LevelSampler> level_sampler_;
   std::optional<int32_t> next_level_;
   StepResult result_;

@@ -15,17 +15,17 @@ constexpr float kFloatMax = std::numeric_limits<float>::max();
 constexpr int32_t kIntMin = std::numeric_limits<int32_t>::min();
 constexpr int32_t kIntMax = std::numeric_limits<int32_t>::max();
 
-// What an environment is made with before the rest of its state can be restored.
+// What is needed to make the environment before the rest of its state is restored.
 struct Beginning {
   std::string game;
   EnvironmentOptions options;
-  int32_t level_seed = 0;  // of the level that is played
+  int32_t level_seed = 0;  // of the current level
 };
 
-// rand_seed has no part: it is spent on the level-seed stream.
+// rand_seed is not saved: the level-seed stream was already seeded with it.
 void VisitOptions(StateArchive& archive, EnvironmentOptions& options) {
   auto mode = static_cast<int32_t>(options.distribution_mode);
-  // Exploration is resolved when an environment is made, so it is in no snapshot.
+  // Exploration mode is resolved when an environment is made, so it is not in a snapshot.
   archive.Int("distribution_mode", mode, 0, static_cast<int32_t>(DistributionMode::kMemory));
   options.distribution_mode = static_cast<DistributionMode>(mode);
   archive.Int("num_levels", options.num_levels, 0, kIntMax);
@@ -58,7 +58,7 @@ void VisitResult(StateArchive& archive, StepResult& result) {
   archive.Bits("fingerprint", result.fingerprint);
 }
 
-// How far an environment has come.
+// The state of the episode and of the choice of levels.
 struct Progress {
   RandomStream& level_stream;
   std::optional<int32_t>& next_level;
@@ -137,7 +137,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Environment::Restore(const GameSpec
   }
   std::unique_ptr<Environment> environment(new Environment(spec, *options, autoreset_mode));
   environment->is_restored_ = true;
-  // The level is made anew: what its seed determines is not in the snapshot.
+  // Generates the level again: what its seed determines is not in the snapshot.
   environment->result_.level_seed = beginning.level_seed;
   environment->game_->StartLevel(beginning.level_seed);
   environment->VisitState(*archive);

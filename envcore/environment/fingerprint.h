@@ -9,20 +9,19 @@
 
 namespace procgen {
 
-// A running hash of an episode: equal fingerprints mean, but for chance, the same game, options,
-// levels, actions, rewards and end. It is the FNV-1a hash of 64 bits over these bytes (numbers are
-// little-endian, 32 bits; bytes with one value are 0 or 1):
+// A running hash of an episode. Equal fingerprints mean, up to hash collisions, equal game,
+// options, levels, actions, rewards and episode end. It is the 64-bit FNV-1a hash of the bytes
+// below. Numbers are little-endian, 32 bits; one-byte values are 0 or 1.
 //
-//   begin  the game's name, byte 0, distribution_mode, debug_mode (as numbers), and as a byte each
+//   begin  name of the game, byte 0, distribution_mode, debug_mode, then one byte each:
 //          center_agent, use_backgrounds, use_generated_assets, use_monochrome_assets,
 //          restrict_themes, paint_vel_info, use_sequential_levels
-//   level  'L', level seed                                           at the beginning of each level
-//   step   'S', action (-1 included), the bits of the reward (f32), ends
-//          ends: 1 the level was completed + 2 terminated + 4 truncated             after each step
+//   level  'L', level seed                                        at the beginning of each level
+//   step   'S', action (-1 included), bits of the reward (f32), flags            after each step
+//          flags: 1 the level was completed + 2 terminated + 4 truncated
 //
 // FNV-1a: h = 14695981039346656037; for each byte b: h = (h xor b) * 1099511628211 modulo 2^64.
-// A repeated action is so many steps. What follows an episode's end (AutoresetMode) has no part in
-// it.
+// Each repetition of an action counts as a step. The autoreset mode is not hashed.
 class Fingerprint {
  public:
   Fingerprint() = default;
@@ -32,7 +31,7 @@ class Fingerprint {
   void AddStep(int32_t action, float reward, bool level_complete, bool terminated, bool truncated);
 
   uint64_t value() const { return value_; }
-  // Goes on from a value that was had before.
+  // Continues from an earlier value().
   void Restore(uint64_t value) { value_ = value; }
 
  private:

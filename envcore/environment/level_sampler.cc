@@ -10,9 +10,9 @@
 namespace procgen {
 namespace {
 
-constexpr double kOutputs = 4294967296;  // different outputs of a stream
+constexpr double kOutputs = 4294967296;  // number of different outputs of a stream
 
-// Spreads bits so that neighbours have nothing in common: the last steps of SplitMix64.
+// Mixes bits so that neighboring inputs give unrelated outputs: the finalizer of SplitMix64.
 uint64_t Mixed(uint64_t bits) {
   bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9;
   bits = (bits ^ (bits >> 27)) * 0x94d049bb133111eb;
@@ -70,7 +70,8 @@ int32_t LevelSampler::Draw(RandomStream& stream) const {
   if (weight_sums_.empty()) {
     return stream.OneOf(level_seeds_);
   }
-  // The first seed whose sum lies above: never one without weight, whose sum is that before it.
+  // The first seed with a cumulative weight above `place`. A seed of weight 0 is never chosen,
+  // because its sum equals the one before it.
   const double place = stream.Raw() / kOutputs * weight_sums_.back();
   const auto found = std::upper_bound(weight_sums_.begin(), weight_sums_.end(), place);
   return level_seeds_[static_cast<size_t>(found - weight_sums_.begin())];

@@ -10,30 +10,29 @@
 
 namespace procgen {
 
-// Chooses levels from a list, each with a weight: what a curriculum replaces as the learner learns.
-// Equal lists, weights and seeds give equal choices on every machine. Immutable, so that all
-// environments of a pool share one. Threads: any method from any thread.
+// Draws levels from a weighted list of seeds, for curricula. Equal lists, weights and seeds give
+// equal choices on every machine. Immutable, so that the environments of a pool share one.
+// Threads: thread-safe.
 class LevelSampler {
  public:
-  // The most level seeds that a list can have.
+  // Largest number of level seeds.
   static constexpr int64_t kLevelSeedsMax = 1'000'000;
 
-  // `level_seeds`: [1 ... kLevelSeedsMax], any values, also the same twice. `weights`: of each
-  // seed, relative, finite, at least 0, their sum above 0; or empty: all are equal. `rand_seed`
-  // counts modulo 2^32. Errors: INVALID_ARGUMENT (the message names what was given and what is
-  // allowed).
+  // `level_seeds`: 1 to kLevelSeedsMax entries; any values, duplicates allowed. `weights`: one per
+  // seed, relative, finite, at least 0, with a positive sum; empty: uniform. `rand_seed`: used
+  // modulo 2^32. Errors: INVALID_ARGUMENT (the message gives the value and what is allowed).
   static absl::StatusOr<std::shared_ptr<const LevelSampler>> Create(
       std::vector<int32_t> level_seeds, const std::vector<float>& weights, int64_t rand_seed);
 
-  // What it was made with; `rand_seed` modulo 2^32.
+  // The arguments of Create; `rand_seed` modulo 2^32.
   const std::vector<int32_t>& level_seeds() const { return level_seeds_; }
   const std::vector<float>& weights() const { return weights_; }
   uint32_t rand_seed() const { return rand_seed_; }
 
-  // What an environment's choice of levels is seeded with. `environment`: its index in the whole,
-  // so that a shard chooses as the whole does.
+  // The seed of the level-seed stream of an environment. `environment`: index in the whole pool, so
+  // that a shard makes the same choices as the whole.
   uint32_t StreamSeedOf(int32_t environment) const;
-  // The next level seed; takes one draw.
+  // Returns the next level seed. Takes one draw from `stream`.
   int32_t Draw(RandomStream& stream) const;
 
  private:
@@ -45,8 +44,8 @@ class LevelSampler {
         rand_seed_(rand_seed) {}
 
   const std::vector<int32_t> level_seeds_;
-  const std::vector<float> weights_;  // of each seed; empty: all are equal
-  // Of each seed its own weight and those before it; empty: all weights are equal.
+  const std::vector<float> weights_;  // one per seed; empty: uniform
+  // Cumulative weights, one per seed; empty: uniform.
   const std::vector<double> weight_sums_;
   const uint32_t rand_seed_;
 };

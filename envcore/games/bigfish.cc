@@ -1,6 +1,6 @@
-// BigFish: a small fish in a tank seen from the side. Eating a fish that is not wider than itself
-// pays +1 and makes the agent grow a little; touching a wider one ends the episode. After 30 eaten
-// fish the level is complete (+10).
+// BigFish: a small fish in a tank, seen from the side. Eating a fish that is not wider than the
+// agent pays +1 and makes the agent grow a little. Touching a wider one ends the episode. After 30
+// eaten fish the level is complete (+10).
 
 #include <cmath>
 
@@ -15,16 +15,16 @@ constexpr int kFishKind = 2;
 constexpr int kWorldSide = 20;         // cells
 constexpr float kAgentRadiusEasy = 1;  // cells, at the start of a level
 constexpr float kAgentRadiusHard = 0.5F;
-constexpr float kAgentRadiusGrown = 2;  // reached when all fish are eaten
+constexpr float kAgentRadiusGrown = 2;  // when all fish are eaten
 constexpr int kFishNeeded = 30;
-constexpr int kFishEatenMax = 1000;  // in a snapshot: many may be eaten in the last step
+constexpr int kFishEatenMax = 1000;  // limit in a snapshot; can exceed the goal in the last step
 constexpr float kFishReward = 1;
 constexpr float kCompletionReward = 10;
-constexpr int kSpawnChance = 10;         // one new fish in so many steps
+constexpr int kSpawnChance = 10;         // one new fish per this many steps, on average
 constexpr double kFishRadiusMin = 0.25;  // cells
 constexpr double kFishRadiusRange = 1.75;
 constexpr double kFishRadiusExponent = 1.4;  // small fish are more frequent
-constexpr double kFishSpeedMin = 0.15;       // cells a step
+constexpr double kFishSpeedMin = 0.15;       // cells per step
 constexpr double kFishSpeedRange = 0.25;
 
 constexpr ArtSlot kArtSlots[] = {
@@ -49,8 +49,7 @@ class BigFish final : public Game {
                                    ? kAgentRadiusEasy
                                    : kAgentRadiusHard;
     growth_ = (kAgentRadiusGrown - start_radius) / kFishNeeded;
-    // The drawn x was made for a smaller body and is not corrected: the agent may stick out of the
-    // sides.
+    // x was drawn for a smaller body and is not corrected: the agent may extend beyond the sides.
     Entity& agent = world_.agent();
     agent.rx = start_radius;
     agent.ry = start_radius;

@@ -1,8 +1,8 @@
-// BossFight: a ship at the bottom of the field fights a big boss ship above. While the boss's
-// shield is up it fires in patterns and the player's bullets bounce off; then the shield drops
-// until the boss has lost a share of its health, which ends a round (+1). With the last round the
-// boss is destroyed (+10, level complete). Touching the boss, one of its bullets or a barrier ends
-// the episode.
+// BossFight: a ship at the bottom of the field fights a large boss ship above. While the boss's
+// shield is up, the boss fires in patterns and the player's bullets bounce off. Then the shield is
+// down until the boss has lost part of its health, which ends a round (+1). After the last round
+// the boss is destroyed (+10, level complete). Touching the boss, one of its bullets or a barrier
+// ends the episode.
 
 #include <cmath>
 #include <cstdlib>
@@ -20,16 +20,16 @@ constexpr int kPlayerBulletKind = 1;
 constexpr int kBossKind = 2;
 constexpr int kShieldKind = 3;
 constexpr int kBossBulletKind = 4;
-constexpr int kTrailPieceKind = 5;       // shows a boss bullet
-constexpr int kReflectedBulletKind = 6;  // shows a player's bullet
-constexpr int kBarrierKind = 7;          // a meteor that stands still
+constexpr int kTrailPieceKind = 5;       // with the image of a boss bullet
+constexpr int kReflectedBulletKind = 6;  // with the image of a player's bullet
+constexpr int kBarrierKind = 7;          // a meteor that does not move
 
-constexpr size_t kBossIndex = 1;  // in the list of entities; both are always there
+constexpr size_t kBossIndex = 1;  // index in world_.entities; boss and shield are always there
 constexpr size_t kShieldIndex = 2;
 
 constexpr int kWorldSide = 20;         // cells
-constexpr float kTopSpeed = 0.85F;     // cells a step
-constexpr float kAgentRadius = 0.75F;  // half-widths, cells; heights follow the art
+constexpr float kTopSpeed = 0.85F;     // cells per step
+constexpr float kAgentRadius = 0.75F;  // half-widths, cells; the heights follow the art
 constexpr float kBossRadius = 3;
 constexpr float kBarrierRadius = 0.6F;
 constexpr double kShieldShare = 1.2;  // of the boss's size
@@ -37,17 +37,17 @@ constexpr double kShieldShare = 1.2;  // of the boss's size
 constexpr float kPlayerBulletRadius = 0.25F;
 constexpr float kPlayerBulletSpeed = 1;
 constexpr int kPlayerBulletExpiry = 25;  // steps
-constexpr int kShotPause = 3;            // steps from shot to shot
+constexpr int kShotPause = 3;            // least steps from one shot to the next
 constexpr double kReflectedSpeed = 0.5;
 constexpr int kReflectedExpiry = 4;
 constexpr float kReflectedFading = 0.8F;
-constexpr int kLaserThemeCount = 3;  // a rule: drawn whatever the art
+constexpr int kLaserThemeCount = 3;  // a rule: drawn with any art
 
 constexpr float kBossBulletRadius = 0.5F;
 constexpr float kBossBulletSpeedEasy = 0.5F;
 constexpr float kBossBulletSpeedHard = 0.75F;
 constexpr int kBossBulletExpiry = 50;
-constexpr float kBossBulletSpin = kPi / 8;   // radians a step
+constexpr float kBossBulletSpin = kPi / 8;   // radians per step
 constexpr float kTrailVelocityShare = 0.5F;  // of the bullet's
 constexpr float kTrailFading = 0.7F;
 constexpr int kTrailExpiry = 8;
@@ -55,16 +55,16 @@ constexpr int kTrailExpiry = 8;
 constexpr int kHealthPerRoundMax = 9;
 constexpr int kRoundsMax = 5;
 constexpr int kPatternCount = 4;
-constexpr int kFanPeriod = 8;  // steps from salvo to salvo
+constexpr int kFanPeriod = 8;  // steps between salvos
 constexpr int kFanBullets = 5;
 constexpr int kCrossPeriod = 5;
 constexpr int kCrossBullets = 4;
-constexpr int kCrossSwing = 8;  // salvos from one end of its swing to the other
+constexpr int kCrossSwing = 8;  // salvos from one end of the swing to the other
 constexpr int kRingPeriod = 10;
 constexpr int kRingBullets = 8;
 constexpr int kStreamPeriod = 4;
 
-constexpr int kMoveSteps = 20;         // the boss picks a destination one step after so many
+constexpr int kMoveSteps = 20;         // the boss picks a destination one step after this many
 constexpr float kDestinationXMin = 3;  // cells
 constexpr float kDestinationXRange = 14;
 constexpr float kDestinationYMin = 3;  // above kBarrierTop
@@ -73,15 +73,15 @@ constexpr int kShieldMovesMin = 2;  // moves until the shield drops
 constexpr int kShieldMovesChoicesEasy = 2;
 constexpr int kShieldMovesChoicesHard = 4;
 constexpr int kOpenMoves = 500;          // moves without shield: longer than an episode
-constexpr float kOpenShotChance = 0.1F;  // without shield, each step
-constexpr int kDamageShowSteps = 40;     // explosions after a round; the boss stands still
+constexpr float kOpenShotChance = 0.1F;  // per step without shield
+constexpr int kDamageShowSteps = 40;     // explosions after a round; the boss does not move
 constexpr int kDamageShowPeriod = 3;
 constexpr float kDamageRadius = 0.75F;
-constexpr float kExplosionShare = 0.5F;  // of the half-width of what explodes
+constexpr float kExplosionShare = 0.5F;  // of the half-width of the exploding entity
 
 constexpr int kBarriersMax = 3;
-constexpr float kBarrierHealth = 3;  // nothing lowers it
-constexpr float kBarrierTop = 6;     // barriers lie below this height, and above the agent
+constexpr float kBarrierHealth = 3;  // never decreases
+constexpr float kBarrierTop = 6;     // barriers are below this height and above the agent
 constexpr double kBarrierGap = 0.5;
 
 constexpr float kRoundReward = 1;
@@ -120,7 +120,7 @@ class BossFight final : public Game {
   explicit BossFight(const GameOptions& options) : Game(kArt, options) { top_speed_ = kTopSpeed; }
 
  private:
-  // --- Making a level: the boss and how the fight will go, the agent, barriers.
+  // --- Level generation: the boss and its attacks, the agent, barriers.
 
   void MakeLevel() override {
     StandardReset(kWorldSide, kWorldSide);
@@ -186,7 +186,7 @@ class BossFight final : public Game {
     agent.y = agent.ry;
   }
 
-  // A barrier that would touch something is left out.
+  // A barrier that would overlap something is omitted.
   void PlaceBarrier() {
     const auto bottom = static_cast<float>((2 * world_.agent().ry + kBarrierRadius) + kBarrierGap);
     const float y = random_.Unit() * ((kBarrierTop - bottom) - kBarrierRadius) + bottom;
@@ -201,7 +201,7 @@ class BossFight final : public Game {
     }
   }
 
-  // --- Each step. The four draws are taken whether they are needed or not.
+  // --- Step. The four draws are taken whether they are needed or not.
 
   void PlayStep() override {
     StandardStep();
@@ -227,7 +227,7 @@ class BossFight final : public Game {
 
   Entity& Boss() { return world_.entities[kBossIndex]; }
 
-  // The boss flies from destination to destination; after some of them its shield changes.
+  // The boss flies from destination to destination. After some of them the shield changes.
   void MoveBoss(float place_x, float place_y) {
     if (steps_to_move_ > 0) {
       --steps_to_move_;
@@ -350,8 +350,7 @@ class BossFight final : public Game {
     }
   }
 
-  // --- What things do to one another. When they meet, the boss has already moved; its shield
-  // follows after.
+  // --- Contacts. The boss has already moved, its shield has not.
 
   void OnAgentContact(Entity& other) override {
     if (other.kind == kBossKind || other.kind == kBossBulletKind || other.kind == kBarrierKind) {
@@ -371,7 +370,7 @@ class BossFight final : public Game {
     }
   }
 
-  // A reflected bullet is harmless and soon gone. Its direction is that of the last step's draw.
+  // A reflected bullet is harmless and expires soon. Its direction is from a draw of the last step.
   void Reflect(Entity& bullet) const {
     bullet.kind = kReflectedBulletKind;
     const auto angle = static_cast<float>(kPi * (1.25 + 0.5 * aim_));
@@ -414,7 +413,7 @@ class BossFight final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     return entity.kind == kShieldKind && !shield_is_up_ ? -1 : Game::ImageKindOf(entity);
@@ -434,19 +433,19 @@ class BossFight final : public Game {
                   "has no boss and shield that stay, as entities 1 and 2");
   }
 
-  float boss_bullet_speed_ = kBossBulletSpeedHard;  // cells a step
+  float boss_bullet_speed_ = kBossBulletSpeedHard;  // cells per step
   int32_t health_per_round_ = 1;
-  std::vector<int32_t> patterns_;  // of attack, by round
+  std::vector<int32_t> patterns_;  // attack patterns, by round
   int32_t round_ = 0;
   bool shield_is_up_ = true;
-  int32_t shield_moves_ = 0;     // the boss's moves under shield in each round
-  int32_t moves_left_ = 0;       // until the shield changes
-  int32_t steps_to_move_ = 0;    // until the boss picks its next destination
+  int32_t shield_moves_ = 0;     // moves of the boss with shield, in each round
+  int32_t moves_left_ = 0;       // moves until the shield changes
+  int32_t steps_to_move_ = 0;    // steps until the boss picks its next destination
   int32_t damage_show_end_ = 0;  // step
   int32_t last_shot_step_ = 0;
   int32_t player_laser_theme_ = 0;
   int32_t boss_laser_theme_ = 0;
-  float aim_ = 0;  // a draw of each step
+  float aim_ = 0;  // drawn in each step
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 // CaveFlyer: a rocket ship flies through an irregular cave to the goal, a saucer (+10, level
-// complete). It turns and thrusts along its heading; walls only stop it. Meteors, red saucers and
-// patrolling enemy ships end the episode on contact. Shots destroy red saucers (five hits, +3); the
-// others swallow them.
+// complete). It turns, and thrusts along its heading; walls only stop it. Touching a meteor, a red
+// saucer or a patrolling enemy ship ends the episode. Shots destroy red saucers (five hits, +3);
+// meteors and enemy ships absorb them.
 
 #include <algorithm>
 #include <cmath>
@@ -16,14 +16,14 @@
 namespace procgen {
 namespace {
 
-constexpr int kGoalKind = 1;  // the saucer to fly to
+constexpr int kGoalKind = 1;  // the saucer to reach
 constexpr int kMeteorKind = 2;
 constexpr int kRedSaucerKind = 3;
 constexpr int kShotKind = 4;
 constexpr int kEnemyShipKind = 5;
-constexpr int kCaveWallKind = 8;  // also all that lies outside of the world
+constexpr int kCaveWallKind = 8;  // also everything outside the world
 constexpr int kPuffKind = 9;
-constexpr int kRouteKind = 1003;  // while a level is made
+constexpr int kRouteKind = 1003;  // during level generation
 
 constexpr int kWorldSideEasy = 30;  // cells
 constexpr int kWorldSideHard = 40;
@@ -31,20 +31,20 @@ constexpr int kWorldSideMemory = 60;
 constexpr float kCellsInViewEasy = 10;
 constexpr float kCellsInView = 16;
 
-constexpr double kWallShare = 0.5;  // of the noise that the cave is made from
+constexpr double kWallShare = 0.5;  // of the noise that the cave is generated from
 constexpr int kSmoothings = 4;
-constexpr int kRouteMargin = 4;      // cells beside the route that are kept of the cave
-constexpr int kCellsPerObject = 80;  // free cells for one meteor, one red saucer and one ship
+constexpr int kRouteMargin = 4;      // cells of the cave that are kept beside the route
+constexpr int kCellsPerObject = 80;  // free cells per meteor, red saucer and enemy ship
 
 constexpr float kRadius = 0.5F;  // of goal, meteors, saucers and ships, cells
 constexpr float kSaucerHealth = 5;
-constexpr double kShipSpeedMin = 0.1;  // cells a step
+constexpr double kShipSpeedMin = 0.1;  // cells per step
 constexpr double kShipSpeedRange = 0.1;
 
 constexpr float kForwardThrust = 1;
 constexpr float kBackwardThrust = -0.33F;
-constexpr float kThrustSpeed = 0.9F * 0.5F;  // cells a step
-constexpr double kThrustShare = 0.2;         // of it, gained in a step
+constexpr float kThrustSpeed = 0.9F * 0.5F;  // cells per step
+constexpr double kThrustShare = 0.2;         // of kThrustSpeed, gained per step
 constexpr double kVelocityDecay = 0.9;
 
 constexpr float kPuffShare = 0.5F;  // of the ship's half-size
@@ -54,8 +54,8 @@ constexpr int kPuffExpiry = 4;  // steps
 
 constexpr float kShotRadiusX = 0.1F;  // cells
 constexpr float kShotRadiusY = 0.25F;
-constexpr int kShotExpiry = 10;          // steps; the speed is 1 cell a step
-constexpr float kExplosionShare = 0.5F;  // of the half-width of what explodes
+constexpr int kShotExpiry = 10;          // steps; the speed is 1 cell per step
+constexpr float kExplosionShare = 0.5F;  // of the half-width of the exploding entity
 
 constexpr float kGoalReward = 10;
 constexpr float kSaucerReward = 3;
@@ -101,7 +101,7 @@ class CaveFlyer final : public Game {
   }
 
  private:
-  // --- Making a level: a cave, a route through it from the ship to the goal, and dangers beside
+  // --- Level generation: a cave, a route through it from the ship to the goal, and dangers beside
   // the route.
 
   void MakeLevel() override {
@@ -158,7 +158,7 @@ class CaveFlyer final : public Game {
     }
   }
 
-  // Hands the walls over to play and puts meteors, red saucers and enemy ships, as many of each,
+  // Replaces the wall kind and places meteors, red saucers and enemy ships, equally many of each,
   // in the open cells.
   void PlaceDangers() {
     Grid& grid = world_.grid;
@@ -203,7 +203,7 @@ class CaveFlyer final : public Game {
     (horizontal ? ship.vx : ship.vy) = velocity;
   }
 
-  // --- Each step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -222,7 +222,7 @@ class CaveFlyer final : public Game {
     RemoveGone(world_);
   }
 
-  // Left and right turn the ship, up and down thrust along the heading that it has before the turn.
+  // Left and right turn the ship. Up and down thrust along the heading before the turn.
   void MapControls() override {
     Controls& controls = world_.controls;
     const double heading = kHalfPi - world_.agent().rotation;
@@ -257,7 +257,7 @@ class CaveFlyer final : public Game {
     agent.vy = Accelerated(agent.vy, world_.controls.vertical);
   }
 
-  // A velocity after a step of thrust and drag. Rounded to f32 between the two.
+  // A velocity after one step of thrust and drag, rounded to f32 after thrust.
   static float Accelerated(float velocity, float control) {
     const float thrust_speed = kThrustSpeed * control;
     const auto accelerated = static_cast<float>(velocity + thrust_speed * kThrustShare);
@@ -276,7 +276,7 @@ class CaveFlyer final : public Game {
     shot.rotation = rotation;
   }
 
-  // Whether a corner of the box, as it would be unrotated, is in a wall or outside of the world.
+  // Whether a corner of the box, without rotation, is in a wall or outside the world.
   bool IsInWall(const Entity& entity) const {
     const float left = entity.x - entity.rx;
     const float right = entity.x + entity.rx;
@@ -288,7 +288,7 @@ class CaveFlyer final : public Game {
            world_.CellAtPoint(right, top) == kCaveWallKind;
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Reflects(const Entity& mover, int kind) override {
     return mover.kind == kEnemyShipKind && kind == kCaveWallKind;
@@ -304,7 +304,8 @@ class CaveFlyer final : public Game {
     }
   }
 
-  // Goal and dangers look for shots. An explosion of the shot goes on as the thing that was hit.
+  // The goal and the dangers test for shots. The explosion of a shot moves with the velocity of the
+  // entity that was hit.
   void OnEntityContact(Entity& self, Entity& other) override {
     if (other.kind != kShotKind) {
       return;

@@ -1,7 +1,7 @@
-// Chaser: a maze without dead ends in the manner of Pac-Man. The agent glides through it and
-// collects the small orb of every cell (+0.04 each) while enemies hunt it. A large orb (+0.04)
-// makes the enemies slow and edible for a while; an eaten one comes back as an egg. The level is
-// complete when no small orb is left (+10); an enemy that is not edible ends the episode.
+// Chaser: a maze without dead ends, similar to Pac-Man. The agent glides through it and collects
+// the small orb of every cell (+0.04 each) while enemies hunt it. A large orb (+0.04) makes the
+// enemies slow and edible for a while; an eaten enemy returns as an egg. The level is complete when
+// no small orb is left (+10). An enemy that is not edible ends the episode.
 
 #include <algorithm>
 #include <array>
@@ -21,28 +21,28 @@ constexpr int kLargeOrbKind = 2;
 constexpr int kEdibleEnemyImageKind = 3;
 constexpr int kEggKind = 4;
 constexpr int kMazeWallKind = 5;
-constexpr int kEnemyKind = 6;  // also its picture with the wings up
+constexpr int kEnemyKind = 6;  // also its image with the wings up
 constexpr int kEnemyWingsLevelImageKind = 7;
 constexpr int kEnemyWingsDownImageKind = 8;
-constexpr int kReservedKind = 1001;  // a large orb's cell while a level is made
+constexpr int kReservedKind = 1001;  // cell of a large orb, during level generation
 constexpr int kSmallOrbKind = 1002;
 
 constexpr int kQuadrantCount = 4;
 constexpr float kRadius = 0.5F;  // of agent, eggs and enemies, cells
 constexpr float kLargeOrbRadius = 0.4F;
-constexpr float kAgentSpeed = 0.5F;  // cells a step, on each axis
+constexpr float kAgentSpeed = 0.5F;  // cells per step, on each axis
 constexpr float kEnemySpeed = 0.5F;
 constexpr float kEdibleEnemySpeed = 0.25F;
 constexpr int kEdibleSteps = 75;  // steps after a large orb was taken
-constexpr int kEggCountMax = 64;  // in a snapshot
-constexpr int kHatchSteps = 50;   // steps that an egg lies, counted down in its health
+constexpr int kEggCountMax = 64;  // limit in a snapshot
+constexpr int kHatchSteps = 50;   // steps until an egg hatches, counted down in its health
 constexpr float kOrbReward = 0.04F;
 constexpr float kCompletionReward = 10;
-constexpr double kCellCenterTolerance = 0.01;  // cells; enemies choose their way at cell centres
-constexpr int kFrameSteps = 2;                 // steps that a picture of the wings is shown
-constexpr float kSmallOrbShare = 0.3F;         // side of the square shown, in cells
+constexpr double kCellCenterTolerance = 0.01;  // cells; enemies turn at cell centers
+constexpr int kFrameSteps = 2;                 // steps per image of the wings
+constexpr float kSmallOrbShare = 0.3F;         // side of the drawn square, in cells
 
-// The pictures of an enemy's wings, in turn.
+// The image sequence of an enemy's wings.
 constexpr std::array<int, 4> kWingBeat = {kEnemyKind, kEnemyWingsLevelImageKind,
                                           kEnemyWingsDownImageKind, kEnemyWingsLevelImageKind};
 
@@ -66,7 +66,7 @@ constexpr GameArtSpec kArt = {.slots = kArtSlots,
 struct ModeFigures {
   int side;                         // of world and maze, cells
   int enemy_count;                  // eggs included
-  int large_orbs_special_quadrant;  // the others hold one each
+  int large_orbs_special_quadrant;  // the other quadrants have one each
 };
 
 ModeFigures FiguresOf(DistributionMode mode) {
@@ -80,7 +80,7 @@ ModeFigures FiguresOf(DistributionMode mode) {
   }
 }
 
-// A step to a neighbouring cell.
+// A step to a neighboring cell.
 struct Way {
   int dx = 0;
   int dy = 0;
@@ -97,8 +97,8 @@ class Chaser final : public Game {
   }
 
  private:
-  // --- Making a level: the maze, large orbs by quadrants, then agent and eggs, and small orbs
-  // wherever no large one lies.
+  // --- Level generation: the maze, large orbs by quadrants, agent and eggs, and small orbs in all
+  // other cells.
 
   void MakeLevel() override {
     const int side = figures_.side;
@@ -133,7 +133,7 @@ class Chaser final : public Game {
     for (int x = 0; x < side; ++x) {
       for (int y = 0; y < side; ++y) {
         if (world_.grid.At(x, y) == kEmptyKind) {
-          // The sides are odd: the middle column and row belong to the lower halves.
+          // Sides are odd: the middle column and row belong to the lower halves.
           const size_t quadrant = (2 * x > side ? 2U : 0U) + (2 * y > side ? 1U : 0U);
           quadrants[quadrant].push_back(world_.grid.IndexOf(x, y));
         }
@@ -150,7 +150,7 @@ class Chaser final : public Game {
     }
   }
 
-  // They stand on small orbs.
+  // Agent and eggs stand on small orbs.
   void PlaceAgentAndEggs() {
     std::vector<int32_t> free_cells;
     for (const int32_t cell : open_cells_) {
@@ -176,7 +176,7 @@ class Chaser final : public Game {
 
   void LayEgg(int32_t cell) { SpawnAtCell(world_, kEggKind, kRadius, cell).health = kHatchSteps; }
 
-  // --- A step.
+  // --- Step.
 
   bool EnemiesAreEdible() const { return step_number() - large_orb_step_ < kEdibleSteps; }
 
@@ -200,8 +200,8 @@ class Chaser final : public Game {
     CollectSmallOrb();
   }
 
-  // A component without a control keeps its direction at full speed, however little the walls have
-  // left of it: so the agent glides on, and may wait for a turn.
+  // A component without a control keeps its direction at full speed, even if walls have reduced it.
+  // So the agent glides on and can request a turn in advance.
   void UpdateAgentVelocity() override {
     Entity& agent = world_.agent();
     if (world_.controls.horizontal != 0) {
@@ -223,9 +223,9 @@ class Chaser final : public Game {
     }
   }
 
-  // An enemy at a cell's centre goes on to an open cell beside it, not back. In steps with an even
-  // random integer it hunts: only the cells nearest to the agent come into question, or, while it
-  // is edible, those farthest from it.
+  // An enemy at the center of a cell continues to a neighboring open cell, but not back. In steps
+  // with an even random integer it hunts: it chooses among the cells nearest to the agent or, while
+  // it is edible, farthest from it.
   void ChooseWay(Entity& enemy) const {
     const auto x = static_cast<float>(enemy.x - 0.5);
     const auto y = static_cast<float>(enemy.y - 0.5);
@@ -258,7 +258,7 @@ class Chaser final : public Game {
       }
     }
     if (way_count == 0) {
-      return;  // shut in, which no level does
+      return;  // enclosed, which does not occur in levels
     }
     const Way& way = ways[static_cast<size_t>(world_.shared_random % way_count)];
     const float speed = EnemiesAreEdible() ? kEdibleEnemySpeed : kEnemySpeed;
@@ -270,7 +270,7 @@ class Chaser final : public Game {
     return world_.grid.Contains(x, y) && world_.grid.At(x, y) != kMazeWallKind;
   }
 
-  // The way from a cell to the agent, in cells; negative for those who flee.
+  // The distance from a cell to the agent, in cells; negative while fleeing.
   int HuntingCost(int x, int y) const {
     const int distance = std::abs(x - static_cast<int>(world_.agent().x)) +
                          std::abs(y - static_cast<int>(world_.agent().y));
@@ -292,7 +292,7 @@ class Chaser final : public Game {
     }
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Blocks(const Entity& mover, int kind, Axis axis) override {
     return kind == kMazeWallKind || Game::Blocks(mover, kind, axis);
@@ -312,7 +312,7 @@ class Chaser final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     if (entity.kind != kEnemyKind) {
@@ -328,7 +328,7 @@ class Chaser final : public Game {
   void VisitOwnState(StateArchive& archive) override {
     archive.Int("small_orbs_left", small_orbs_left_, 0, world_.grid.size());
     archive.Int("large_orb_step", large_orb_step_, -kEdibleSteps, kRememberedStepMax);
-    // Each egg becomes an enemy, whose motion looks at all others.
+    // Each egg becomes an enemy, and each enemy's motion tests all others.
     const auto egg_count =
         std::count_if(world_.entities.begin(), world_.entities.end(),
                       [](const Entity& entity) { return entity.kind == kEggKind; });
@@ -338,7 +338,7 @@ class Chaser final : public Game {
   const ModeFigures figures_;
   std::vector<int32_t> open_cells_;  // all but walls, in index order
   int32_t small_orbs_left_ = 0;
-  int32_t large_orb_step_ = 0;  // the step in which a large orb was last taken
+  int32_t large_orb_step_ = 0;  // step in which a large orb was last taken
 };
 
 }  // namespace

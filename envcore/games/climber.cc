@@ -1,6 +1,6 @@
 // Climber: a tall, narrow side-view platform game. The player jumps from platform to platform and
 // collects crystals (+1 each); the last one completes the level (+10). Touching a flying fish ends
-// the episode; falling is harmless.
+// the episode. Falling is harmless.
 
 #include <cmath>
 #include <vector>
@@ -20,7 +20,7 @@ constexpr int kFishTailClosedImageKind = 7;
 constexpr int kPlayerJumpImageKind = 9;
 constexpr int kPlayerWalkTogetherImageKind = 12;
 constexpr int kPlayerWalkApartImageKind = 13;
-constexpr int kRockKind = 15;  // the sides and the top; also all that lies outside of the world
+constexpr int kRockKind = 15;  // the sides and the top; also everything outside the world
 constexpr int kPlatformKind = 16;
 
 constexpr int kWorldWidthEasy = 16;  // cells
@@ -28,31 +28,31 @@ constexpr int kWorldWidthHard = 20;
 constexpr int kWorldHeight = 64;
 constexpr float kAgentRadius = 0.5F;  // cells
 constexpr float kAgentStart = 1.5F;   // both x and y
-constexpr float kFishRadius = 0.5F;   // half-width; the half-height follows from the art
+constexpr float kFishRadius = 0.5F;   // half-width; the half-height follows the art
 constexpr float kCrystalRadius = 0.3F;
 
-constexpr float kMix = 0.5F;            // share of the new velocity with support
-constexpr float kAirMixFactor = 0.15F;  // without
-constexpr float kTopSpeed = 0.5F;       // cells a step
+constexpr float kMix = 0.5F;            // weight of the new velocity, with support
+constexpr float kAirMixFactor = 0.15F;  // without support
+constexpr float kTopSpeed = 0.5F;       // cells per step
 constexpr float kJumpSpeed = 1.5F;
-constexpr float kGravity = 0.2F;    // cells a step, each step without support
-constexpr float kFallSpeedMax = 2;  // from here gravity adds nothing
+constexpr float kGravity = 0.2F;    // cells per step, in each step without support
+constexpr float kFallSpeedMax = 2;  // gravity adds nothing beyond this
 constexpr double kFishSpeed = 0.15;
 constexpr float kPatrolReach = 4;  // cells to either side
 constexpr float kCrystalReward = 1;
 constexpr float kCompletionReward = 10;
-constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
-constexpr double kStandingSpeed = 0.01;  // slower is standing
+constexpr int kFrameSteps = 5;           // steps per frame of a walk
+constexpr double kStandingSpeed = 0.01;  // slower counts as standing
 
 constexpr int kWallThemeCount = 4;
-constexpr int kRiseMin = 3;       // rows from one platform to the next; 5 is as high as a jump goes
-constexpr int kRiseCount = 3;     // different rises
+constexpr int kRiseMin = 3;       // rows from one platform to the next; a jump reaches 5
+constexpr int kRiseCount = 3;     // number of different rises
 constexpr int kLengthMin = 2;     // of a platform, cells
-constexpr int kLengthCount = 10;  // different lengths
+constexpr int kLengthCount = 10;  // number of different lengths
 constexpr int kTurnMargin = 3;    // a platform that starts closer to a side leads away from it
-constexpr float kFishChanceEasy = 0.2F;  // over each platform that does not start at a side
+constexpr float kFishChanceEasy = 0.2F;  // per platform that does not start at a side
 constexpr float kFishChanceHard = 0.5F;
-constexpr float kCrystalChance = 0.5F;  // over each platform but the last, which always has one
+constexpr float kCrystalChance = 0.5F;  // per platform but the last, which always has one
 constexpr int kViewFeetMargin = 5;      // half-heights from the lower edge of the view to the agent
 
 constexpr ArtSlot kArtSlots[] = {
@@ -102,7 +102,7 @@ class Climber final : public Game {
   }
 
  private:
-  // --- Making a level: platforms from the floor upward, each one beginning beside a column of the
+  // --- Level generation: platforms from the floor upward, each beginning next to a column of the
   // one below.
 
   void MakeLevel() override {
@@ -148,8 +148,8 @@ class Climber final : public Game {
     }
   }
 
-  // Makes a platform above the one of which (column, row) is a cell, and what is on it; moves
-  // (column, row) to a cell of it.
+  // Makes a platform and its objects above the platform that contains the cell (column, row). Sets
+  // (column, row) to a cell of the new platform.
   void MakePlatform(int* column, int* row, bool is_last) {
     const int width = world_.grid.width();
     const int rise = random_.Int(kRiseCount) + kRiseMin;
@@ -164,7 +164,7 @@ class Climber final : public Game {
     } else if (*column > width - kTurnMargin) {
       leads_right = false;
     }
-    // The column that the player comes up in stays free.
+    // The column in which the player comes up stays free.
     std::vector<int> columns;
     for (int i = 1; i <= length; ++i) {
       const int next = leads_right ? *column + i : *column - i;
@@ -181,10 +181,10 @@ class Climber final : public Game {
     *column = random_.OneOf(columns);
   }
 
-  // A fish swims to and fro in the gap over the platform that (column, row) is a cell of.
+  // Adds a fish that swims back and forth above the platform that contains the cell (column, row).
   void AddFish(int column, int row) {
     const int direction = 2 * random_.Int(2) - 1;
-    const int height = random_.Int(2) + 2;  // over the platform
+    const int height = random_.Int(2) + 2;  // above the platform
     const float x = static_cast<float>(column) + 0.5F;
     const float y = static_cast<float>(row + height) + 0.5F;
     Entity& fish = world_.entities.emplace_back(
@@ -200,7 +200,7 @@ class Climber final : public Game {
     ++crystals_left_;
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -231,7 +231,7 @@ class Climber final : public Game {
     fish.mirrored = fish.vx < 0;
   }
 
-  // Up jumps, with support; there is no way to press down.
+  // Up jumps if the agent has support. Down has no effect.
   void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsGround);
     if (world_.controls.vertical < 0 || !has_support_) {
@@ -251,13 +251,13 @@ class Climber final : public Game {
     }
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Blocks(const Entity& mover, int kind, Axis axis) override {
     return (mover.kind == kAgentKind && kind == kPlatformKind) || Game::Blocks(mover, kind, axis);
   }
 
-  // Rock both reflects and blocks a fish, so each bounce off a side costs it some of its speed.
+  // Rock both reflects and blocks a fish, so each bounce costs it some speed.
   bool Reflects(const Entity& mover, int kind) override {
     return mover.kind == kFishKind && IsGround(kind);
   }
@@ -272,9 +272,9 @@ class Climber final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
-  // The view is as wide as the world and shows what is above the agent.
+  // The view is as wide as the world and shows the part above the agent.
   Camera MakeCamera() const override {
     Camera camera = Game::MakeCamera();
     if (center_agent_) {
@@ -304,9 +304,9 @@ class Climber final : public Game {
     archive.Bool("has_support", has_support_);
   }
 
-  float fish_chance_ = 0;  // by the mode
+  float fish_chance_ = 0;  // by mode
   int32_t crystals_left_ = 0;
-  bool has_support_ = false;  // as the last step's controls found it
+  bool has_support_ = false;  // computed in MapControls of the last step
 };
 
 }  // namespace

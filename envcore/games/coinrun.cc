@@ -1,6 +1,6 @@
-// CoinRun: a side-view platform game. The player starts at the left and runs and jumps over steps,
-// pits, saws, walking enemies and crates to the coin at the far right (+10, level complete). Saws,
-// walkers and lava end the episode.
+// CoinRun: a side-view platform game. The player starts at the left and reaches the coin at the far
+// right (+10, level complete). On the way it jumps over steps, pits, saws, walking enemies and
+// crates. Saws, walkers and lava end the episode.
 
 #include <algorithm>
 #include <cmath>
@@ -25,17 +25,17 @@ constexpr int kWalkerStepImageKind = 7;
 constexpr int kPlayerJumpImageKind = 9;
 constexpr int kPlayerWalkApartImageKind = 12;
 constexpr int kPlayerWalkTogetherImageKind = 13;
-constexpr int kGroundKind = 15;  // also all that lies outside of the world
+constexpr int kGroundKind = 15;  // also everything outside the world
 constexpr int kGroundTopKind = 16;
 constexpr int kLavaKind = 17;
 constexpr int kLavaSurfaceKind = 18;
-constexpr int kBarrierKind = 19;  // invisible; walkers turn at it
+constexpr int kBarrierKind = 19;  // invisible; walkers turn around at it
 constexpr int kCrateKind = 20;
 
-// What a snapshot may hold; levels have less, but for two piles in one column.
+// Limits in a snapshot. Levels stay below them, except with two piles in one column.
 constexpr size_t kEntitiesMax = 384;
-constexpr int kMoversMax = 40;           // the agent included
-constexpr float kWalkerSpeedMax = 0.5F;  // cells a step
+constexpr int kMoversMax = 40;           // agent included
+constexpr float kWalkerSpeedMax = 0.5F;  // cells per step
 constexpr size_t kCrateCellsMax = 64;
 constexpr int kCratesInCellMax = 2;
 
@@ -46,21 +46,21 @@ constexpr float kAgentRadiusY = 0.5787F;
 constexpr float kAgentStartX = 1.5F;
 constexpr float kRadius = 0.5F;  // of saws, walkers and crates
 
-constexpr float kMix = 0.2F;            // share of the new velocity with support
-constexpr float kAirMixFactor = 0.15F;  // without
-constexpr float kTopSpeed = 0.5F;       // cells a step
+constexpr float kMix = 0.2F;            // weight of the new velocity, with support
+constexpr float kAirMixFactor = 0.15F;  // without support
+constexpr float kTopSpeed = 0.5F;       // cells per step
 constexpr float kJumpSpeed = 1.5F;      // also the limit of the vertical speed
-constexpr float kGravity = 0.2F;        // cells a step, each step
+constexpr float kGravity = 0.2F;        // cells per step, in each step
 constexpr double kDuckShare = 0.2;      // of the vertical control, with support
 constexpr double kWalkerSpeed = 0.15;
 constexpr float kCoinReward = 10;
-constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
-constexpr double kStandingSpeed = 0.01;  // slower is standing
+constexpr int kFrameSteps = 5;           // steps per frame of a walk
+constexpr double kStandingSpeed = 0.01;  // slower counts as standing
 
 constexpr int kStartColumn = 5;
 constexpr int kSectionColumnsMax = 15;  // no section begins closer to the right end
-constexpr int kHighGround = 20;         // from here sections go down
-constexpr int kMiddleGround = 5;        // from here they may
+constexpr int kHighGround = 20;         // sections go down from this height
+constexpr int kMiddleGround = 5;        // sections may go down from this height
 constexpr int kGroundThemeCount = 6;
 
 constexpr int kNoPitsBit = 2;  // of debug_mode
@@ -155,7 +155,7 @@ class CoinRun final : public Game {
   }
 
  private:
-  // --- Making a level: sections of ground and pits from left to right, then the coin.
+  // --- Level generation: sections of ground and pits from left to right, then the coin.
 
   void MakeLevel() override {
     StandardReset(kWorldSide, kWorldSide);
@@ -331,7 +331,7 @@ class CoinRun final : public Game {
     AddAt(kCrateKind, column, row).theme = DrawTheme(kCrateKind);
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -385,7 +385,7 @@ class CoinRun final : public Game {
     agent.vy = std::clamp(agent.vy, -kJumpSpeed, kJumpSpeed);
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Blocks(const Entity& mover, int kind, Axis axis) override {
     return (mover.kind == kAgentKind && kind == kGroundTopKind) || Game::Blocks(mover, kind, axis);
@@ -395,8 +395,8 @@ class CoinRun final : public Game {
     return mover.kind == kWalkerKind && (IsGround(kind) || kind == kBarrierKind);
   }
 
-  // A crate carries the agent that comes down on it from above and does not press down. The
-  // conditions read the agent whoever moves, so a walker inside of a crate can set the flag.
+  // A crate carries the agent if it comes down on the crate from above without pressing down. The
+  // conditions test the agent for any mover, so a walker inside a crate can set the flag.
   bool EntityBlocks(const Entity& mover, const Entity& other, Axis axis) override {
     if (other.kind != kCrateKind) {
       return Game::EntityBlocks(mover, other, axis);
@@ -427,7 +427,7 @@ class CoinRun final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     if (entity.kind != kAgentKind) {
@@ -440,8 +440,8 @@ class CoinRun final : public Game {
                                                                    : kPlayerWalkTogetherImageKind;
   }
 
-  // The player's art is twice as high as wide: its feet are at the box's bottom, its head stands
-  // out above.
+  // The player's image is twice as high as wide: the feet are at the bottom of the box, the head
+  // extends above it.
   void StyleSprite(const Entity& /*entity*/, Sprite* sprite) const override {
     if (IsPlayerImage(sprite->image_kind)) {
       sprite->art_top = -0.7415;
@@ -449,8 +449,8 @@ class CoinRun final : public Game {
     }
   }
 
-  // What moves in crates is pushed about among them, in each part of its way and again from each
-  // place that it is pushed to. Whether there is so little of all this that a step is quick.
+  // Movers in crates are pushed between them, in each sub-step and again from each position that
+  // they are pushed to. Returns whether this is limited enough for a step to be fast.
   bool PushesEndSoon() const {
     std::map<std::pair<float, float>, int> crate_counts;  // by place
     int mover_count = 0;
@@ -483,12 +483,12 @@ class CoinRun final : public Game {
                   "has more or other crates and walkers than levels can have");
   }
 
-  int difficulty_ = 1;  // 1 ... 3, drawn for each level
+  int difficulty_ = 1;  // 1 to 3, drawn for each level
   PitDanger pit_danger_ = PitDanger::kLava;
   int32_t ground_theme_ = 0;
-  bool has_support_ = false;  // as the last step's controls found it
+  bool has_support_ = false;  // computed in MapControls of the last step
   bool on_crate_ = false;
-  float remembered_y_ = 0;  // the agent's at the end of the last step
+  float remembered_y_ = 0;  // of the agent at the end of the last step
 };
 
 }  // namespace

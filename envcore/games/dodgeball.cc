@@ -1,5 +1,5 @@
 // Dodgeball: the agent runs through a hall with free-standing walls of lava, throws balls at the
-// enemies (+2 for each hit) and dodges theirs. When no enemy is left the door opens (+10, level
+// enemies (+2 per hit) and dodges theirs. When no enemy is left, the door opens (+10, level
 // complete). Touching an enemy, an enemy's ball or lava ends the episode.
 
 #include <array>
@@ -25,24 +25,24 @@ constexpr int kOpenDoorImageKind = 7;
 constexpr int kCloudKind = 8;
 constexpr int kHallOutsideKind = 10;
 
-constexpr float kLavaRadius = 0.3F;     // half the thickness of a wall, times the mode's factor
-constexpr float kEnemySpeed = 0.05F;    // cells a step
-constexpr int kEnemyWalkStepsMin = 25;  // steps that an enemy keeps a direction
+constexpr float kLavaRadius = 0.3F;     // half the thickness of a wall, before the mode's factor
+constexpr float kEnemySpeed = 0.05F;    // cells per step
+constexpr int kEnemyWalkStepsMin = 25;  // steps in one direction
 constexpr int kEnemyWalkStepsRange = 50;
-constexpr int kEnemyThrowPause = 50;  // steps, and some more by chance
+constexpr int kEnemyThrowPause = 50;  // steps, plus a random number
 constexpr int kEnemyThrowPauseRange = 4;
-constexpr int kEnemyFirstShotStep = 10;   // as if it had thrown then
-constexpr float kAimTolerance = 1;        // cells beside the agent that an enemy throws at
-constexpr int kThrowPause = 7;            // steps between two throws of the agent
-constexpr int32_t kThrowAction = 1;       // the special action
+constexpr int kEnemyFirstShotStep = 10;   // as if it had thrown in this step
+constexpr float kAimTolerance = 1;        // cells beside the agent at which an enemy throws
+constexpr int kThrowPause = 7;            // least steps from one throw of the agent to the next
+constexpr int32_t kThrowAction = 1;       // special action
 constexpr int kBallLife = 50;             // steps
-constexpr float kBallSpin = kPi * 0.23F;  // radians a step
+constexpr float kBallSpin = kPi * 0.23F;  // radians per step
 constexpr int kCloudLife = 4;             // steps
 constexpr float kCloudSpin = kPi / 0.3F;
-constexpr float kCloudGrowth = 1 / 1.2F;  // factors each step
+constexpr float kCloudGrowth = 1 / 1.2F;  // factors per step
 constexpr float kCloudFading = 0.9F;
 constexpr int kEnemyCountMin = 3;
-constexpr int kEnemyThemesUsed = 7;  // of the art's eleven
+constexpr int kEnemyThemesUsed = 7;  // of the eleven in the art
 constexpr float kHitReward = 2;
 constexpr float kDoorReward = 10;
 
@@ -85,13 +85,13 @@ constexpr GameArtSpec kArt = {.slots = kArtSlots,
 struct ModeFigures {
   int side;            // of the hall, cells
   float agent_radius;  // cells
-  float agent_speed;   // cells a step, as are the others
+  float agent_speed;   // cells per step, like the other speeds
   float enemy_radius;
   float ball_radius;
   float ball_speed;  // on each axis
   float door_radius;
   float lava_radius;        // half the thickness of a wall
-  int division_count;       // how often a room is divided by a wall
+  int division_count;       // number of walls that divide rooms
   int enemy_count_choices;  // kEnemyCountMin and up
 };
 
@@ -128,7 +128,7 @@ constexpr ModeFigures kExtremeFigures = {.side = 20,
                                          .division_count = 8,
                                          .enemy_count_choices = 4};
 
-// A hall like hard mode's, twice as large.
+// A hall like in hard mode, but twice as large.
 constexpr ModeFigures MakeMemoryFigures() {
   ModeFigures figures = kHardFigures;
   figures.side = 40;
@@ -152,7 +152,7 @@ const ModeFigures& FiguresOf(DistributionMode mode) {
   }
 }
 
-// The box with its axes exchanged.
+// The box with its axes swapped.
 Box Transposed(const Box& box) { return {box.y, box.x, box.height, box.width}; }
 
 bool IsBall(int kind) { return kind == kBallKind || kind == kEnemyBallKind; }
@@ -166,7 +166,7 @@ class Dodgeball final : public Game {
   }
 
  private:
-  // --- Making a level: walls of lava, the door at the hall's edge, the agent, the enemies.
+  // --- Level generation: walls of lava, the door at the edge of the hall, the agent, the enemies.
 
   void MakeLevel() override {
     StandardReset(figures_.side, figures_.side);
@@ -180,9 +180,9 @@ class Dodgeball final : public Game {
     PlaceEnemies();
   }
 
-  // Divides the hall into rooms: again and again a wall comes into the middle of a drawn room,
-  // over a part of its length. The rooms on its sides and the one beside its end can be divided
-  // in turn, if they are large enough.
+  // Divides the hall into rooms. Repeatedly places a wall in the middle of a drawn room, over part
+  // of its length. The rooms at its sides and the one beside its end can be divided in turn if they
+  // are large enough.
   void DivideHall() {
     const auto side = static_cast<float>(figures_.side);
     std::vector<Box> rooms = {{.x = 0, .y = 0, .width = side, .height = side}};
@@ -204,7 +204,8 @@ class Dodgeball final : public Game {
     if (room.height < RoomLengthMin()) {
       wall_is_level = true;
     }
-    // As for an upright wall; for a level one the axes are exchanged, and back again at the end.
+    // Computed for a vertical wall; for a horizontal one the axes are swapped, and swapped back at
+    // the end.
     const Box r = wall_is_level ? Transposed(room) : room;
     const float wall_share = 1 - gap_share;
     const float length = wall_share * r.height;
@@ -234,7 +235,7 @@ class Dodgeball final : public Game {
     lava.meets_entities = true;
   }
 
-  // A room takes a wall if it is long enough, and wide enough to pass the wall on either side.
+  // A room can be divided if it is long enough, and wide enough to pass the wall on either side.
   bool CanBeDivided(const Box& room) const {
     const bool is_long = room.width >= RoomLengthMin() || room.height >= RoomLengthMin();
     return is_long && room.width >= RoomWidthMin() && room.height >= RoomWidthMin();
@@ -280,7 +281,7 @@ class Dodgeball final : public Game {
     }
   }
 
-  // An enemy's spawn_step holds the steps left until it chooses again.
+  // An enemy's spawn_step counts the steps until its next choice.
   void ChooseWay(Entity& enemy) {
     const float speed = kEnemySpeed * static_cast<float>(2 * random_.Int(2) - 1);
     const bool goes_sideways = random_.Int(2) == 0;
@@ -289,11 +290,11 @@ class Dodgeball final : public Game {
     enemy.spawn_step = kEnemyWalkStepsMin + random_.Int(kEnemyWalkStepsRange);
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
-    // Moves are numbered column by column, "none" in the middle.
+    // Moves are numbered column by column, with "none" in the middle.
     const int32_t column = last_move_ / 3;
     const int32_t row = last_move_ % 3;
     const auto facing_x = static_cast<float>(column - 1);
@@ -341,12 +342,13 @@ class Dodgeball final : public Game {
     if (step_number() - enemy.shot_step >= kEnemyThrowPause) {
       ThrowAtAgent(index);
     }
-    // A new ball may have moved the list.
+    // A new ball may have moved the entities in memory.
     Entity& walker = world_.entities[index];
     TurnTo(walker, walker.vx, walker.vy, 0);
   }
 
-  // An enemy throws when the agent is nearly above, below or beside it, and goes after its ball.
+  // An enemy throws when the agent is almost straight above, below or beside it, and follows its
+  // ball.
   void ThrowAtAgent(size_t thrower) {
     const Entity& agent = world_.agent();
     const float dx = world_.entities[thrower].x - agent.x;
@@ -364,7 +366,7 @@ class Dodgeball final : public Game {
     enemy.vy = direction_y * kEnemySpeed;
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Reflects(const Entity& mover, int kind) override {
     return mover.kind == kEnemyKind && (kind == kHallOutsideKind || kind == kLavaKind);
@@ -403,7 +405,7 @@ class Dodgeball final : public Game {
     cloud.expiry = kCloudLife;
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     return entity.kind == kDoorKind && enemy_count_ == 0 ? kOpenDoorImageKind
@@ -422,8 +424,8 @@ class Dodgeball final : public Game {
   }
 
   const ModeFigures& figures_;
-  int32_t enemy_count_ = 0;  // as the last step counted it
-  int32_t throw_step_ = 0;   // of the agent's last throw
+  int32_t enemy_count_ = 0;  // counted in the last step
+  int32_t throw_step_ = 0;   // step of the agent's last throw
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
-// FruitBot: a robot drives up a long narrow field seen from above; the player steers it left and
-// right and throws keys. It has to pass the gaps of walls (touching a wall or a locked door ends
-// the episode), to collect fruit (+1) and to avoid other food (-4). A key that hits a door's lock
-// opens the door. The presents at the upper end complete the level (+10 for each one touched).
+// FruitBot: a robot drives up a long narrow field, seen from above. The player steers it left and
+// right and throws keys. It must pass the gaps of walls, collect fruit (+1) and avoid other food
+// (-4). Touching a wall or a locked door ends the episode. A key that hits the lock of a door opens
+// the door. The presents at the upper end complete the level (+10 for each one touched).
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace procgen {
 namespace {
 
 constexpr int kFruitBotWallKind = 1;
-constexpr int kStoneKind = 2;  // outside of the world
+constexpr int kStoneKind = 2;  // outside the world
 constexpr int kKeyKind = 3;
 constexpr int kFoodKind = 4;
 constexpr int kFruitKind = 7;
@@ -27,32 +27,32 @@ constexpr int kPresentKind = 12;
 
 constexpr int kWorldHeight = 60;  // cells
 constexpr float kItemRadius =
-    0.5F;  // of fruit, food (before they take their art's shape), presents
+    0.5F;  // of fruit, food (before scaling to the art's shape) and presents
 constexpr int kFruitCountMin = 10;
 constexpr int kFoodCountMin = 10;
-constexpr int kItemCountRange = 10;  // different numbers of fruit, and of food
+constexpr int kItemCountRange = 10;  // number of different counts of fruit, and of food
 
-constexpr float kTopSpeed = 0.85F;          // cells a step
-constexpr float kUpwardPush = 0.2F;         // in place of the action's vertical part
+constexpr float kTopSpeed = 0.85F;          // cells per step
+constexpr float kUpwardPush = 0.2F;         // replaces the vertical part of the action
 constexpr float kAgentRotation = -kHalfPi;  // the art faces right, the robot drives up
 constexpr float kFruitReward = 1;
 constexpr float kFoodReward = -4;
 constexpr float kPresentReward = 10;
 
 constexpr float kKeyRadius = 0.25F;  // cells
-constexpr float kKeySpeed = 0.5F;    // cells a step, upward
+constexpr float kKeySpeed = 0.5F;    // cells per step, upward
 constexpr int kKeyLifeSteps = 8;
-constexpr int kKeyPauseSteps = 8;  // from one key to the next
-constexpr int kThrowAction = 1;    // the special action that throws a key
+constexpr int kKeyPauseSteps = 8;  // least steps from one key to the next
+constexpr int kThrowAction = 1;    // special action
 
-constexpr int kWallDistanceMin = 4;       // cells from one wall to the next
-constexpr int kLockableWallDistance = 5;  // a wall that is farther from the one below may be locked
+constexpr int kWallDistanceMin = 4;       // cells between walls
+constexpr int kLockableWallDistance = 5;  // only walls farther from the one below may be locked
 constexpr float kWallRadiusY = 0.3F;      // of walls and doors, cells
 constexpr double kGapShareRange = 0.2;    // of the world's width
 constexpr float kLockedGapShareExtra = 0.1F;
 constexpr float kLockRadiusX = 0.25F;
 constexpr float kLockRadiusY = 0.45F;
-constexpr float kLockReach = 1;      // a lock's door is less than this above or below it
+constexpr float kLockReach = 1;  // the vertical distance of a lock to its door is less than this
 constexpr float kWallTileRatio = 1;  // width / height of a tile of the art
 constexpr float kDoorTileRatio = 3.25F;
 constexpr int kViewMargin = 2;  // half-heights from the lower edge of the view to the agent
@@ -61,8 +61,8 @@ struct ModeFigures {
   int world_width;  // cells
   int wall_count;
   float gap_share_min;   // of the world's width
-  float lock_chance;     // of each wall that may be locked
-  int item_theme_count;  // different pictures of fruit, and of food
+  float lock_chance;     // per wall that may be locked
+  int item_theme_count;  // number of different images of fruit, and of food
 };
 
 constexpr ModeFigures kEasyFigures = {.world_width = 10,
@@ -119,7 +119,8 @@ class FruitBot final : public Game {
   }
 
  private:
-  // --- Making a level: walls from below, presents at the upper end, fruit and food between them.
+  // --- Level generation: walls from the bottom, presents at the upper end, fruit and food between
+  // them.
 
   void MakeLevel() override {
     StandardReset(figures_.world_width, kWorldHeight);
@@ -144,7 +145,7 @@ class FruitBot final : public Game {
     world_.agent().rotation = kAgentRotation;
   }
 
-  // The walls share out what is left of the field's height when each has the least distance.
+  // Distributes the spare height of the field among the walls, beyond their minimum distances.
   void MakeWalls() {
     const int spare_height = kWorldHeight - kWallDistanceMin * (figures_.wall_count + 1);
     const std::vector<int32_t> spare_heights = random_.Split(spare_height, figures_.wall_count);
@@ -160,7 +161,8 @@ class FruitBot final : public Game {
     }
   }
 
-  // A wall across the field at height `y`, with a gap that a door closes if `is_locked`.
+  // Makes a wall across the field at height `y`, with a gap that is closed by a door if
+  // `is_locked`.
   void MakeWall(float y, bool is_locked) {
     const auto world_width = static_cast<float>(figures_.world_width);
     const double gap_share_extra = random_.Unit() * kGapShareRange;
@@ -182,7 +184,8 @@ class FruitBot final : public Game {
     }
   }
 
-  // The share of the field's width that holds a lock and whole tiles of door, at least `gap_share`.
+  // The fraction of the field's width that fits a lock and whole tiles of door; at least
+  // `gap_share`.
   float LockedGapShare(float gap_share) const {
     const auto world_width = static_cast<float>(figures_.world_width);
     const float lock_share = (2 * kLockRadiusX) / world_width;
@@ -212,7 +215,7 @@ class FruitBot final : public Game {
     }
   }
 
-  // --- A step.
+  // --- Step.
 
   void MapControls() override { world_.controls.vertical = kUpwardPush; }
 
@@ -227,12 +230,12 @@ class FruitBot final : public Game {
     }
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   void OnAgentContact(Entity& other) override {
     switch (other.kind) {
       case kFruitBotWallKind:
-      case kDoorKind:  // even one that was unlocked in this very step
+      case kDoorKind:  // even if it was unlocked in this step
         outcome_.done = true;
         break;
       case kFruitKind:
@@ -253,7 +256,7 @@ class FruitBot final : public Game {
     }
   }
 
-  // Only keys meet things: walls stop them, locks open.
+  // Only keys test for contacts: walls stop them, locks open.
   void OnEntityContact(Entity& self, Entity& other) override {
     if (other.kind == kFruitBotWallKind) {
       self.marked = true;
@@ -274,9 +277,9 @@ class FruitBot final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
-  // The view is as wide as the field and shows what is above the robot.
+  // The view is as wide as the field and shows the part above the robot.
   Camera MakeCamera() const override {
     Camera camera = Game::MakeCamera();
     if (center_agent_) {

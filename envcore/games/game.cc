@@ -12,10 +12,10 @@ namespace {
 
 constexpr int32_t kMoveCount = 9;  // actions below this are moves
 constexpr int32_t kSharedRandomRange = 1000000;
-constexpr float kAgentRadius = 0.4F;  // cells, until a game says otherwise
+constexpr float kAgentRadius = 0.4F;  // cells; some games change it
 constexpr double kVelocityDecay = 0.9;
 constexpr float kSpinDecay = 0.5F;
-constexpr float kSpinPerTurn = 0.130899698F;  // radians a step
+constexpr float kSpinPerTurn = 0.130899698F;  // radians per step
 
 }  // namespace
 

@@ -202,7 +202,7 @@ bool GameSpec::HasMode(DistributionMode mode) const {
   return std::find(modes.begin(), modes.end(), mode) != modes.end();
 }
 
-// FNV-1a over the name.
+// FNV-1a of the name.
 uint32_t GameSpec::ArtSeed() const {
   uint32_t hash = 2166136261U;
   for (const char byte : name) {

@@ -8,8 +8,8 @@
 
 namespace procgen {
 
-// One for each game that is there, in <game>.cc; called through the catalog. REQUIRES: a mode that
-// the game has.
+// The factories of the games, defined in <game>.cc and called through the catalog. REQUIRES: the
+// game has `options.distribution_mode`.
 std::unique_ptr<Game> MakeBigFish(const GameOptions& options);
 std::unique_ptr<Game> MakeBossFight(const GameOptions& options);
 std::unique_ptr<Game> MakeCaveFlyer(const GameOptions& options);

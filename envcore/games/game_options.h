@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// How levels are made. The numbers are those of Procgen 0.10.7; kExploration, which it knows by
-// name only, stands for one hard level per game and is resolved before a game is made.
+// How levels are generated. The numbers are those of Procgen 0.10.7 (upstream). kExploration, which
+// has no number there, stands for one hard level per game and is resolved before a game is made.
 enum class DistributionMode : int32_t {
   kEasy = 0,
   kHard = 1,
@@ -15,22 +15,22 @@ enum class DistributionMode : int32_t {
   kExploration = 20,
 };
 
-// Actions are in [0, kActionCount): nine moves (the numeric keypad's directions, column by column
-// from the left) and six special keys. kEndEpisodeAction does nothing and ends the episode.
+// Actions are in [0, kActionCount): nine moves (the directions of the numeric keypad, column by
+// column from the left) and six special keys. kEndEpisodeAction does nothing and ends the episode.
 inline constexpr int32_t kActionCount = 15;
 inline constexpr int32_t kNoAction = 4;
 inline constexpr int32_t kEndEpisodeAction = -1;
 
-// The options that a game sees, by upstream's names and with its Python defaults.
+// The options that a game reads, with upstream's names and Python defaults.
 struct GameOptions {
   DistributionMode distribution_mode = DistributionMode::kHard;
-  bool center_agent = true;            // the camera follows the agent; some games overwrite it
-  bool use_backgrounds = true;         // false: black behind everything
-  bool use_generated_assets = false;   // pictures from random numbers; changes sizes and levels
+  bool center_agent = true;            // the camera follows the agent; some games ignore it
+  bool use_backgrounds = true;         // false: black background
+  bool use_generated_assets = false;   // art from random numbers; changes sizes and levels
   bool use_monochrome_assets = false;  // flat rectangles; changes no level
   bool restrict_themes = false;        // one theme per kind; changes no draw
-  bool paint_vel_info = false;         // two squares that show the agent's velocity
-  int32_t debug_mode = 0;              // bits that only coinrun reads
+  bool paint_vel_info = false;         // draw two squares that show the agent's velocity
+  int32_t debug_mode = 0;              // bit flags; only coinrun reads them
 };
 
 }  // namespace procgen

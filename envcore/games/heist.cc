@@ -1,7 +1,6 @@
 // Heist: a thief steals a gem (+10, level complete) from a maze whose passages are closed by up to
-// three coloured locks. Each opens with the key of its colour, which lies where the thief can get
-// before that lock; the keys that it has taken show in the picture's upper right corner. Nothing
-// kills.
+// three colored locks. Each lock opens with the key of its color, which is reachable before the
+// lock. Taken keys are shown in the upper right corner. Nothing kills the thief.
 
 #include <algorithm>
 #include <array>
@@ -28,11 +27,11 @@ constexpr int kMazeSizeMin = 5;  // cells; sizes are odd
 constexpr int kKeyCountMax = 3;
 constexpr std::array<const char*, kKeyCountMax> kKeyTakenNames = {"key_0_taken", "key_1_taken",
                                                                   "key_2_taken"};
-constexpr float kRadius = 0.375F;  // of agent, keys and gem, cells; half the width of the latter
+constexpr float kRadius = 0.375F;  // cells; of the agent, and the half-width of keys and gem
 constexpr float kLockRadius = 0.5F;
-constexpr float kTopSpeed = 0.75F;         // cells a step
-constexpr float kDisplayRadius = 0.03F;    // of a taken key's display, shares of the picture
-constexpr double kDisplayRightGap = 1.25;  // from the right edge to the first centre, in radii
+constexpr float kTopSpeed = 0.75F;       // cells per step
+constexpr float kDisplayRadius = 0.03F;  // of the display of a taken key, in fractions of the image
+constexpr double kDisplayRightGap = 1.25;  // from the right edge to the first center, in radii
 constexpr double kDisplayTopGap = 0.75;    // from the top edge, in radii
 constexpr float kGemReward = 10;
 
@@ -49,7 +48,7 @@ constexpr ArtSlot kArtSlots[] = {
 };
 
 constexpr int kBlockShapedKinds[] = {kWallKind, kLockKind};
-constexpr int kKeptThemeKinds[] = {kLockKind, kKeyKind};  // their themes are the colours
+constexpr int kKeptThemeKinds[] = {kLockKind, kKeyKind};  // their themes are the colors
 
 constexpr GameArtSpec kArt = {.slots = kArtSlots,
                               .block_shaped_kinds = kBlockShapedKinds,
@@ -77,7 +76,7 @@ class Heist final : public Game {
   }
 
  private:
-  // --- Making a level: a maze with doors and keys somewhere in a field of wall.
+  // --- Level generation: a maze with doors and keys at a random position in a field of wall.
 
   void MakeLevel() override {
     const bool has_memory = options().distribution_mode == DistributionMode::kMemory;
@@ -99,7 +98,7 @@ class Heist final : public Game {
   }
 
   void PlaceMaze(const Maze& maze) {
-    // Out of the way until its own cell is reached.
+    // Away from everything until its own cell is reached.
     Entity& agent = world_.agent();
     agent.rx = kRadius;
     agent.ry = kRadius;
@@ -120,7 +119,7 @@ class Heist final : public Game {
     }
   }
 
-  // Places what the maze has in cell (x, y), if anything.
+  // Places the object of the maze cell (x, y), if any.
   void PlaceObject(int maze_kind, int x, int y) {
     if (maze_kind >= kMazeKeyKind) {
       Entity& key = SpawnInCell(kKeyKind, x, y);
@@ -144,7 +143,7 @@ class Heist final : public Game {
     return SpawnInBox(world_, random_, kind, kRadius, kRadius, cell);
   }
 
-  // Displays stand in a row from the right; each shows its key, turned upright, once it is taken.
+  // Displays are in a row from the right. Each shows its key, upright, once the key is taken.
   void AddKeyDisplay(int theme) {
     const double radius = kDisplayRadius;
     const auto x = static_cast<float>(1 - radius * (2 * theme + kDisplayRightGap));
@@ -159,14 +158,14 @@ class Heist final : public Game {
     display.screen_coordinates = true;
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
     TurnTo(world_.agent(), world_.controls.horizontal, world_.controls.vertical, 0);
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool HasKeyOf(const Entity& entity) const {
     return key_taken_[static_cast<size_t>(entity.theme)];
@@ -195,7 +194,7 @@ class Heist final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     const bool hidden = entity.kind == kKeyDisplayKind && !HasKeyOf(entity);
@@ -217,7 +216,7 @@ class Heist final : public Game {
     archive.Check(lock_count <= kKeyCountMax, "has more locks than there are colors");
   }
 
-  std::array<bool, kKeyCountMax> key_taken_ = {};  // by colour
+  std::array<bool, kKeyCountMax> key_taken_ = {};  // by color
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Jumper: a bunny with a double jump looks for a carrot in an open cave (+10, level complete).
+// Jumper: a bunny with a double jump searches for a carrot in an open cave (+10, level complete).
 // Little men with a spike on the head stand on flat ground; touching one ends the episode. A
-// compass in the corner shows the carrot's direction and distance, but not in memory mode.
+// compass in the corner shows the carrot's direction and distance, except in memory mode.
 
 #include <cmath>
 #include <vector>
@@ -17,8 +17,8 @@ namespace procgen {
 namespace {
 
 constexpr int kCarrotKind = 1;
-constexpr int kSpikeManKind = 2;         // also marks his cell while a level is made
-constexpr int kRockKind = 6;             // also all that lies outside of the world
+constexpr int kSpikeManKind = 2;         // also marks its cell during level generation
+constexpr int kRockKind = 6;             // also everything outside the world
 constexpr int kGroundKind = 7;           // rock with open space above
 constexpr int kLeftApartImageKind = 10;  // image kinds: the bunny's walk, legs apart and together
 constexpr int kLeftTogetherImageKind = 11;
@@ -31,29 +31,29 @@ constexpr float kSpikeManRadiusX = 0.23F;
 constexpr float kSpikeManRadiusY = 0.4F;
 constexpr float kCarrotRadius = 0.5F;
 
-constexpr int kMazeScale = 3;  // cells along the side of one cell of the maze that shapes the cave
+constexpr int kMazeScale = 3;             // side of a maze cell in cells; the maze shapes the cave
 constexpr float kWallShareInWall = 0.8F;  // of the noise where the maze has a wall
-constexpr float kWallShareInOpen = 0.2F;  // where it is open
+constexpr float kWallShareInOpen = 0.2F;  // of the noise where it is open
 constexpr int kSmoothings = 2;
-constexpr int kWayMargin = 4;  // how far the cave is kept beside the way to the carrot, cells
-constexpr float kSpikeManChance = 0.2F;  // of each place for one
-constexpr int kHighWall = 3;             // rows of rock that the bunny could be caught behind
+constexpr int kWayMargin = 4;  // cells of the cave that are kept beside the way to the carrot
+constexpr float kSpikeManChance = 0.2F;  // per possible place
+constexpr int kHighWall = 3;             // rows of rock that could trap the bunny
 constexpr int kWallThemeCount = 4;
 
-constexpr float kMix = 0.5F;       // share of the new velocity
-constexpr float kTopSpeed = 0.5F;  // cells a step
+constexpr float kMix = 0.5F;       // weight of the new velocity
+constexpr float kTopSpeed = 0.5F;  // cells per step
 constexpr float kJumpVelocity = 1;
-constexpr float kGravity = 0.15F;   // cells a step, each step
-constexpr float kFallSpeedMax = 2;  // from here gravity adds nothing
+constexpr float kGravity = 0.15F;   // cells per step, in each step
+constexpr float kFallSpeedMax = 2;  // gravity adds nothing beyond this
 constexpr int kJumpsFromSupport = 2;
-constexpr int kJumpPauseSteps = 3;      // a jump must be more steps after the last one
+constexpr int kJumpPauseSteps = 3;  // a jump is possible more than this many steps after the last
 constexpr double kDustSpeedMin = 0.05;  // a faster bunny raises dust
 constexpr float kCarrotReward = 10;
-constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
-constexpr double kStandingSpeed = 0.01;  // slower is standing
+constexpr int kFrameSteps = 5;           // steps per frame of a walk
+constexpr double kStandingSpeed = 0.01;  // slower counts as standing
 
-constexpr float kCompassMargin = 0.25F;  // cells from the picture's upper right corner
-constexpr float kCompassBarShare = 8;    // the compass is so many times as high as its distance bar
+constexpr float kCompassMargin = 0.25F;  // cells from the upper right corner of the image
+constexpr float kCompassBarShare = 8;    // height of the compass / height of its distance bar
 constexpr std::array<uint8_t, 3> kCompassColor = {168, 166, 158};
 constexpr std::array<uint8_t, 3> kNeedleColor = {252, 186, 3};
 
@@ -61,8 +61,8 @@ struct ModeFigures {
   int world_side;  // cells
   float cells_in_view;
   float compass_diameter;   // cells; 0: no compass
-  float spike_man_chance;   // of each place for one
-  bool only_way_to_carrot;  // the cave is cut down to what lies near the way to the carrot
+  float spike_man_chance;   // per possible place
+  bool only_way_to_carrot;  // the cave is reduced to the surroundings of the way to the carrot
 };
 
 constexpr ModeFigures kEasyFigures = {.world_side = 20,
@@ -129,7 +129,7 @@ class Jumper final : public Game {
   }
 
  private:
-  // --- Making a level: a cave in the shape of a maze, a way through it from the bunny to the
+  // --- Level generation: a cave in the shape of a maze, a way through it from the bunny to the
   // carrot, spike men on flat ground, steps in high walls.
 
   void MakeLevel() override {
@@ -188,7 +188,7 @@ class Jumper final : public Game {
     return cave;
   }
 
-  // The maze does not cover the last cells of a world whose side is no multiple of the scale.
+  // The maze does not cover the last cells if the side of the world is not a multiple of the scale.
   static bool IsWallOf(const Maze& maze, int x, int y) {
     return x >= maze.size() || y >= maze.size() || maze.At(x, y) == kWallKind;
   }
@@ -202,7 +202,7 @@ class Jumper final : public Game {
     }
   }
 
-  // Whether someone two cells high can stand in the cell.
+  // Whether an object two cells high can stand in the cell.
   bool IsGroundPlace(int x, int y) const {
     return world_.CellAt(x, y) == kEmptyKind && world_.CellAt(x, y + 1) == kEmptyKind &&
            world_.CellAt(x, y - 1) == kRockKind;
@@ -218,8 +218,8 @@ class Jumper final : public Game {
     return places;
   }
 
-  // Spike men need ground to both sides. A marked cell is not empty, so no two stand side by side.
-  // The agent's and the carrot's cell are not spared.
+  // Spike men need ground on both sides. A marked cell is not empty, so no two stand side by side.
+  // The cells of the agent and the carrot are not excluded.
   void MarkSpikeMen() {
     Grid& grid = world_.grid;
     for (int cell = 0; cell < grid.size(); ++cell) {
@@ -247,7 +247,7 @@ class Jumper final : public Game {
     }
   }
 
-  // Whether three cells of rock from (x, y) upward have empty cells on a side of them (1: right).
+  // Whether three cells of rock from (x, y) upward have empty cells on one side (1: right).
   bool IsHighWall(int x, int y, int side) const {
     for (int i = 0; i < kHighWall; ++i) {
       if (world_.CellAt(x, y + i) != kRockKind || world_.CellAt(x + side, y + i) != kEmptyKind) {
@@ -286,7 +286,7 @@ class Jumper final : public Game {
     }
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -304,7 +304,7 @@ class Jumper final : public Game {
     }
   }
 
-  // Up jumps, from support and once more in the air, but not again at once.
+  // Up jumps, with support and once more in the air, but not immediately again.
   void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsSolid);
     if (has_support_) {
@@ -327,7 +327,7 @@ class Jumper final : public Game {
     }
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   bool Blocks(const Entity& mover, int kind, Axis axis) override {
     return kind == kGroundKind || Game::Blocks(mover, kind, axis);
@@ -343,7 +343,7 @@ class Jumper final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     if (entity.kind != kAgentKind) {
@@ -364,8 +364,8 @@ class Jumper final : public Game {
     }
   }
 
-  // A disc with a needle that points to the carrot, under it a bar as long as the carrot is far,
-  // and a mark under a bunny that jumps in the air.
+  // A disc with a needle that points to the carrot, and a bar below it that shows the distance.
+  // Also a mark below a bunny that jumps in the air.
   void AddCompass(std::vector<Overlay>* overlays) const {
     const Entity& agent = world_.agent();
     const Entity& carrot = world_.entities[kCarrotIndex];
@@ -415,14 +415,14 @@ class Jumper final : public Game {
                   "has no carrot that stays, as entity 1");
   }
 
-  // Where the carrot is in the list of entities, always: the first thing made and never removed.
+  // The carrot's index in the list of entities: it is added first and never removed.
   static constexpr size_t kCarrotIndex = 1;
 
   const ModeFigures& figures_;
   int32_t jumps_left_ = 0;
   int32_t last_jump_step_ = 0;
   bool jumped_ = false;       // in the last step
-  bool has_support_ = false;  // as the last step's controls found it
+  bool has_support_ = false;  // computed in MapControls of the last step
 };
 
 }  // namespace

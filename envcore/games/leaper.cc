@@ -1,6 +1,6 @@
 // Leaper: a frog hops, cell by cell, over lanes of road with cars and lanes of water with floating
-// logs to the finish line (+10, level complete). A car's touch, water without a log under it and
-// being carried out of the world end the episode.
+// logs to the finish line (+10, level complete). Touching a car, water without a log, or being
+// carried out of the world ends the episode.
 
 #include <algorithm>
 #include <cmath>
@@ -22,17 +22,17 @@ constexpr float kCarRadiusX = 0.5F;  // cells
 constexpr float kCarRadiusY = 0.25F;
 constexpr float kLogRadius = 0.45F;
 constexpr float kFinishRadiusY = 0.5F;
-constexpr float kCarEntry = 0.25F;  // how far outside of the world centres appear, cells
+constexpr float kCarEntry = 0.25F;  // cells outside the world at which centers appear
 constexpr float kLogEntry = 0.45F;
-constexpr float kCarSpacing = 6;  // a lane's mean distance between arrivals, cells
+constexpr float kCarSpacing = 6;  // mean distance between arrivals in a lane, cells
 constexpr float kLogSpacing = 2;
-constexpr float kHopSpeed = 0.5F;     // at the start of a hop, cells a step
-constexpr float kHopSlowdown = 0.1F;  // taken off each step
-constexpr int kFrogPictureCount = 5;  // of a hop; the frog sits in picture 0
+constexpr float kHopSpeed = 0.5F;     // at the start of a hop, cells per step
+constexpr float kHopSlowdown = 0.1F;  // subtracted in each step
+constexpr int kFrogPictureCount = 5;  // of a hop; a sitting frog shows image 0
 constexpr float kFinishReward = 10;
 
 constexpr int kExtraRowChoices = 2;   // rows of grass; not drawn in easy mode
-constexpr int kExtraLaneChoices = 4;  // likewise; two of the values mean a lane more
+constexpr int kExtraLaneChoices = 4;  // likewise; two of the values add a lane
 constexpr int kExtraLaneIsRoad = 2;
 constexpr int kExtraLaneIsWater = 3;
 
@@ -54,7 +54,7 @@ constexpr ArtSlot kArtSlots[] = {
 };
 
 constexpr int kBlockShapedKinds[] = {kRoadKind, kWaterKind};
-constexpr int kKeptThemeKinds[] = {kAgentKind};  // its themes are the pictures of a hop
+constexpr int kKeptThemeKinds[] = {kAgentKind};  // its themes are the images of a hop
 
 constexpr GameArtSpec kArt = {.slots = kArtSlots,
                               .block_shaped_kinds = kBlockShapedKinds,
@@ -63,10 +63,10 @@ constexpr GameArtSpec kArt = {.slots = kArtSlots,
 
 struct ModeFigures {
   int side;             // of the world, cells
-  int lane_choices;     // lanes of each sort: 0 ... lane_choices - 1
-  bool has_extras;      // rows of grass and a lane more, by chance
+  int lane_choices;     // lanes of each type: 0 to lane_choices - 1
+  bool has_extras;      // random rows of grass and an additional lane
   int warm_up_rounds;   // of traffic before the first step
-  float car_speed_min;  // cells a step
+  float car_speed_min;  // cells per step
   float car_speed_max;
   float log_speed_min;
   float log_speed_max;
@@ -108,7 +108,7 @@ const ModeFigures& FiguresOf(DistributionMode mode) {
   }
 }
 
-// `speed` a step later in a hop.
+// `speed` one step later in a hop.
 float Slowed(float speed) {
   const float slower = std::max(0.0F, std::fabs(speed) - kHopSlowdown);
   return speed < 0 ? -slower : slower;
@@ -120,8 +120,8 @@ class Leaper final : public Game {
       : Game(kArt, options), figures_(FiguresOf(options.distribution_mode)) {}
 
  private:
-  // --- Making a level, from the bottom up: grass, roads, grass, water, the finish line. Then the
-  // traffic runs until it is in flow.
+  // --- Level generation, from the bottom up: grass, roads, grass, water, the finish line. Then the
+  // traffic runs until it has reached a steady flow.
 
   void MakeLevel() override {
     const int side = figures_.side;
@@ -164,7 +164,7 @@ class Leaper final : public Game {
     }
   }
 
-  // Neighbouring lanes flow against each other.
+  // Neighboring lanes flow in opposite directions.
   void MakeWater(int lane_count) {
     water_speeds_.clear();
     float sign = DrawSign();
@@ -176,7 +176,7 @@ class Leaper final : public Game {
     }
   }
 
-  // --- Traffic: in each lane, now and then, a car or log comes in where there is room for it.
+  // --- Traffic: in each lane a car or log enters from time to time, if there is room for it.
 
   void RunTraffic() {
     float row = static_cast<float>(first_road_row_) + 0.5F;
@@ -213,7 +213,7 @@ class Leaper final : public Game {
     }
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     int& picture = world_.agent().theme;
@@ -225,7 +225,7 @@ class Leaper final : public Game {
     Float();
   }
 
-  // A frog at rest may begin a hop, sideways rather than up or down; then every hop slows down.
+  // A frog at rest may begin a hop, sideways before up or down. Then every hop slows down.
   void UpdateAgentVelocity() override {
     Entity& frog = world_.agent();
     if (IsAtRest(frog)) {
@@ -246,7 +246,7 @@ class Leaper final : public Game {
 
   static bool IsAtRest(const Entity& frog) { return frog.vx == 0 && frog.vy == 0; }
 
-  // Logs carry the frog, hopping or not; without one it must not come to rest over water.
+  // Logs carry the frog, hopping or not. Without one it must not come to rest over water.
   void Float() {
     Entity& frog = world_.agent();
     const Entity* log = nullptr;
@@ -276,9 +276,9 @@ class Leaper final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
-  // The frog's art is higher than wide: it stands out of the box above and below.
+  // The frog's image is higher than wide: it extends above and below the box.
   void StyleSprite(const Entity& entity, Sprite* sprite) const override {
     if (entity.kind == kAgentKind) {
       sprite->art_top = -0.275;
@@ -291,7 +291,7 @@ class Leaper final : public Game {
   const ModeFigures& figures_;
   int first_road_row_ = 0;
   int first_water_row_ = 0;
-  std::vector<float> road_speeds_;  // by lanes from below; negative: to the left
+  std::vector<float> road_speeds_;  // by lane from below; negative: to the left
   std::vector<float> water_speeds_;
 };
 

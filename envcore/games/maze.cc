@@ -1,5 +1,5 @@
-// Maze: a mouse in a maze looks for the one piece of cheese (+10, level complete). Levels are
-// perfect mazes of random size in the middle of a field of wall; everything happens in whole cells.
+// Maze: a mouse in a maze searches for a piece of cheese (+10, level complete). Levels are perfect
+// mazes of random size in the middle of a field of wall. Everything moves in whole cells.
 
 #include "envcore/level/maze.h"
 

@@ -1,7 +1,7 @@
 // Miner: a robot digs through dirt with boulders and diamonds. It collects every diamond (+1) and
-// then steps onto the exit (+10, level complete). Boulders and diamonds fall when their support is
-// dug away and roll off one another; one that is already falling kills the robot when it comes down
-// on it. One grid move and one pass of gravity a step.
+// then enters the exit (+10, level complete). Boulders and diamonds fall when their support is dug
+// away, and roll off one another. One that is already falling kills the robot when it hits it. Each
+// step has one grid move and one pass of gravity.
 
 #include <cmath>
 
@@ -18,7 +18,7 @@ constexpr int kFallingBoulderKind = 3;
 constexpr int kFallingDiamondKind = 4;
 constexpr int kMinerExitKind = 6;
 constexpr int kDirtKind = 9;
-constexpr int kBricksKind = 10;  // outside of the world
+constexpr int kBricksKind = 10;  // outside the world
 
 constexpr int kWorldSideEasy = 10;  // cells
 constexpr int kWorldSideHard = 20;
@@ -52,7 +52,7 @@ int WorldSide(DistributionMode mode) {
   }
 }
 
-// Boulders and diamonds: what falls, and rolls off one another.
+// Boulders and diamonds, which fall and roll off one another.
 bool IsRound(int kind) { return kind >= kBoulderKind && kind <= kFallingDiamondKind; }
 
 bool IsFalling(int kind) { return kind == kFallingBoulderKind || kind == kFallingDiamondKind; }
@@ -124,7 +124,7 @@ class Miner final : public Game {
     }
   }
 
-  // The exit comes where dirt, or the top of the world, is above it.
+  // Places the exit where dirt, or the top of the world, is above it.
   void PlaceExit(const std::vector<int32_t>& dirt_cells) {
     Grid& grid = world_.grid;
     std::vector<int32_t> candidates;
@@ -190,8 +190,9 @@ class Miner final : public Game {
     }
   }
 
-  // One pass of gravity, from the bottom row up, each cell as it is at the time of its visit. What
-  // rolls to the right is therefore visited again at once, and a diamond that does so counts twice.
+  // One pass of gravity, from the bottom row up, each cell in its state at the time of the visit.
+  // An object that rolls to the right is therefore visited again, and a diamond that does so is
+  // counted twice.
   void FallAndRoll() {
     diamonds_left_ = 0;
     for (int cell = 0; cell < world_.grid.size(); ++cell) {
@@ -251,8 +252,8 @@ class Miner final : public Game {
                   "has an agent outside of the world");
   }
 
-  // As the last pass of gravity counted them: a new level does not count anew, so its first step
-  // sees the old number.
+  // Counted in the last pass of gravity. A new level does not update it, so its first step uses the
+  // old number.
   int32_t diamonds_left_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // Ninja: a side-view platform game over a burning floor. The ninja walks and jumps over narrow
-// platforms to the mushroom at the right (+10, level complete). Holding up charges a jump, letting
-// go jumps. Throwing stars blow up the bombs that lie in the way. Bombs, explosions and fire end
+// platforms to the mushroom at the right (+10, level complete). Holding up charges a jump,
+// releasing it jumps. Throwing stars destroy the bombs in the way. Bombs, explosions and fire end
 // the episode.
 
 #include <algorithm>
@@ -23,40 +23,40 @@ constexpr int kStarKind = 7;
 constexpr int kNinjaWalkApartImageKind = 12;  // image kinds: poses
 constexpr int kNinjaWalkTogetherImageKind = 13;
 constexpr int kFireKind = 14;
-constexpr int kBricksKind = 20;  // also all that lies outside of the world
+constexpr int kBricksKind = 20;  // also everything outside the world
 
 constexpr int kWorldSide = 64;        // cells
 constexpr float kAgentRadius = 0.5F;  // cells
 constexpr float kAgentStartX = 1.5F;
 constexpr float kMushroomRadius = 0.5F;
-constexpr float kExplosionRadius = 0.5F;  // at first
+constexpr float kExplosionRadius = 0.5F;  // initial value
 
-constexpr float kMix = 0.5F;            // share of the new velocity with support
-constexpr float kAirMixFactor = 0.15F;  // without
-constexpr float kTopSpeed = 0.5F;       // cells a step
-constexpr float kGravity = 0.2F;        // cells a step, each step without support
-constexpr float kFallSpeedMax = 2;      // from here gravity adds nothing
+constexpr float kMix = 0.5F;            // weight of the new velocity, with support
+constexpr float kAirMixFactor = 0.15F;  // without support
+constexpr float kTopSpeed = 0.5F;       // cells per step
+constexpr float kGravity = 0.2F;        // cells per step, in each step without support
+constexpr float kFallSpeedMax = 2;      // gravity adds nothing beyond this
 constexpr float kMushroomReward = 10;
-constexpr int kFrameSteps = 5;           // steps that a frame of a walk is shown
-constexpr double kStandingSpeed = 0.01;  // slower is standing
+constexpr int kFrameSteps = 5;           // steps per frame of a walk
+constexpr double kStandingSpeed = 0.01;  // slower counts as standing
 
-// The directions in which the special actions throw stars, facing right; radians upward.
+// The directions of the stars of the special actions, facing right; radians upward.
 constexpr float kStarAngles[] = {0, kPi / 4, kHalfPi, -kPi / 4, 0, 0};
 constexpr float kStarRadius = 0.25F;  // cells
 constexpr int kStarLifeSteps = 15;
-constexpr int kStarPauseSteps = 3;  // from one star to the next
+constexpr int kStarPauseSteps = 3;  // least steps from one star to the next
 
-constexpr int kStartColumns = 5;  // the ground that the agent starts on
-constexpr int kStartHeight = 32;  // heights: the first free row over a platform
+constexpr int kStartColumns = 5;  // ground that the agent starts on
+constexpr int kStartHeight = 32;  // heights: the first free row above a platform
 constexpr int kStartHeadroom = 8;
 constexpr int kSectionColumnsMax = 15;  // no platform begins closer to the right end
-constexpr int kPlatformsMax = 2;        // in a section
-constexpr int kHighHeight = 49;         // from here platforms go down
-constexpr int kMiddleHeight = 5;        // from here they may
+constexpr int kPlatformsMax = 2;        // per section
+constexpr int kHighHeight = 49;         // platforms go down from this height
+constexpr int kMiddleHeight = 5;        // platforms may go down from this height
 constexpr double kDownChance = 0.4;
 constexpr int kHeightMin = 3;
-constexpr int kLengthCount = 3;   // different lengths of platforms
-constexpr int kBombHeadroom = 2;  // from a section's highest height to the row of its bomb
+constexpr int kLengthCount = 3;   // number of different lengths of platforms
+constexpr int kBombHeadroom = 2;  // from the highest height of a section to the row of its bomb
 constexpr int kCeilingHeadroom = 10;
 constexpr int kMushroomHeadroom = 6;
 constexpr int kFireDepth = 2;  // below the lowest height
@@ -65,20 +65,20 @@ constexpr int kBricksThemeCount = 3;
 constexpr float kChargeBarLeft = 0.25F;  // cells
 constexpr float kChargeBarWidth = 0.5F;
 constexpr float kChargeBarHeight = 3;     // fully charged
-constexpr double kChargeBarMargin = 0.5;  // from the picture's lower edge
+constexpr double kChargeBarMargin = 0.5;  // from the lower edge of the image
 constexpr std::array<uint8_t, 3> kChargeBarColor = {66, 245, 135};
 
-// What a level's difficulty (1 ... 3, index 0 ... 2) decides, besides the mode.
-constexpr int kExtraGapCounts[] = {2, 3, 3};        // different gaps
-constexpr float kBombChances[] = {0, 0.25F, 0.5F};  // for each section
+// Set by the level's difficulty (1 to 3, index 0 to 2), besides the mode.
+constexpr int kExtraGapCounts[] = {2, 3, 3};        // number of different gaps
+constexpr float kBombChances[] = {0, 0.25F, 0.5F};  // per section
 
 struct ModeFigures {
-  float jump_speed;   // of a full charge, cells a step
-  float charge_rate;  // shares a step
+  float jump_speed;   // of a full charge, cells per step
+  float charge_rate;  // fraction per step
   float cells_in_view;
   int length_min;   // of platforms, cells
   int gap_mins[3];  // between platforms, cells, by difficulty
-  int rise_count;   // different rises from one platform to the next
+  int rise_count;   // number of different rises from one platform to the next
 };
 
 constexpr ModeFigures kEasyFigures = {.jump_speed = 1.25F,
@@ -134,8 +134,8 @@ class Ninja final : public Game {
   }
 
  private:
-  // --- Making a level: sections of platforms from left to right, then the mushroom, then fire
-  // below it all.
+  // --- Level generation: sections of platforms from left to right, then the mushroom, then fire
+  // below everything.
 
   void MakeLevel() override {
     StandardReset(kWorldSide, kWorldSide);
@@ -172,9 +172,9 @@ class Ninja final : public Game {
     world_.grid.Fill(column, row, width, kWorldSide - row, kBricksKind);
   }
 
-  // Makes one or two platforms from `column` on, a bomb over them and a ceiling; moves `column`
-  // and `height` to their end. The platforms do not continue one another: both begin near the
-  // section's beginning, above or below its height. Too close to the right end there are none.
+  // Makes one or two platforms from `column` on, a bomb above them and a ceiling. Sets `column` and
+  // `height` to their end. The platforms are not consecutive: both begin near the beginning of the
+  // section, above or below its height. Too close to the right end none is made.
   void MakeSection(int* column, int* height) {
     const int first_column = *column;
     const int first_height = *height;
@@ -205,7 +205,7 @@ class Ninja final : public Game {
     FillToTop(first_column, *column - first_column, highest + kCeilingHeadroom);
   }
 
-  // The height of a platform that follows one of `height`.
+  // The height of the platform after one of `height`.
   int DrawHeight(int height) {
     int rise = random_.Int(figures_.rise_count) + 1 + difficulty_ / 3;
     if (height >= kHighHeight) {
@@ -219,7 +219,7 @@ class Ninja final : public Game {
     return std::max(kHeightMin, height + rise);
   }
 
-  // The mushroom on a platform of its own; solid bricks behind it; fire below all platforms.
+  // The mushroom on a platform of its own, solid bricks behind it, and fire below all platforms.
   void MakeEnd(int column, int height) {
     Grid& grid = world_.grid;
     Entity& mushroom =
@@ -233,7 +233,7 @@ class Ninja final : public Game {
     FillToTop(column + 1, kWorldSide - 1 - column, 0);
   }
 
-  // --- A step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -257,7 +257,7 @@ class Ninja final : public Game {
     star.smart = true;
   }
 
-  // Holding up charges a jump as long as the ninja stands on something.
+  // Holding up charges a jump while the ninja stands on something.
   void MapControls() override {
     has_support_ = StandsOn(world_, world_.agent(), IsGround);
     const bool charges = has_support_ && world_.controls.vertical > 0;
@@ -283,9 +283,9 @@ class Ninja final : public Game {
     }
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
-  // A star sticks to the bricks that it meets until its life is over.
+  // A star sticks to the bricks that stop it until it expires.
   void OnStoppedByCell(Entity& mover, Axis /*axis*/) override {
     if (mover.kind == kStarKind) {
       mover.vx = 0;
@@ -317,7 +317,7 @@ class Ninja final : public Game {
     }
   }
 
-  // --- Looks.
+  // --- Appearance.
 
   int ImageKindOf(const Entity& entity) const override {
     if (entity.kind != kAgentKind) {
@@ -349,10 +349,10 @@ class Ninja final : public Game {
   }
 
   const ModeFigures& figures_;
-  int difficulty_ = 1;        // 1 ... 3, drawn for each level
+  int difficulty_ = 1;        // 1 to 3, drawn for each level
   int lowest_height_ = 0;     // of the level's platforms
   float charge_ = 0;          // of the jump, in [0, 1]
-  bool has_support_ = false;  // as the last step's controls found it
+  bool has_support_ = false;  // computed in MapControls of the last step
   int32_t last_star_step_ = 0;
 };
 

@@ -1,7 +1,7 @@
 // Plunder: a ship at the bottom of the sea fires cannon balls straight up at ships that cross in
-// five lanes. The type in the legend, bottom left, is to be hit: +1 and a fuller reserve; any other
-// hit, each shot and time drain the reserve. The episode ends with an empty reserve or, complete,
-// with the 20th right hit (+10).
+// five lanes. Hitting the type in the legend, bottom left, pays +1 and refills the reserve. Other
+// hits, each shot and time drain the reserve. The episode ends when the reserve is empty or,
+// complete, with the 20th correct hit (+10).
 
 #include <algorithm>
 #include <array>
@@ -20,18 +20,18 @@ namespace {
 constexpr int kBallKind = 1;
 constexpr int kLegendShipKind = 2;
 constexpr int kLegendDiscKind = 3;
-constexpr int kPanelKind = 6;  // swallows balls
-constexpr int kShipKind = 7;   // also what the agent and the legend ship show
+constexpr int kPanelKind = 6;  // absorbs balls
+constexpr int kShipKind = 7;   // also the image of the agent and the legend ship
 
 constexpr int kWorldSide = 20;           // cells
-constexpr float kShipRadiusEasy = 1.5F;  // half-width of agent and ships; heights follow the art
+constexpr float kShipRadiusEasy = 1.5F;  // half-widths; the heights follow the art
 constexpr float kShipRadiusHard = 1;
-constexpr float kTopSpeed = 0.85F;        // cells a step
+constexpr float kTopSpeed = 0.85F;        // cells per step
 constexpr float kAgentBottom = 1;         // cells below the agent
-constexpr float kLegendRadius = 2;        // of the disc, which lies in the corner
+constexpr float kLegendRadius = 2;        // of the disc in the corner
 constexpr float kLegendCenter = 2;        // x and y
 constexpr float kLegendShipShare = 1.5F;  // of a ship's size
-constexpr int kPanelChoices = 4;          // 0 ... 3 panels in hard levels
+constexpr int kPanelChoices = 4;          // 0 to 3 panels in hard levels
 constexpr float kPanelRadiusX = 1.2F;
 constexpr float kPanelRadiusY = 0.5F;
 constexpr Box kPanelBox = {.x = 0, .y = 5, .width = kWorldSide, .height = 5};
@@ -40,33 +40,33 @@ constexpr int kShipTypeCount = 6;
 constexpr int kShipTypesInUse = 2;  // the first is the target, the other is the agent's own
 constexpr int kOwnTypes = kShipTypesInUse - 1;
 constexpr size_t kLaneCount = 5;
-constexpr double kLaneBottom = 0.4;  // in shares of the lanes' height
+constexpr double kLaneBottom = 0.4;  // in fractions of the lanes' height
 constexpr double kLaneSpacing = 0.11;
 constexpr float kLanesBottom = 10;      // cells
-constexpr float kLanesHeight = 10;      // less a ship's half-width
-constexpr double kLaneSpeedMin = 0.15;  // cells a step
+constexpr float kLanesHeight = 10;      // minus a ship's half-width
+constexpr double kLaneSpeedMin = 0.15;  // cells per step
 constexpr double kLaneSpeedRange = 0.1;
-constexpr float kShipChance = 0.06F;  // of one that tries to enter, each step
+constexpr float kShipChance = 0.06F;  // per step, for a ship that tries to enter
 
 constexpr float kBallRadius = 0.25F;
 constexpr float kBallSpeed = 1;
 constexpr int kBallExpiry = 50;          // steps
-constexpr int kShotPause = 3;            // steps from shot to shot
+constexpr int kShotPause = 3;            // least steps from one shot to the next
 constexpr float kExplosionShare = 0.5F;  // of the half-width of the ship
 constexpr float kExplosionVelocityShare = 0.5F;
 
 constexpr int kHitsNeeded = 20;
 constexpr float kHitReward = 1;
 constexpr float kCompletionReward = 10;
-constexpr float kReserveRange = 100;  // in a snapshot, either sign
-constexpr int kHitsMax = 1000;        // in a snapshot
+constexpr float kReserveRange = 100;  // limit in a snapshot, either sign
+constexpr int kHitsMax = 1000;        // limit in a snapshot
 constexpr float kReserveMax = 1;
 constexpr float kStepCost = 0.0015F;  // of the reserve
 constexpr float kShotCost = 0.02F;
 constexpr float kHitGain = 0.1F;
 constexpr float kWrongHitCost = 0.1F;
 
-constexpr float kBarLeft = 0.25F;  // cells from the picture's top left corner
+constexpr float kBarLeft = 0.25F;  // cells from the top left corner of the image
 constexpr float kReserveBarTop = 0.25F;
 constexpr float kHitsBarTop = 0.75F;
 constexpr float kBarHeight = 0.5F;
@@ -93,7 +93,7 @@ constexpr GameArtSpec kArt = {.slots = kArtSlots,
 
 struct Lane {
   bool to_right = true;
-  float speed = 0;  // cells a step
+  float speed = 0;  // cells per step
 };
 
 class Plunder final : public Game {
@@ -107,7 +107,7 @@ class Plunder final : public Game {
   }
 
  private:
-  // --- Making a level.
+  // --- Level generation.
 
   void MakeLevel() override {
     StandardReset(kWorldSide, kWorldSide);
@@ -169,7 +169,7 @@ class Plunder final : public Game {
 
   int32_t TargetType() const { return ship_types_[0]; }
 
-  // Something that looks like a ship of `type`, at rest, its place still to be set.
+  // Makes an entity with the image of a ship of `type`, at rest. The caller sets its position.
   Entity MakeShip(int kind, int32_t type, float radius) const {
     Entity ship = Entity::Make(kind, 0, 0, 0, 0, radius, radius / AspectRatio(kShipKind, type));
     ship.image_kind = kShipKind;
@@ -177,7 +177,7 @@ class Plunder final : public Game {
     return ship;
   }
 
-  // --- Each step.
+  // --- Step.
 
   void MapControls() override { world_.controls.vertical = 0; }
 
@@ -203,7 +203,7 @@ class Plunder final : public Game {
     KeepAgentOffLegend();
   }
 
-  // A ship enters a lane, if there is room.
+  // Adds a ship to a lane, if there is room.
   void SendShip() {
     const int32_t lane_index = random_.Int(static_cast<int32_t>(kLaneCount));
     const Lane& lane = lanes_[static_cast<size_t>(lane_index)];
@@ -229,7 +229,7 @@ class Plunder final : public Game {
     reserve_ -= kShotCost;
   }
 
-  // --- What things do to one another. Only balls look for what they hit.
+  // --- Contacts. Only balls test for contacts.
 
   void OnEntityContact(Entity& self, Entity& other) override {
     if (other.kind == kShipKind) {
@@ -254,7 +254,7 @@ class Plunder final : public Game {
     explosion.vy *= kExplosionVelocityShare;
   }
 
-  // --- Looks: two bars at the top, full when they reach the right edge.
+  // --- Appearance: two bars at the top, full when they reach the right edge.
 
   void AddOverlays(std::vector<Overlay>* overlays) const override {
     const auto hits_width =
@@ -281,10 +281,10 @@ class Plunder final : public Game {
 
   bool is_easy_;
   float ship_radius_;                // half-width, cells
-  std::vector<int32_t> ship_types_;  // in a drawn order
+  std::vector<int32_t> ship_types_;  // in drawn order
   std::array<Lane, kLaneCount> lanes_;
-  float reserve_ = kReserveMax;  // a share
-  int32_t hits_ = 0;             // right ones
+  float reserve_ = kReserveMax;  // a fraction
+  int32_t hits_ = 0;             // correct hits
   int32_t last_shot_step_ = 0;
 };
 

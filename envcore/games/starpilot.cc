@@ -1,7 +1,7 @@
-// StarPilot: a ship flies freely in a field that enemies cross in groups, mostly from the right;
-// which ones come and when is fixed by the level. Each destroyed enemy pays +1; touching an enemy,
-// a meteor or a bullet ends the episode. After 500 steps a rocket as high as the field comes in;
-// touching it completes the level (+10).
+// StarPilot: a ship flies freely in a field that enemies cross in groups, mostly from the right.
+// The level determines which enemies come and when. Each destroyed enemy pays +1. Touching an
+// enemy, a meteor or a bullet ends the episode. After 500 steps a rocket as high as the field
+// appears; touching it completes the level (+10).
 
 #include <algorithm>
 #include <array>
@@ -21,47 +21,47 @@ constexpr int kFlyerBulletKind = 2;
 constexpr int kTurretBulletKind = 3;
 constexpr int kFlyerKind = 4;
 constexpr int kMeteorKind = 5;
-constexpr int kCloudKind = 6;  // harmless, hides what it covers
+constexpr int kCloudKind = 6;  // harmless, covers what is below it
 constexpr int kTurretKind = 7;
 constexpr int kFastFlyerKind = 8;
 constexpr int kRocketKind = 9;
 
 constexpr int kWorldSide = 16;        // cells
-constexpr float kSpeedUnit = 0.4F;    // cells a step
+constexpr float kSpeedUnit = 0.4F;    // cells per step
 constexpr float kFlyerRadius = 0.5F;  // cells
 constexpr float kLargeRadius = 2;     // of meteors, clouds and turrets
 constexpr float kRocketRadius = 8;    // half-height; the width follows the art
 constexpr float kFastFlyerSpeed = 1.5F * kSpeedUnit;
 constexpr float kDriftSpeed = 0.5F * kSpeedUnit;    // of meteors, clouds, turrets and the rocket
 constexpr float kFastBulletSpeed = 2 * kSpeedUnit;  // of turrets and player
-constexpr float kMeteorHealth = 500;                // more than anyone can shoot
+constexpr float kMeteorHealth = 500;                // more than the player can shoot down
 
 constexpr int kRocketStep = 500;
-constexpr int kGroupPauseMin = 10;  // steps from group to group
+constexpr int kGroupPauseMin = 10;  // steps between groups
 constexpr int kGroupPauseEnd = 30;
 constexpr int kGroupSizeMax = 5;
-constexpr int kGroupSpacing = 5;    // steps from member to member
-constexpr int kShipThemeCount = 7;  // a rule: drawn whatever the art
-constexpr int kShotStepMin = 10;    // after its spawn a flyer fires
+constexpr int kGroupSpacing = 5;    // steps between members
+constexpr int kShipThemeCount = 7;  // a rule: drawn with any art
+constexpr int kShotStepMin = 10;    // steps after its spawn at which a flyer fires
 constexpr int kShotStepEnd = 100;
 constexpr int kTurretPeriodMin = 20;  // steps
 constexpr int kTurretPeriodEnd = 30;
 constexpr float kCourseRange = (2 * kPi) / 4;  // radians; half of it up, half down
 constexpr float kFromRightShare = 0.9F;
 
-constexpr int kBackwardShot = 2;         // the special action; all others shoot forwards
-constexpr float kExplosionShare = 0.5F;  // of the half-width of what explodes
+constexpr int kBackwardShot = 2;         // special action; all others shoot forward
+constexpr float kExplosionShare = 0.5F;  // of the half-width of the exploding entity
 constexpr float kEnemyReward = 1;
 constexpr float kRocketReward = 10;
 
-// How often groups are of a kind, from kFlyerBulletKind on, in parts. A lone bullet comes only with
-// a draw of exactly 0.
+// Relative frequencies of the kinds of groups, starting at kFlyerBulletKind. A lone bullet comes
+// only with a draw of exactly 0.
 constexpr std::array<float, 7> kWeightsEasy = {0, 0, 3, 0, 0, 0, 0};
 constexpr std::array<float, 7> kWeights = {0, 0, 3, 1, 1, 1, 1};
 
-// What the distribution modes differ in.
+// The differences between the distribution modes.
 struct Figures {
-  float top_speed;  // of the agent, cells a step
+  float top_speed;  // of the agent, cells per step
   float bullet_radius;
   float flyer_speed;
   float flyer_bullet_speed;
@@ -172,7 +172,7 @@ class StarPilot final : public Game {
   }
 
  private:
-  // --- Making a level: the field is empty; all that will come is planned now.
+  // --- Level generation: the field is empty; everything that will come is planned now.
 
   void MakeLevel() override {
     StandardReset(kWorldSide, kWorldSide);
@@ -190,8 +190,8 @@ class StarPilot final : public Game {
       PlanGroup(step);
       step += random_.Int(kGroupPauseMin, kGroupPauseEnd);
     }
-    // The order in which this sort leaves equal steps, not that of a stable one, is a rule: that of
-    // GNU's C++ library.
+    // The order in which std::sort of libstdc++ leaves equal steps is a rule. A stable sort gives
+    // another order.
     std::sort(spawns_.begin(), spawns_.end(),
               [](const Entity& a, const Entity& b) { return a.spawn_step > b.spawn_step; });
   }
@@ -260,7 +260,7 @@ class StarPilot final : public Game {
     }
   }
 
-  // Draws a spawn's time of firing, course, side and looks. Some draws are taken for nothing.
+  // Draws when a spawn fires, its direction, its side and its image. Some draws are not used.
   void PlanMember(Entity& spawn) {
     spawn.shot_step = random_.Int(kShotStepMin, kShotStepEnd);
     const double course_share = random_.Unit();
@@ -295,7 +295,7 @@ class StarPilot final : public Game {
     }
   }
 
-  // --- Each step.
+  // --- Step.
 
   void PlayStep() override {
     StandardStep();
@@ -322,7 +322,7 @@ class StarPilot final : public Game {
     }
   }
 
-  // A turret fires again and again, everything else once.
+  // A turret fires repeatedly, everything else once.
   bool IsTimeToFire(const Entity& entity) const {
     if (entity.shot_step <= 0) {
       return false;
@@ -338,7 +338,7 @@ class StarPilot final : public Game {
     const float dx = world_.agent().x - shooter.x;
     const float dy = world_.agent().y - shooter.y;
     const float distance_squared = dx * dx + dy * dy;
-    // At the agent's very place there is no direction; the episode has ended then.
+    // At the agent's exact position there is no direction; the episode has ended then.
     const auto scale = distance_squared == 0
                            ? 0.0F
                            : static_cast<float>(static_cast<double>(speed) /
@@ -371,7 +371,7 @@ class StarPilot final : public Game {
     world_.entities.push_back(rocket);
   }
 
-  // --- What things do to one another.
+  // --- Contacts.
 
   void OnAgentContact(Entity& other) override {
     if (other.kind == kRocketKind) {
@@ -383,7 +383,7 @@ class StarPilot final : public Game {
     }
   }
 
-  // Only the player's bullets look for what they hit. What they destroy goes at the end of the
+  // Only the player's bullets test for contacts. What they destroy is removed at the end of the
   // step.
   void OnEntityContact(Entity& self, Entity& other) override {
     if (!IsDestructible(other.kind)) {
@@ -399,7 +399,7 @@ class StarPilot final : public Game {
   }
 
   void VisitOwnState(StateArchive& archive) override {
-    // What comes was planned with the level, so how much of it is left tells all.
+    // All spawns are planned with the level, so the number left determines them.
     auto spawns_left = static_cast<int32_t>(spawns_.size());
     archive.Int("spawns_left", spawns_left, 0, spawns_left);
     spawns_.resize(static_cast<size_t>(spawns_left));
@@ -407,7 +407,7 @@ class StarPilot final : public Game {
 
   bool is_easy_;
   const Figures& figures_;
-  std::vector<Entity> spawns_;  // that are still to come, the next one last
+  std::vector<Entity> spawns_;  // still to come, the next one last
 };
 
 }  // namespace

@@ -25,7 +25,7 @@ bool IsWallOrOutside(const Grid& grid, int x, int y) {
   return !grid.Contains(x, y) || grid.At(x, y) == kWallKind;
 }
 
-// The open cell at an offset from `cell`; kNoCell if that one is not open or outside of the grid.
+// The open cell at an offset from `cell`; kNoCell if it is not open or is outside the grid.
 int OpenCellAt(const Grid& grid, int cell, Offset offset) {
   const int x = cell % grid.width() + offset.x;
   const int y = cell / grid.width() + offset.y;
@@ -134,7 +134,7 @@ std::vector<int32_t> Widened(const Grid& grid, const std::vector<int32_t>& cells
   for (const int32_t cell : cells) {
     added.Add(cell);
   }
-  size_t front = 0;  // where in `widened` the cells of the last round begin
+  size_t front = 0;  // index in `widened` at which the cells of the last round begin
   for (int round = 0; round < rounds; ++round) {
     const size_t front_end = widened.size();
     for (; front < front_end; ++front) {

@@ -8,28 +8,28 @@
 
 namespace procgen {
 
-// Tools that make caves of open cells (kEmptyKind) in wall (kWallKind): smooth noise into caverns,
-// keep the largest one, find a way through it, keep what lies near that way. They take no draws.
-// Sets of cells are lists of cell indices in ascending order.
+// Cave generation on a grid of open cells (kEmptyKind) and walls (kWallKind): smooth noise into
+// caverns, keep the largest one, find a path through it, keep the cells near that path. These
+// functions take no draws. A set of cells is a list of cell indices in ascending order.
 
-// One round of a cellular automaton: each cell becomes wall when wall has the majority in the 3 x 3
-// block around it, else open; all at once. What lies outside of the grid counts as wall.
+// One round of a cellular automaton: each cell becomes wall if most cells of its 3 x 3 block are
+// wall, else open. All cells change at once. Cells outside the grid count as wall.
 void SmoothCave(Grid& grid);
 
-// The set of all open cells that can be reached from `cell` by steps to the side. `cell` itself
-// belongs to it only if it has an open neighbor.
+// The set of open cells that are connected to `cell` by horizontal and vertical steps. Contains
+// `cell` itself only if it has an open neighbor.
 std::vector<int32_t> RoomOf(const Grid& grid, int cell);
-// The largest room of the grid; among equals the one with the smallest cell index. Empty when no
+// The largest room of the grid; of equal ones, the one with the smallest cell index. Empty if no
 // two open cells are neighbors.
 std::vector<int32_t> BestRoom(const Grid& grid);
 
-// A shortest path over open cells, from `from` to `to`, both included; of several the one that a
-// search finds which looks left, below, above, right. Empty if `from` is not open. REQUIRES: `to`
-// can be reached.
+// A shortest path over open cells from `from` to `to`, both included. Of several, the one that a
+// breadth-first search finds in the order left, below, above, right. Empty if `from` is not open.
+// REQUIRES: `to` is reachable.
 std::vector<int32_t> FindPath(const Grid& grid, int from, int to);
 
-// `cells`, a set, and all open cells that can be reached from its open ones by at most `rounds`
-// steps, diagonal ones too.
+// `cells`, and all open cells that are reachable from its open cells in at most `rounds` steps,
+// diagonal steps included.
 std::vector<int32_t> Widened(const Grid& grid, const std::vector<int32_t>& cells, int rounds);
 
 }  // namespace procgen

@@ -23,13 +23,13 @@ struct Rect {
   double height = 0;
 };
 
-// A range of colours: each channel lies in [start, start + length].
+// A range of colors: each channel is in [start, start + length].
 struct Palette {
   std::array<float, 3> length;
   std::array<float, 3> start;
 };
 
-// The shares of a rectangle's smaller side between which the size of a part of it lies.
+// The size range of a part, in fractions of the rectangle's smaller side.
 struct Shares {
   float min = 0;
   float max = 0;
@@ -43,7 +43,7 @@ Palette DrawPalette(RandomStream& random) {
   for (size_t i = 0; i < palette.start.size(); ++i) {
     palette.start[i] = random.Unit() * (1.0F - palette.length[i]);
   }
-  random.Unit();  // drawn by the rules, not used
+  random.Unit();  // required by the rules; the value is not used
   return palette;
 }
 
@@ -74,7 +74,7 @@ void AddRectangle(const Rect& rect, const Rgb& color, uint8_t alpha, GeneratedAr
                        Rgb{0, 0, 0}, alpha});
 }
 
-// One or two stripes, rectangles or ellipses, that fill `rect`.
+// Adds one or two stripes, rectangles or ellipses, that fill `rect`.
 void AddShape(RandomStream& random, const Rect& rect, const Palette& palette, GeneratedArt& art) {
   const int32_t k = random.Int(10);
   const int32_t stripes = k * k / 50 + 1;
@@ -111,8 +111,9 @@ void AddShape(RandomStream& random, const Rect& rect, const Palette& palette, Ge
   }
 }
 
-// A veiled ground with at least `blotches` blotches, each a shape or, down to `depth`, a block.
-void AddBlock(  // NOLINT(misc-no-recursion): as deep as `depth`, 1 at most
+// Adds a translucent area with at least `blotches` blotches, each a shape or, down to `depth`, a
+// block.
+void AddBlock(  // NOLINT(misc-no-recursion): at most `depth` deep, which is at most 1
     RandomStream& random, const Rect& rect, int depth, int blotches, GeneratedArt& art) {
   const Palette palette = DrawPalette(random);
   const Rgb ground = DrawColor(random, palette);

@@ -12,11 +12,11 @@ namespace {
 constexpr int kUnnumberedDoorKind = 200;
 constexpr int kNoCell = -1;
 
-// A partition stands between two rooms at distance 2; (x, y) is its own cell.
+// The partition between two rooms at distance 2; (x, y) is its cell.
 struct Partition {
   int x;
   int y;
-  bool between_columns;  // parts the rooms left and right of it, else those below and above
+  bool between_columns;  // separates the rooms left and right of it, else those below and above
 };
 
 std::vector<Partition> ListPartitions(int size) {
@@ -34,7 +34,7 @@ std::vector<Partition> ListPartitions(int size) {
   return partitions;
 }
 
-// Which rooms are joined: disjoint groups of cells.
+// Union-find over the cells: which rooms are connected.
 class Groups {
  public:
   explicit Groups(int cell_count) : parents_(static_cast<size_t>(cell_count)) {
@@ -55,8 +55,8 @@ class Groups {
   std::vector<int> parents_;
 };
 
-// Left, below, above, right. REQUIRES: not in the frame's ring, or the answer is not used to leave
-// the grid.
+// Left, below, above, right. REQUIRES: `cell` is not in the frame, or cells outside the grid are
+// not used.
 std::array<int, 4> Neighbors(const Grid& frame, int cell) {
   return {cell - 1, cell - frame.width(), cell + frame.width(), cell + 1};
 }
@@ -80,7 +80,7 @@ bool IsBesideDoor(const Grid& frame, int cell) {
                      [&frame](int neighbor) { return frame.At(neighbor) == kUnnumberedDoorKind; });
 }
 
-// Goes outward from known cells over open ones; the rooms behind closed doors stay unknown.
+// Explores open cells from known cells. Rooms behind closed doors stay unknown.
 class Explorer {
  public:
   explicit Explorer(const Grid& frame)
@@ -88,8 +88,8 @@ class Explorer {
 
   void Learn(int cell) { known_[static_cast<size_t>(cell)] = true; }
 
-  // The first unnumbered door that comes into view when all known cells look around, then the cells
-  // around them, and so on, each round in index order; kNoCell if there is none.
+  // Returns the first unnumbered door next to the known cells, then next to the open cells around
+  // them, and so on outward, each round in index order. Returns kNoCell if there is none.
   int FindDoor() const {
     std::vector<bool> found = known_;
     std::vector<int> front = Listed(known_);
@@ -114,7 +114,7 @@ class Explorer {
     return kNoCell;
   }
 
-  // Learns all open cells that can be reached; returns the new ones in index order.
+  // Marks all reachable open cells as known and returns the new ones in index order.
   std::vector<int> Explore() {
     std::vector<int> front = Listed(known_);
     std::vector<int> fresh;
@@ -162,7 +162,7 @@ void Maze::Open(int x, int y) {
 void Maze::MakePlain(RandomStream& random) {
   frame_.Reset(size_ + 2, size_ + 2, kWallKind);
   open_cells_.clear();
-  // Only a maze of one cell keeps this kind: any other opens the corner.
+  // Only a maze of one cell keeps this kind: all others open the corner.
   frame_.Set(1, 1, 0);
   std::vector<Partition> partitions = ListPartitions(size_);
   Groups groups(size_ * size_);

@@ -8,8 +8,7 @@
 
 namespace procgen {
 
-// Memory for the numbers of a batch: for all of its arrays but the pictures. What each means is
-// told at Batch.
+// Buffers for all arrays of a Batch except the observations. Batch documents each array.
 struct BatchNumbers {
   std::vector<float> rewards;
   std::vector<uint8_t> first;
@@ -22,8 +21,9 @@ struct BatchNumbers {
   std::vector<int32_t> episode_lengths;
   std::vector<uint64_t> fingerprints;
 
-  // Gives `batch`, of `count` environments, with this memory where it has none of its own. What is
-  // lent keeps its values from call to call. Valid until the next call.
+  // Returns `batch`, of `count` environments, with each empty array replaced by a buffer of this
+  // object. The buffers keep their values between calls. The returned spans are valid until the
+  // next call.
   Batch LendTo(Batch batch, int32_t count);
 
   bool operator==(const BatchNumbers& other) const = default;

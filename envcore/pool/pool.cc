@@ -14,15 +14,14 @@
 namespace procgen {
 namespace {
 
-// Of a batch that is smaller, in bytes of observations, a worker's cache still holds its part from
-// the last time; to ask for it costs more than it saves.
+// Batches with fewer observation bytes than this are not prefetched: each worker's part is still in
+// its cache from the last step.
 constexpr size_t kCachedBytesMax = 2 << 20;
 constexpr size_t kCacheLineBytes = 64;
-// A single environment that repeats its action no more often is stepped sooner than handed over.
+// Largest repeat for which a single environment is stepped on the calling thread.
 constexpr int32_t kRepeatHereMax = 4;
 
-// Has the cache fetch memory that will be written soon, so that what is done until then is not
-// followed by waiting for it.
+// Prefetches memory that will be written soon, so that the writes do not wait for it.
 void FetchForWriting(absl::Span<uint8_t> memory) {
   for (size_t i = 0; i < memory.size(); i += kCacheLineBytes) {
     __builtin_prefetch(memory.data() + i, 1);
@@ -31,13 +30,13 @@ void FetchForWriting(absl::Span<uint8_t> memory) {
 
 }  // namespace
 
-// What a worker needs for itself.
+// Buffers of one worker.
 struct Pool::WorkerScratch {
   Scene scene;
   Rasteriser rasteriser;
 };
 
-// Steps a slice: one item an environment.
+// Steps a slice: one item per environment.
 class Pool::StepJob final : public ParallelJob {
  public:
   explicit StepJob(Pool* pool) : pool_(pool) {}
@@ -70,7 +69,7 @@ class Pool::StepJob final : public ParallelJob {
   }
 
  private:
-  // An environment, where it stands in the pool and in the batch, and who looks at it.
+  // An environment, its index in the pool, its row in the batch and the worker's buffers.
   struct View {
     Environment& environment;
     size_t index;
@@ -78,7 +77,7 @@ class Pool::StepJob final : public ParallelJob {
     WorkerScratch& scratch;
   };
 
-  // An observation is the picture that the environment shows.
+  // Without a stack, an observation is the current frame.
   void Run(const View& view) {
     if (fetches_ahead_) {
       FetchForWriting(RowOf(batch_.observations, view.row));
@@ -93,8 +92,8 @@ class Pool::StepJob final : public ParallelJob {
     }
   }
 
-  // An observation is the last pictures that the environment showed. So each step's is drawn, also
-  // where no observations are asked for.
+  // With a stack, every step is drawn, even when no observations are requested: a stack must not
+  // depend on which observations were requested before.
   void RunStacked(const View& view, FrameStack& stack) {
     if (stack.empty()) {
       Draw(view, stack.Next());
@@ -111,7 +110,7 @@ class Pool::StepJob final : public ParallelJob {
     if (begins) {
       stack.Clear();
     }
-    // Where an episode ended and the next has not begun, the last picture is there already.
+    // If an episode has ended and the next has not begun, the last frame is in the stack already.
     if (begins || (moved && !ended)) {
       Draw(view, stack.Next());
     }
@@ -120,7 +119,7 @@ class Pool::StepJob final : public ParallelJob {
     }
   }
 
-  // Resets or steps the environment, as is asked of it; returns whether either was.
+  // Resets or steps the environment as the input says. Returns whether it did either.
   bool Move(const View& view, absl::FunctionRef<void()> before_new_level) {
     if (const Reset* reset = std::exchange(pool_->resets_[view.index], nullptr)) {
       view.environment.Reset(reset->level_seed, reset->rand_seed);
@@ -166,7 +165,7 @@ class Pool::StepJob final : public ParallelJob {
   StepInput input_;
   Batch batch_;
   DoneCallback done_;
-  bool fetches_ahead_ = false;  // the memory of an observation while its environment moves
+  bool fetches_ahead_ = false;  // prefetch each row while its environment is stepped
 };
 
 absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
@@ -183,7 +182,7 @@ absl::StatusOr<std::unique_ptr<Pool>> Pool::Create(const PoolOptions& options,
     resolved.push_back(*environment_options);
   }
   std::unique_ptr<Pool> pool(new Pool(options, std::move(workers)));
-  // Environment n's choice of levels depends on rand_seed and n only.
+  // The level-seed stream of environment n depends only on rand_seed and n.
   RandomStream stream_seeds(options.environment.rand_seed);
   for (int32_t i = 0; i < options.first_env; ++i) {
     stream_seeds.Raw();
@@ -262,7 +261,7 @@ absl::Status Pool::Begin(const StepInput& input, const Batch& batch) {
     return status;
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   if (absl::Status status = CheckNoneAwaitsReset(input); !status.ok()) {
     Release();
@@ -303,7 +302,7 @@ absl::Status Pool::Observe(int32_t first, int32_t count, const Batch& batch) {
 
 absl::Status Pool::SetLevelSampler(std::shared_ptr<const LevelSampler> level_sampler) {
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   level_sampler_ = std::move(level_sampler);
   int32_t number = options_.first_env;
@@ -331,7 +330,7 @@ absl::Status Pool::Render(int32_t environment, int32_t size_px, absl::Span<uint8
         absl::StrCat("frame has ", frame.size(), " bytes, must have ", bytes));
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   WorkerScratch& scratch = *worker_scratch_.back();
   const auto index = static_cast<size_t>(environment);
@@ -346,7 +345,7 @@ absl::StatusOr<SceneSnapshot> Pool::CaptureScene(int32_t environment) {
     return status;
   }
   if (!Take()) {
-    return absl::AbortedError("another call steps or reads this pool; repeat when it is done");
+    return absl::AbortedError("another call steps or reads this pool; retry when it has returned");
   }
   const auto index = static_cast<size_t>(environment);
   SceneSnapshot snapshot(*environments_[index], ArtOf(index));

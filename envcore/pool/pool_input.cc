@@ -60,7 +60,7 @@ absl::Status CheckActions(const StepInput& input) {
   return absl::OkStatus();
 }
 
-// Checks that the entries of a sparse list name environments of the slice, each once.
+// Checks that the entries of a sparse list name environments of the slice, each at most once.
 template <typename Entry>
 absl::Status CheckSparse(absl::string_view name, absl::Span<const Entry> entries,
                          const StepInput& input) {
@@ -107,12 +107,13 @@ absl::Status CheckPoolOptions(const PoolOptions& options) {
   }
   if (total > kTotalEnvCountMax) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "there are ", total, " environments in the whole, must be at most ", kTotalEnvCountMax));
+        "the whole pool has ", total, " environments, must be at most ", kTotalEnvCountMax));
   }
   const auto game_count = static_cast<int64_t>(options.games.size());
   if (total % game_count != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("there are ", total, " environments for ",
-                                                   game_count, " games, must be a multiple of it"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("there are ", total, " environments for ", game_count,
+                     " games, must be a multiple of the number of games"));
   }
   return CheckObservationFormat(options.observation_format);
 }

@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// Checks all of `options` but what the games check.
-// Errors: INVALID_ARGUMENT (the message says what was given and what is allowed).
+// Checks `options`, except what depends on the game (see ResolveOptions). Errors: INVALID_ARGUMENT
+// (the message gives the value and what is allowed).
 absl::Status CheckPoolOptions(const PoolOptions& options);
 
 // Checks a step of a pool of `env_count` environments with observations of `observation_bytes`.

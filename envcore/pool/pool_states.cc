@@ -9,14 +9,14 @@ namespace procgen {
 namespace {
 
 constexpr absl::string_view kTaken =
-    "another call steps or reads this pool; repeat when it is done";
+    "another call steps or reads this pool; retry when it has returned";
 
 absl::Status NamedTwice(int32_t environment) {
   return absl::InvalidArgumentError(
       absl::StrCat("environment ", environment, " is to be restored twice"));
 }
 
-// The same error, with the environment that it concerns.
+// Adds the environment's index to an error.
 absl::Status OfEnvironment(int32_t environment, const absl::Status& status) {
   return {status.code(), absl::StrCat("environment ", environment, ": ", status.message())};
 }

@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// A scene with what it refers to.
+// A scene and copies of what it points to.
 struct SceneSnapshot::Content {
   Scene scene;
   Grid grid;

@@ -12,11 +12,11 @@ class Environment;
 class GameArt;
 class Rasteriser;
 
-// What an environment shows at a moment, to be drawn when it suits: meanwhile the environment moves
-// on, and the pool may go. Threads: compatible; moved, never copied.
+// A copy of what an environment shows, for rendering later. It does not refer to the environment or
+// the pool, which may change or be destroyed meanwhile. Threads: compatible. Movable, not copyable.
 class SceneSnapshot {
  public:
-  // `art`: of the environment's game.
+  // `art`: the art of the environment's game.
   SceneSnapshot(const Environment& environment, std::shared_ptr<const GameArt> art);
   SceneSnapshot(SceneSnapshot&& other) noexcept;
   SceneSnapshot& operator=(SceneSnapshot&& other) noexcept;
@@ -29,7 +29,7 @@ class SceneSnapshot {
   std::unique_ptr<Content> content_;
 };
 
-// Draws scene snapshots, and keeps the memory for that from one to the next.
+// Renders scene snapshots. Keeps its buffers between calls.
 // Threads: compatible (one thread at a time).
 class SceneSnapshotRenderer {
  public:
@@ -38,10 +38,10 @@ class SceneSnapshotRenderer {
   SceneSnapshotRenderer(const SceneSnapshotRenderer&) = delete;
   SceneSnapshotRenderer& operator=(const SceneSnapshotRenderer&) = delete;
 
-  // As Pool::Render draws it. `frame`: uint8 [size_px, size_px, 3].
+  // Draws the same image as Pool::Render. `frame`: uint8 [size_px, size_px, 3].
   // REQUIRES: size_px in [kHumanViewSizePxMin, kHumanViewSizePxMax].
   void DrawHumanView(const SceneSnapshot& snapshot, int32_t size_px, absl::Span<uint8_t> frame);
-  // As an observation in the default format. `frame`: uint8 [64, 64, 3].
+  // Draws an observation in the default format. `frame`: uint8 [64, 64, 3].
   void DrawAgentView(const SceneSnapshot& snapshot, absl::Span<uint8_t> frame);
 
  private:

@@ -11,7 +11,7 @@
 namespace procgen {
 
 std::shared_ptr<const SharedArt> SharedArt::Embedded() {
-  // Never destroyed: pools may outlive static objects.
+  // Never destroyed, because pools may outlive static objects.
   static const auto* const art =
       new std::shared_ptr<const SharedArt>(std::make_shared<const SharedArt>(ArtPack::Embedded()));
   return *art;

@@ -5,13 +5,13 @@
 
 namespace procgen {
 
-// How often a thread looks for what is about to come before it goes to sleep: about 0.1 ms where
-// nobody else wants its core. A sleeper must be woken by the kernel, which takes about as long (30
-// to 60 us in a virtual machine) as a small batch of steps itself.
+// Number of polls before a thread goes to sleep, about 0.1 ms when no other thread wants the core.
+// The kernel takes about as long to wake a sleeping thread (30 to 60 us in a virtual machine) as a
+// small batch takes to step.
 inline constexpr int kSpinIterations = 640;
 
-// Looks whether `ready()` without sleeping, for a moment; the core goes to any other thread that
-// wants it. Who must be sure that it is ready still has to wait.
+// Polls `ready()` up to kSpinIterations times and yields the core between polls. It may return
+// before `ready()` is true: a caller that needs the event must still wait for it.
 template <typename Ready>
 void SpinUntil(Ready ready) {
   for (int i = 0; i < kSpinIterations && !ready(); ++i) {

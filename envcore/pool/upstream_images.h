@@ -7,9 +7,9 @@
 
 namespace procgen {
 
-// The pictures that an art folder in the layout of Procgen 0.10.7 must have: every one that a slot
-// or a background of any game names, each once, sorted by path. Sprites have the size of their
-// slots; backgrounds may have any, as no rule follows from it.
+// The images that an art folder in the layout of Procgen 0.10.7 must contain: each image that a
+// slot or background of any game names, once, sorted by path. Sprites must have the size of their
+// slots. Backgrounds may have any size, because no rule depends on it.
 std::vector<RequiredImage> UpstreamImages();
 
 }  // namespace procgen

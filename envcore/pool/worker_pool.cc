@@ -7,8 +7,8 @@
 namespace procgen {
 namespace {
 
-// A worker takes about this share of a part at a time: few enough grabs to cost nothing, small
-// enough to end together.
+// A worker takes its part in about this many pieces: enough for the workers to finish together, few
+// enough that the atomic operations cost nothing.
 constexpr int32_t kGrabsPerPart = 32;
 
 }  // namespace
@@ -59,7 +59,7 @@ void WorkerPool::SubmitAndParticipate(ParallelJob& job, int32_t item_count) {
   {
     absl::MutexLock lock(&mutex_);
     job.workers_inside_ = 1;
-    // One item is for the caller alone: nobody is woken for it.
+    // A single item runs on the calling thread; no worker is woken for it.
     if (!threads_.empty() && item_count > 1) {
       waiting_.push_back(&job);
       work_waits_.store(true, std::memory_order_relaxed);
@@ -77,8 +77,8 @@ void WorkerPool::WorkLoop(int32_t worker) {
     ParallelJob* job = nullptr;
     SpinUntil([this] { return work_waits_.load(std::memory_order_relaxed); });
     {
-      // Not locked when there is work, in one: who meets the submitter's lock would then not spin
-      // for it, but sleep.
+      // Lock, then wait for work, instead of locking with the condition: a conditional lock that
+      // meets the submitter's lock sleeps instead of spinning.
       absl::MutexLock lock(&mutex_);
       mutex_.Await(absl::Condition(&has_work));
       if (waiting_.empty()) {

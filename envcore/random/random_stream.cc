@@ -45,8 +45,8 @@ void RandomStream::VisitState(StateArchive& archive) {
   }
 }
 
-// The standard says how a generator is written as text: its words and, as GNU's library adds, how
-// many of them are used up. Only words and a place that a generator can have are read back.
+// A generator as text, by the standard: its words and, in libstdc++, the number of words used.
+// Restores only values that a generator can have.
 void RandomStream::VisitGenerator(StateArchive& archive) {
   constexpr size_t kWordCount = Generator::state_size;
   std::vector<int32_t> words;

@@ -10,33 +10,33 @@
 
 namespace procgen {
 
-// One stream of random draws: mt19937 and the draws that the rules of the games are written in.
-// Equal seeds and equal draws give equal values on every machine; every draw takes exactly one
-// 32-bit output unless it says otherwise. Threads: compatible (one thread at a time).
+// A stream of random numbers: mt19937 and the draws that the rules of the games use. Equal seeds
+// and equal draws give equal values on every machine. Every draw takes exactly one 32-bit output
+// unless its comment says otherwise. Threads: compatible (one thread at a time).
 class RandomStream {
  public:
   // A stream seeded with 0.
   RandomStream() : RandomStream(0) {}
-  // `seed` counts modulo 2^32: -5 is the pattern 0xfffffffb.
+  // `seed` is used modulo 2^32: -5 becomes 0xfffffffb.
   explicit RandomStream(int64_t seed) { Seed(seed); }
 
-  // Starts anew from `seed`; the number of draws becomes 0.
+  // Restarts the stream from `seed` and sets the number of draws to 0.
   void Seed(int64_t seed);
-  // Outputs taken since the stream was seeded.
+  // Number of outputs taken since the stream was seeded.
   uint64_t draws() const { return draws_; }
-  // What the stream was seeded with, modulo 2^32.
+  // The last seed, modulo 2^32.
   uint32_t seed() const { return seed_; }
 
-  // The next output itself.
+  // Returns the next output.
   uint32_t Raw() {
     ++draws_;
     return generator_();
   }
   // An integer in [0, n). REQUIRES: n > 0.
   int32_t Int(int32_t n);
-  // An integer in [low, high); difference and sum wrap in 32 bits. REQUIRES: low != high.
+  // An integer in [low, high). Difference and sum wrap in 32 bits. REQUIRES: low != high.
   int32_t Int(int32_t low, int32_t high);
-  // A float in [0, 1]: output / 2^32 rounded to f32, so 1.0 occurs with probability 2^-25.
+  // A float in [0, 1]: output / 2^32 rounded to f32, so 1.0 has probability 2^-25.
   float Unit();
   // Unit() * (high - low) + low, in f32.
   float Range(float low, float high);
@@ -48,8 +48,8 @@ class RandomStream {
   const T& OneOf(const std::vector<T>& list) {
     return list[static_cast<size_t>(Int(static_cast<int32_t>(list.size())))];
   }
-  // `n` elements of `list` in the order of drawing, none twice: n draws. With n > size: the whole
-  // list in its own order and no draw.
+  // `n` different elements of `list`, in drawing order; takes n draws. If n > size: the whole list
+  // in its own order, without a draw.
   template <typename T>
   std::vector<T> NOf(std::vector<T> list, int32_t n) {
     if (n > static_cast<int32_t>(list.size())) {
@@ -64,14 +64,15 @@ class RandomStream {
     }
     return chosen;
   }
-  // `k` different integers in [0, n) in the order of drawing; a value had before is drawn again.
-  // REQUIRES: k <= n.
+  // `k` different integers in [0, n), in drawing order. Draws again when a value repeats. REQUIRES:
+  // k <= n.
   std::vector<int32_t> Distinct(int32_t n, int32_t k);
-  // Deals `x` units over `n` bins: how often each bin came up. Takes x draws (none for x <= 0).
+  // Distributes `x` units over `n` bins and returns the count of each bin. Takes x draws (none if x
+  // <= 0).
   std::vector<int32_t> Split(int32_t x, int32_t n);
 
-  // The stream as a seed and the number of draws, which are taken again when it is restored. After
-  // more than kRepeatedDrawsMax draws, as the generator's own state.
+  // Saves or restores the stream as its seed and number of draws; restoring repeats the draws.
+  // After more than kRepeatedDrawsMax draws it also saves the generator's state.
   void VisitState(StateArchive& archive);
 
  private:
@@ -79,8 +80,8 @@ class RandomStream {
 
   void VisitGenerator(StateArchive& archive);
 
-  // std::mt19937 with words of 32 bits in place of the 64 that libstdc++ takes: the same numbers in
-  // half the memory.
+  // std::mt19937 with 32-bit words instead of the 64-bit words of libstdc++: equal numbers in half
+  // the memory.
   using Generator =
       std::mersenne_twister_engine<uint32_t, 32, 624, 397, 31, 0x9908b0df, 11, 0xffffffff, 7,
                                    0x9d2c5680, 15, 0xefc60000, 18, 1812433253>;

@@ -12,7 +12,7 @@ constexpr ArtSlot kSharedArtSlots[] = {
     {59, 0, "trail", "misc_assets/iconCircle_white.png", 17, 17},
 };
 
-// The platform group's own pictures; the space group's follow.
+// The platform group has its own backgrounds, followed by those of the space group.
 constexpr BackgroundSlot kPlatform[] = {
     {"platform_00", "platform_backgrounds/alien_bg.png"},
     {"platform_01", "platform_backgrounds/another_world_bg.png"},

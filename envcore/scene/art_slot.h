@@ -6,30 +6,30 @@
 
 namespace procgen {
 
-// One picture that a game can show: theme `theme` of image kind `kind`. Facts about the art
-// of Procgen 0.10.7 are rules: the number of themes decides draws, and width / height decides
-// sizes. They never follow the art pack in use.
+// One image that a game can show: theme `theme` of image kind `kind`. The facts about the art of
+// Procgen 0.10.7 (upstream) are rules: the number of themes decides draws, and width / height
+// decides sizes. They do not depend on the art pack in use.
 struct ArtSlot {
   int kind;
   int theme;
-  absl::string_view name;  // of our own picture, without the theme: "fish" is bigfish/fish_<theme>
-  absl::string_view upstream_path;  // path of the file in an art folder of upstream's layout
-  int width_px;                     // of upstream's picture
+  absl::string_view name;  // of our image, without the theme: "fish" is bigfish/fish_<theme>
+  absl::string_view upstream_path;  // path of the file in upstream's art folder
+  int width_px;                     // of upstream's image
   int height_px;
 };
 
 // The slots that all games share: explosions and trail.
 absl::Span<const ArtSlot> SharedArtSlots();
 
-// A group of backgrounds: the number of its pictures decides a draw.
+// A group of backgrounds. The number of its images decides a draw.
 enum class BackgroundGroup { kPlatform, kSpace, kTopdown, kTopdownSimple, kWater, kWaterSurface };
 
 struct BackgroundSlot {
-  absl::string_view name;           // of our own picture: "platform_00"
-  absl::string_view upstream_path;  // path of the file in upstream's art
+  absl::string_view name;           // of our image: "platform_00"
+  absl::string_view upstream_path;  // path of the file in upstream's art folder
 };
 
-// The pictures of a group in the order of their indices.
+// The backgrounds of a group, in order of index.
 absl::Span<const BackgroundSlot> BackgroundsOf(BackgroundGroup group);
 
 }  // namespace procgen

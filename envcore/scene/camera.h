@@ -3,8 +3,8 @@
 
 namespace procgen {
 
-// Which part of the world a picture shows, whatever its size: a square of `cells` x `cells` around
-// the centre.
+// The part of the world that an image shows, at any size: a square of `cells` x `cells` around the
+// center.
 struct Camera {
   float center_x = 0;
   float center_y = 0;
@@ -13,7 +13,7 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
-// A rectangle on the screen in pixels, y down. A negative size swaps the edges.
+// A rectangle on the screen, in pixels, y down. A negative size swaps the edges.
 struct ScreenRect {
   double x = 0;
   double y = 0;
@@ -21,8 +21,8 @@ struct ScreenRect {
   double height = 0;
 };
 
-// A camera's view on a picture of side x side pixels. All places are computed in f32, in the order
-// that the rules of drawing prescribe, so that each pixel is that of Procgen 0.10.7.
+// A camera's view of an image of size_px x size_px pixels. Positions are computed in f32, in the
+// order of the drawing rules, so that each pixel equals that of Procgen 0.10.7.
 class Viewport {
  public:
   Viewport(const Camera& camera, int size_px);
@@ -31,14 +31,14 @@ class Viewport {
   float pixels_per_cell() const { return pixels_per_cell_; }
   float cells() const { return cells_; }
 
-  // The rectangle of a box in the world: left edge x, TOP edge y (the world's y points up),
-  // `overdraw` cells larger on each side.
+  // The rectangle of a box in the world: left edge x, TOP edge y (y points up in the world),
+  // enlarged by `overdraw` cells on each side.
   ScreenRect InWorld(float x, float y, float width, float height, float overdraw) const;
   // The rectangle of an entity's box.
   ScreenRect OfBox(float x, float y, float rx, float ry) const;
-  // The rectangle of cell (x, y), drawn a little larger to close the gaps between cells.
+  // The rectangle of cell (x, y), slightly enlarged to close the gaps between cells.
   ScreenRect OfCell(int x, int y) const;
-  // The rectangle of a box given as shares of the picture (centre and half-sizes).
+  // The rectangle of a box given in fractions of the image: center and half-sizes.
   ScreenRect OfShares(float x, float y, float rx, float ry) const;
 
  private:

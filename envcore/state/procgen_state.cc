@@ -1,9 +1,10 @@
-// procgen-state: shows what a snapshot holds.
+// procgen-state: prints a snapshot.
 //
-//   procgen-state dump FILE     prints the snapshot in FILE as JSON; FILE - is the standard input
-//   procgen-state --help        says how it is used
+//   procgen-state dump FILE     prints the snapshot in FILE as JSON; -: standard input
+//   procgen-state --help        prints the usage
 //
-// Exits with 0, with 1 where the file is no snapshot, with 2 where it cannot be read.
+// Exit status: 0; 1 if the file is not a snapshot; 2 if the usage is wrong or the file cannot be
+// read.
 
 #include <fstream>
 #include <iostream>
@@ -30,7 +31,7 @@ int Dump(const std::string& path) {
   }
   std::istream& input = path == "-" ? std::cin : file;
   std::ostringstream bytes;
-  // A folder can be opened, but not read. To read nothing at all counts as a failure of `bytes`.
+  // A directory can be opened but not read. Reading no bytes would set the failbit of `bytes`.
   if (input && input.peek() != std::istream::traits_type::eof()) {
     bytes << input.rdbuf();
   }

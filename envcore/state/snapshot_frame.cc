@@ -45,19 +45,19 @@ std::string FrameSnapshot(absl::string_view body) {
 absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot) {
   if (snapshot.size() < kSnapshotHeaderBytes) {
     return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
-                                            " bytes, its header alone has ", kSnapshotHeaderBytes));
+                                            " bytes, must have at least ", kSnapshotHeaderBytes));
   }
   if (snapshot.size() > kSnapshotBytesMax) {
     return absl::DataLossError(absl::StrCat("the snapshot has ", snapshot.size(),
-                                            " bytes, the longest has ", kSnapshotBytesMax));
+                                            " bytes, must have at most ", kSnapshotBytesMax));
   }
   if (snapshot.substr(0, kSnapshotMagic.size()) != kSnapshotMagic) {
-    return absl::DataLossError("the bytes are no snapshot: they do not begin with \"PGST\"");
+    return absl::DataLossError("the bytes are not a snapshot: they do not begin with \"PGST\"");
   }
   const uint32_t version = NumberAt(snapshot, kVersionOffset);
   if (version != kSnapshotVersion) {
     return absl::DataLossError(absl::StrCat("the snapshot is of version ", version,
-                                            ", this engine knows version ", kSnapshotVersion));
+                                            ", this engine supports version ", kSnapshotVersion));
   }
   const absl::string_view body = snapshot.substr(kSnapshotHeaderBytes);
   const uint32_t length = NumberAt(snapshot, kLengthOffset);

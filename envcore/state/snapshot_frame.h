@@ -10,26 +10,27 @@
 
 namespace procgen {
 
-// The bytes around a snapshot's body. All numbers are unsigned, little-endian, 32 bits.
+// The header of a snapshot. All numbers are unsigned, little-endian, 32 bits.
 //
 //   byte 0   magic: "PGST"
 //        4   version: kSnapshotVersion
 //        8   length of the body in bytes
-//       12   CRC-32 (that of zlib and PNG) of the body
+//       12   CRC-32 (as in zlib and PNG) of the body
 //       16   the body
 //
-// The version changes with the meaning of the body: a reader knows one version and no other.
+// The version changes when the meaning of the body changes. A reader supports one version only.
 inline constexpr absl::string_view kSnapshotMagic = "PGST";
 inline constexpr uint32_t kSnapshotVersion = 1;
 inline constexpr size_t kSnapshotHeaderBytes = 16;
-// The longest snapshot, header included. Those of the games had 1 to 12 kB after 300 random steps.
+// Largest size of a snapshot, header included. Snapshots of the games have 1 to 12 kB after 300
+// random steps.
 inline constexpr size_t kSnapshotBytesMax = size_t{1} << 20;
 
-// `body` with its header before it. REQUIRES: it is no longer than a snapshot can be.
+// Returns `body` with a header. REQUIRES: the result has at most kSnapshotBytesMax bytes.
 std::string FrameSnapshot(absl::string_view body);
 
-// The body in `snapshot`, whose memory it shares. Errors: DATA_LOSS whatever is wrong with the
-// bytes: cut off, too long, no snapshot at all, of another version, or changed on the way.
+// Returns the body of `snapshot`, as a view into it. Errors: DATA_LOSS: the bytes are truncated,
+// too long, not a snapshot, of another version or corrupted.
 absl::StatusOr<absl::string_view> UnframeSnapshot(absl::string_view snapshot);
 
 }  // namespace procgen

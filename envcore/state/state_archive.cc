@@ -16,17 +16,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kDepthMax = 8;            // groups and lists in one another
+constexpr size_t kDepthMax = 8;            // nested groups and lists
 constexpr size_t kValueCountMax = 250000;  // values in a snapshot
-// Fields of a group. An entity that leaves none out has 31, no other group has more. The tree finds
-// a field by linear search, so the time to build a group grows with the square of this.
+// Fields in a group. The largest group, an entity without omitted fields, has 31. Fields are found
+// by linear search, so the time to build a group is quadratic in this.
 constexpr size_t kGroupFieldCountMax = 64;
-constexpr size_t kSizeUnknown = std::numeric_limits<size_t>::max();  // the parser's -1
+constexpr size_t kSizeUnknown = std::numeric_limits<size_t>::max();  // reported by the parser as -1
 
-// Walks through a body before it is built, so that none can be built that is too deep or too large.
+// Checks depth and size of a body before it is built.
 class BoundsCheck : public nlohmann::json_sax<Json> {
  public:
-  // The bound that the body exceeds; empty if it exceeds none.
+  // The exceeded limit; empty if there is none.
   const std::string& excess() const { return excess_; }
 
   bool null() override { return false; }
@@ -46,7 +46,7 @@ class BoundsCheck : public nlohmann::json_sax<Json> {
   }
   bool key(string_t& /*name*/) override { return true; }
   bool end_object() override { return Leave(); }
-  // A list of unknown size is too large, too.
+  // A list of unknown size exceeds the limit.
   bool start_array(size_t size) override { return size <= kValueCountMax ? Enter() : Count(size); }
   bool end_array() override { return Leave(); }
   bool parse_error(size_t /*position*/, const std::string& /*token*/,
@@ -94,13 +94,13 @@ absl::StatusOr<Json> Parsed(absl::string_view snapshot) {
       }
     }
   } catch (const std::exception&) {
-    // Said below.
+    // Reported below.
   }
   return absl::DataLossError(absl::StrCat("the snapshot's body is not a group of fields in CBOR",
                                           bounds.excess().empty() ? "" : ": ", bounds.excess()));
 }
 
-// The integer in `node`; those beyond 63 bits are all alike out of any range.
+// The integer in `node`. Values beyond 63 bits become INT64_MAX, which is out of every range.
 int64_t IntegerIn(const Json& node) {
   const bool is_huge =
       node.is_number_unsigned() && node.get<uint64_t>() > std::numeric_limits<int64_t>::max();
@@ -116,7 +116,7 @@ bool SameBits(float a, float b) { return std::bit_cast<uint32_t>(a) == std::bit_
 
 }  // namespace
 
-// The tree, and the way to the group that is open.
+// The tree and the path to the open group.
 struct StateArchive::Tree {
   struct Level {
     Json* node;
@@ -126,7 +126,7 @@ struct StateArchive::Tree {
 
   explicit Tree(Json json) : root(std::move(json)) { way.push_back({&root, ""}); }
 
-  // The value of a field, which counts as read; null if there is none.
+  // Returns the value of a field and marks it as read; null if there is none.
   const Json* Read(absl::string_view name) {
     Level& level = way.back();
     const auto found = level.node->find(std::string(name));
@@ -252,7 +252,7 @@ void StateArchive::Float(absl::string_view name, float& value, float low, float 
     }
     number = node->get<double>();
   }
-  // Not a number is in no range.
+  // NaN is out of every range.
   if (!(number >= static_cast<double>(low) && number <= static_cast<double>(high))) {
     return Fail(name, NotInRange(number, static_cast<double>(low), static_cast<double>(high)));
   }
@@ -263,7 +263,7 @@ void StateArchive::Float(absl::string_view name, float& value, float low, float 
     return;
   }
   if (static_cast<double>(static_cast<float>(number)) != number) {
-    return Fail(name, "has more digits than a float of 32 bits");
+    return Fail(name, "is not representable as a 32-bit float");
   }
   value = static_cast<float>(number);
 }
@@ -301,7 +301,7 @@ void StateArchive::Text(absl::string_view name, std::string& value, size_t lengt
   }
   const Json* node = tree_->Read(name);
   if (node == nullptr || !node->is_string()) {
-    return Fail(name, node == nullptr ? "is missing" : "is not a text");
+    return Fail(name, node == nullptr ? "is missing" : "is not a string");
   }
   const auto& text = node->get_ref<const std::string&>();
   if (text.size() > length_max) {
@@ -405,7 +405,7 @@ void StateArchive::EndItem() {
 void StateArchive::CheckAllRead() {
   const Tree::Level& level = tree_->way.back();
   if (restores_ && level.fields_read != level.node->size()) {
-    Check(false, absl::StrCat("has ", level.node->size(), " fields, this engine knows ",
+    Check(false, absl::StrCat("has ", level.node->size(), " fields, this engine reads ",
                               level.fields_read, " of them"));
   }
 }

@@ -15,36 +15,35 @@
 
 namespace procgen {
 
-// Visits the state of things, field by field, and either saves or restores it. What has a state
-// describes it once, in one function, so that saving and restoring cannot disagree:
+// Saves or restores state field by field. A type describes its state once, in one function for both
+// directions, so saving and restoring cannot differ:
 //
 //   void Visit(StateArchive& archive, Ball& ball) {
 //     archive.Float("x", ball.x, -10, 10);
 //     archive.Int("bounces", ball.bounces, 0, 100, /*absent=*/0);
 //   }
 //
-// Every field has a name, unique in its group, and a range, both ends of which belong to it. A
-// field with `absent` is left out of the snapshot where it has that value, to the last bit.
+// Every field has a name, unique in its group, and an inclusive range. A field with `absent` is
+// omitted from the snapshot when it has exactly that value.
 //
-// Errors: the first one stays, and from then on nothing is visited any more. While restoring:
-// INVALID_ARGUMENT a field that is missing, unknown, of another type or out of range, with its
-// path and what is allowed. While saving: INTERNAL a value out of range, unless the archive
-// saturates. What an archive that failed has restored may be half of each state and must be thrown
-// away.
+// Errors: the first error is kept, and nothing is visited after it. While restoring,
+// INVALID_ARGUMENT: a field is missing, unknown, of another type or out of range (the message gives
+// its path and what is allowed). While saving, INTERNAL: a value is out of range, unless the
+// archive saturates. After an error, discard the restored objects: they may be partly restored.
 // Threads: compatible (one thread at a time).
 class StateArchive {
  public:
   // What saving does with a number out of range.
   enum class OutOfRange {
-    kFails,      // it is a bug: nothing that was played gets there
-    kSaturates,  // it becomes the nearest in range, in the snapshot and in what is visited
+    kFails,      // returns an error: the games never reach such a value, so it is a bug
+    kSaturates,  // clamps the number, in the snapshot and in the visited object
   };
 
-  // An archive that saves. One that saturates changes what is visited, so that it continues as what
-  // is restored from the snapshot does.
+  // Makes an archive that saves. One that saturates changes the visited objects too, so that they
+  // continue like an object restored from the snapshot.
   explicit StateArchive(OutOfRange out_of_range = OutOfRange::kFails);
-  // One that restores from `snapshot`, which need not stay. Memory is bounded by a small multiple
-  // of kSnapshotBytesMax, whatever the bytes. Errors: DATA_LOSS they are no whole snapshot.
+  // Makes an archive that restores from `snapshot`, which may be freed afterwards. Memory is
+  // bounded by a small multiple of kSnapshotBytesMax. Errors: DATA_LOSS: not a complete snapshot.
   static absl::StatusOr<StateArchive> Open(absl::string_view snapshot);
   ~StateArchive();
   StateArchive(StateArchive&& other) noexcept;
@@ -54,11 +53,11 @@ class StateArchive {
   bool saturates() const { return saturates_; }
   bool ok() const { return status_.ok(); }
   const absl::Status& status() const { return status_; }
-  // The snapshot that was saved. Errors: status(); INTERNAL it is longer than a snapshot can be.
-  // REQUIRES: !restores(), and no group is open.
+  // Returns the saved snapshot. Errors: status(); INTERNAL: it is larger than kSnapshotBytesMax.
+  // REQUIRES: !restores(); no group is open.
   absl::StatusOr<std::string> Finish() const;
-  // status(), and that nothing in the snapshot was left unread. REQUIRES: restores(), and no group
-  // is open.
+  // Returns status(), or an error if fields of the snapshot were not read. REQUIRES: restores(); no
+  // group is open.
   absl::Status Close();
 
   void Bool(absl::string_view name, bool& value, std::optional<bool> absent = std::nullopt);
@@ -66,16 +65,16 @@ class StateArchive {
            std::optional<int32_t> absent = std::nullopt);
   void Float(absl::string_view name, float& value, float low, float high,
              std::optional<float> absent = std::nullopt);
-  // An unsigned number of 64 bits in [0, high].
+  // An unsigned 64-bit number in [0, high].
   void Bits(absl::string_view name, uint64_t& value, uint64_t high = UINT64_MAX);
   void Text(absl::string_view name, std::string& value, size_t length_max);
-  // A list of numbers. Its length is checked before it is made.
+  // A list of numbers. Its length is checked before memory is allocated.
   void Ints(absl::string_view name, std::vector<int32_t>& values, size_t count_max, int32_t low,
             int32_t high);
 
   // A group of fields.
   void Group(absl::string_view name, absl::FunctionRef<void()> visit);
-  // A list of groups. Its length is checked before it is made.
+  // A list of groups. Its length is checked before memory is allocated.
   template <typename T>
   void Groups(absl::string_view name, std::vector<T>& list, size_t count_min, size_t count_max,
               absl::FunctionRef<void(T&)> visit) {
@@ -92,13 +91,14 @@ class StateArchive {
     EndList();
   }
 
-  // For what ranges do not tell: fails with "<path of the open group> <reason>" unless `holds`.
+  // Fails with "<path of the open group> <reason>" unless `holds`. For conditions that ranges
+  // cannot express.
   void Check(bool holds, absl::string_view reason);
 
  private:
   struct Tree;
 
-  // The number of groups to visit: `count` while saving.
+  // Returns the number of groups to visit: `count` while saving.
   size_t BeginList(absl::string_view name, size_t count, size_t count_min, size_t count_max);
   void EndList();
   void BeginItem(size_t index);
@@ -108,7 +108,7 @@ class StateArchive {
   void Fail(absl::string_view name, absl::string_view reason);
   std::string PathOf(absl::string_view name) const;
 
-  // Where the archive saturates, `value` becomes the nearest in range; not a number becomes `low`.
+  // Clamps `value` if the archive saturates. NaN becomes `low`.
   template <typename T>
   void Saturate(T& value, T low, T high) const {
     if (saturates_ && !(value >= low && value <= high)) {
@@ -122,8 +122,8 @@ class StateArchive {
   std::unique_ptr<Tree> tree_;
 };
 
-// What a snapshot holds, as indented JSON for people. Floats are written with the digits that give
-// them back. Errors: as StateArchive::Open.
+// Returns the content of a snapshot as indented JSON. Floats are written with enough digits to
+// restore them exactly. Errors: as StateArchive::Open.
 absl::StatusOr<std::string> SnapshotAsJson(absl::string_view snapshot);
 
 }  // namespace procgen

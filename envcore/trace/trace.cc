@@ -80,7 +80,7 @@ absl::StatusOr<Arrays> ReadArrays(const Json& header, int32_t env_count, absl::s
   return arrays;
 }
 
-// The values of an array that a trace must have. Throws as the library where it lacks it.
+// Returns the values of a required array. Throws if it is missing or has another type.
 template <typename T>
 std::vector<T> ValuesOf(const Arrays& arrays, const std::string& name, absl::string_view type) {
   const auto found = arrays.find(name);
@@ -110,13 +110,13 @@ std::vector<std::vector<uint64_t>> FingerprintsOf(const Json& header, int32_t en
       const auto text = digits.get<std::string>();
       uint64_t& value = list.emplace_back();
       if (text.size() != kFingerprintDigits || !absl::SimpleHexAtoi(text, &value)) {
-        throw std::invalid_argument(absl::StrCat("\"", text, "\" is no fingerprint"));
+        throw std::invalid_argument(absl::StrCat("\"", text, "\" is not a fingerprint"));
       }
     }
   }
   if (fingerprints.size() != static_cast<size_t>(env_count)) {
-    throw std::invalid_argument(absl::StrCat("fingerprints are of ", fingerprints.size(),
-                                             " environments, must be of ", env_count));
+    throw std::invalid_argument(
+        absl::StrCat("fingerprints has ", fingerprints.size(), " lists, must have ", env_count));
   }
   return fingerprints;
 }
@@ -129,7 +129,7 @@ absl::Status CheckRows(const Trace& trace) {
       trace.prev_level_seeds.size() != steps + row ||
       trace.prev_level_complete.size() != steps + row ||
       (!trace.observation_digests.empty() && trace.observation_digests.size() != steps + row)) {
-    return absl::DataLossError("an array has another number of rows than steps say");
+    return absl::DataLossError("an array has the wrong number of rows for steps and num_envs");
   }
   return absl::OkStatus();
 }
@@ -173,7 +173,7 @@ absl::StatusOr<Trace> ParseAfterHeader(const Json& header, absl::string_view res
   return trace;
 }
 
-// Adds an array to the list of a header and to the bytes behind it.
+// Appends an array to the list in the header and to the bytes after it.
 template <typename T>
 void AddArray(const char* name, const char* type, const Trace& trace, const std::vector<T>& values,
               Json* list, std::string* bytes) {
@@ -226,11 +226,11 @@ absl::StatusOr<Trace> ReadTrace(const std::string& path) {
 absl::StatusOr<Trace> ParseTrace(absl::string_view contents) {
   const std::pair<absl::string_view, absl::string_view> parts =
       absl::StrSplit(contents, absl::MaxSplits('\n', 1));
-  // The library reports what a document lacks by exceptions; none leaves this function.
+  // The JSON library reports missing fields by exceptions; none leaves this function.
   try {
     return ParseAfterHeader(Json::parse(parts.first), parts.second);
   } catch (const std::exception& error) {
-    return absl::DataLossError(absl::StrCat("the header is not a trace's: ", error.what()));
+    return absl::DataLossError(absl::StrCat("invalid trace header: ", error.what()));
   }
 }
 

@@ -11,9 +11,9 @@
 
 namespace procgen {
 
-// A recorded run of several environments: what was done and what was observed. E environments, T
-// steps; row 0 of what is observed is after creation, row t + 1 after the actions of row t. File
-// format: one line of JSON, then the arrays that it lists, little-endian, without padding.
+// A recorded run of E environments over T steps: actions and observed results. Row 0 of the results
+// is after creation, row t + 1 after the actions of row t. File format: one line of JSON, then the
+// arrays that it lists, little-endian, without padding (see README.md).
 struct Trace {
   std::vector<std::string> games;
   EnvironmentOptions options;
@@ -26,13 +26,13 @@ struct Trace {
   std::vector<int32_t> level_seeds;           // [T + 1, E]
   std::vector<int32_t> prev_level_seeds;      // [T + 1, E]
   std::vector<uint8_t> prev_level_complete;   // [T + 1, E]
-  std::vector<uint32_t> observation_digests;  // [T + 1, E] FNV-1a, or empty
-  // Hashes of the episodes that ended, in order, of each environment (class Fingerprint tells what
-  // of), or empty: [E] lists.
+  std::vector<uint32_t> observation_digests;  // [T + 1, E], FNV-1a; or empty
+  // Fingerprints of the episodes that ended, in order, per environment: [E] lists, or empty. See
+  // class Fingerprint.
   std::vector<std::vector<uint64_t>> fingerprints;
 
-  // Whether there are digests of pictures that can be compared: those that the recording drew
-  // without an art folder always, the others where the player draws `with_upstream_art`.
+  // Whether the observation digests can be compared with a replay. Recordings drawn without an art
+  // folder are always comparable, others only if the player draws `with_upstream_art`.
   bool HasComparablePictures(bool with_upstream_art) const {
     const bool is_flat = options.use_monochrome_assets && !options.use_backgrounds;
     return !observation_digests.empty() &&
@@ -40,17 +40,18 @@ struct Trace {
   }
 };
 
-// Reads a trace file. Errors: NOT_FOUND no such file; DATA_LOSS it is not a trace, or not whole
-// (the message says what is wrong).
+// Reads a trace file. Errors: NOT_FOUND: no such file. DATA_LOSS: not a complete trace (the message
+// says what is wrong).
 absl::StatusOr<Trace> ReadTrace(const std::string& path);
-// The same of a file's contents, whoever wrote them: no more memory is taken than a few times their
-// size.
+// Parses the contents of a trace file. The contents may be untrusted: memory is bounded by a small
+// multiple of their size.
 absl::StatusOr<Trace> ParseTrace(absl::string_view contents);
 
-// The contents of a trace's file. REQUIRES: arrays of the sizes that env_count and step_count say.
+// Returns the contents of a trace file. REQUIRES: the arrays have the sizes given by env_count and
+// step_count.
 std::string TraceFileOf(const Trace& trace);
 
-// The digest of an observation's bytes: 32-bit FNV-1a.
+// The digest of an observation: 32-bit FNV-1a of its bytes.
 uint32_t ObservationDigest(const uint8_t* bytes, size_t size);
 
 }  // namespace procgen

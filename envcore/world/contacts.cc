@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-constexpr float kCellMargin = 0.001F;  // a box flush with a cell's edge does not touch the cell
+constexpr float kCellMargin = 0.001F;  // cells; a box flush with a cell's edge does not touch it
 
 void MeetEntities(World& world, Rules& rules, size_t index) {
   for (size_t i = world.entities.size(); i-- > 0;) {
@@ -42,8 +42,8 @@ void MeetCells(World& world, Rules& rules, size_t index) {
 
 void MeetAll(World& world, Rules& rules) {
   for (size_t i = world.entities.size(); i-- > 0;) {
-    // Looked up anew for each question: a contact may change the entity, and move all of them by
-    // adding one.
+    // Look up the entity before each call: a contact may change the entity, or add one and thereby
+    // move all of them in memory.
     Entity& entity = world.entities[i];
     if (entity.kind != kAgentKind && Overlap(entity, world.agent(), entity.contact_margin)) {
       rules.OnAgentContact(entity);

@@ -6,13 +6,13 @@
 
 namespace procgen {
 
-// Finds what touches what and asks the rules what follows, for the entities from last to first:
-// contact with the agent, with other entities, with cells. Entities that the rules add are partners
+// Finds contacts and calls the rules for them, entity by entity from last to first: contact with
+// the agent, with other entities, with cells. Entities that the rules add meanwhile can be touched
 // but are not visited themselves.
 void MeetAll(World& world, Rules& rules);
 
-// Removes, from last to first, every entity that is marked or is out of the world (unless it may
-// stay there). The agent stays: an agent out of the world has ended its episode.
+// Removes, from last to first, every entity that is marked, or outside the world with auto_remove
+// set. The agent is never removed: when it leaves the world, the level has ended.
 void RemoveGone(World& world);
 
 }  // namespace procgen

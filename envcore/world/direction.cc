@@ -6,7 +6,7 @@ namespace procgen {
 
 void TurnTo(Entity& entity, float dx, float dy, float offset) {
   if (dx != 0 || dy != 0) {
-    entity.rotation = -std::atan2(dy, dx) + offset;  // the atan2 of f32
+    entity.rotation = -std::atan2(dy, dx) + offset;  // atan2 in f32
   }
 }
 

@@ -5,12 +5,12 @@
 
 namespace procgen {
 
-// The rules' pi, in f32. On the screen a positive rotation turns clockwise.
+// The rules' pi, in f32. A positive rotation is clockwise on the screen.
 inline constexpr float kPi = 3.14159274F;
 inline constexpr float kHalfPi = 1.57079637F;
 
-// Turns `entity` so that art which faces right looks along (dx, dy), and then by `offset` radians
-// more. Nothing if both are 0.
+// Rotates `entity` so that art that faces right points along (dx, dy), plus `offset` radians. Does
+// nothing if dx and dy are 0.
 void TurnTo(Entity& entity, float dx, float dy, float offset);
 
 }  // namespace procgen

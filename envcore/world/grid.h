@@ -18,7 +18,7 @@ namespace procgen {
 class Grid {
  public:
   Grid() = default;
-  // Makes all cells `kind`.
+  // Resizes the grid and sets all cells to `kind`.
   void Reset(int width, int height, int kind) {
     width_ = width;
     height_ = height;

@@ -3,18 +3,16 @@
 
 namespace procgen {
 
-// Kinds of cells and entities share one space of small integers. The numbers are part of the
-// behaviour (they select art, and flat colours are computed from them): never renumber. Each game's
-// file lists its own; these belong to all games.
+// Kinds of cells and entities, one number space. The numbers select art and flat colors, so they
+// must never change. These are shared by all games; each game's file defines its own.
 inline constexpr int kAgentKind = 0;
 inline constexpr int kWallKind = 51;
 inline constexpr int kExitKind = 52;
-inline constexpr int kExplosionKind = 54;  // the first of five pictures, 54 to 58
+inline constexpr int kExplosionKind = 54;  // first of five images, 54 to 58
 inline constexpr int kLastExplosionKind = 58;
 inline constexpr int kTrailKind = 59;
 inline constexpr int kEmptyKind = 100;
-inline constexpr int kOutsideKind =
-    -1;  // what lies outside of the world unless a game says otherwise
+inline constexpr int kOutsideKind = -1;  // outside the world, unless a game sets another kind
 // Kinds that can be drawn are below this number.
 inline constexpr int kKindCount = 100;
 

@@ -12,11 +12,11 @@ namespace procgen {
 namespace {
 
 constexpr int kSubStepsMin = 4;
-constexpr float kCornerShare = 0.98F;  // where the corners are probed, as a share of the half-sizes
-constexpr float kOverlapMargin = -0.001F;  // entities that only touch do not stop each other
-constexpr int kPushDepthMax = 5;  // pushes out of entities that can be nested in one another
+constexpr float kCornerShare = 0.98F;      // corner probes, as a fraction of the half-sizes
+constexpr float kOverlapMargin = -0.001F;  // entities that only touch do not block each other
+constexpr int kPushDepthMax = 5;           // chained pushes out of entities that overlap
 
-// What the cells under the four corners of a box do to its owner.
+// How the cells under the four corners of a box affect it.
 struct CellAnswer {
   bool blocked = false;
   bool reflected = false;
@@ -25,7 +25,7 @@ struct CellAnswer {
 CellAnswer AskCells(const World& world, Rules& rules, const Entity& entity, float x, float y,
                     Axis axis) {
   CellAnswer answer;
-  std::optional<int> asked;  // mostly all four corners are over cells of one kind
+  std::optional<int> asked;  // usually all four corners are over cells of one kind
   for (const float side_x : {-1.0F, 1.0F}) {
     for (const float side_y : {-1.0F, 1.0F}) {
       const int kind = world.CellAtPoint(x + (entity.rx * kCornerShare) * side_x,
@@ -41,19 +41,19 @@ CellAnswer AskCells(const World& world, Rules& rules, const Entity& entity, floa
   return answer;
 }
 
-// The centre from which a box reaching past a cell edge is mirrored back at it.
+// The center of a box that is reflected at the cell edge that it has crossed.
 float ReflectedCenter(float center, float radius, bool toward_lower) {
   const float reach = toward_lower ? center - radius : center + radius;
   const float edge = toward_lower ? std::ceil(reach) : std::floor(reach);
   return center + 2 * (edge - reach);
 }
 
-// The centre at which a box stands flush with the cell edge that it reaches past.
+// The center of a box that is flush with the cell edge that it has crossed.
 float SnappedCenter(float center, float radius, bool toward_upper) {
   return toward_upper ? std::floor(center + radius) - radius : std::ceil(center - radius) + radius;
 }
 
-// Where a box must move along an axis to stand flush with another one. In f64, as the rules demand.
+// The move along an axis that makes a box flush with another. In f64, as the rules require.
 float PushOut(float center, float radius, float other_center, float other_radius) {
   const float reach = other_radius + radius;
   const double side = center > other_center ? 1.0 : (center < other_center ? -1.0 : 0.0);
@@ -61,7 +61,7 @@ float PushOut(float center, float radius, float other_center, float other_radius
                             static_cast<double>(center));
 }
 
-// How far a box that reflects from another one is thrown back.
+// The move of a box that is reflected by another.
 float ThrowBack(float center, float radius, float other_center, float other_radius,
                 bool toward_upper) {
   const float distance = other_center - center;
@@ -69,8 +69,8 @@ float ThrowBack(float center, float radius, float other_center, float other_radi
   return toward_upper ? -2 * (reach - distance) : 2 * (reach + distance);
 }
 
-// The entities that one can meet in a short move. A move is cut into many pieces; few of a world's
-// entities are near, and only they need be looked at in every piece.
+// The entities near one entity. A move is divided into many sub-steps; only these entities are
+// tested in each.
 class Neighbours {
  public:
   Neighbours(const World& world, const Entity& entity) : world_(world), entity_(entity) {
@@ -79,8 +79,8 @@ class Neighbours {
     Find();
   }
 
-  // The last of the world's entities before number `end`, but for the entity itself, that may
-  // overlap with it where it is now. Moves `end` to its number; null: there is none.
+  // Returns the last entity with an index below `end` that may overlap the entity at its current
+  // position, and sets `end` to its index. Null: there is none.
   const Entity* LastBefore(size_t* end) {
     if (std::fabs(entity_.x - center_x_) > reach_x_ ||
         std::fabs(entity_.y - center_y_) > reach_y_) {
@@ -100,7 +100,7 @@ class Neighbours {
 
  private:
   static constexpr size_t kCountMax = 16;
-  static constexpr float kSpare = 0.25F;  // more than a push mostly takes, and all rounding
+  static constexpr float kSpare = 0.25F;  // more than most pushes, plus rounding errors
 
   void Find() {
     center_x_ = entity_.x;
@@ -124,13 +124,13 @@ class Neighbours {
 
   const World& world_;
   const Entity& entity_;
-  float reach_x_ = 0;  // how far from the centre what was found holds
+  float reach_x_ = 0;  // distance from the center within which the list is valid
   float reach_y_ = 0;
   float center_x_ = 0;
   float center_y_ = 0;
-  bool are_too_many_ = false;  // to list: all may be near
+  bool are_too_many_ = false;  // the list is full: test all entities
   size_t count_ = 0;
-  std::array<size_t, kCountMax> numbers_;  // in the world, highest first
+  std::array<size_t, kCountMax> numbers_;  // indices in the world, highest first
 };
 
 class Mover {
@@ -138,8 +138,8 @@ class Mover {
   Mover(World& world, Rules& rules, Entity& entity)
       : world_(world), rules_(rules), entity_(entity), neighbours_(world, entity) {}
 
-  // Moves by (dx, dy), one of which is 0. Returns whether something blocked.
-  bool MoveElementary(  // NOLINT(misc-no-recursion): kPushDepthMax deep
+  // Moves by (dx, dy), one of which is 0. Returns whether the move was blocked.
+  bool MoveElementary(  // NOLINT(misc-no-recursion): at most kPushDepthMax deep
       float dx, float dy, int depth) {
     if (entity_.marked) {
       return false;
@@ -190,7 +190,7 @@ class Mover {
     return answer.blocked;
   }
 
-  void PushOutOf(  // NOLINT(misc-no-recursion): kPushDepthMax deep
+  void PushOutOf(  // NOLINT(misc-no-recursion): at most kPushDepthMax deep
       const Entity& other, Axis axis, int depth) {
     if (axis == Axis::kHorizontal) {
       const float way = PushOut(entity_.x, entity_.rx, other.x, other.rx);
@@ -272,7 +272,7 @@ void MoveSmart(World& world, Rules& rules, Entity& entity) {
     }
     if (!blocked_x && !blocked_y &&
         before == std::array<float, 4>{entity.x, entity.y, entity.vx, entity.vy}) {
-      const int rest = sub_steps - i - 1;  // goes the same way: nowhere, and freely
+      const int rest = sub_steps - i - 1;  // equal to this one: unblocked, without moving
       free_x += rest;
       free_y += rest;
       break;

@@ -7,10 +7,10 @@
 
 namespace procgen {
 
-// Smart motion: moves `entity`, one of `world`'s, by its velocity through cells and entities
-// without tunnelling. The way is cut into sub-steps, each axis apart; what blocks stops it at its
-// edge, what reflects turns it back. Reduces the velocity by the share of the way that was blocked.
-// The rules must not add entities meanwhile.
+// Smart motion: moves `entity`, which must be in `world`, by its velocity and stops it at cells and
+// entities, without tunnelling. The path is divided into sub-steps, per axis. What blocks stops the
+// entity at its edge; what reflects reverses it. The velocity is reduced by the fraction of the
+// path that was blocked. The rules must not add entities meanwhile.
 void MoveSmart(World& world, Rules& rules, Entity& entity);
 
 }  // namespace procgen

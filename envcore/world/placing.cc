@@ -8,9 +8,9 @@ namespace {
 
 constexpr int kAttemptsMax = 100;
 
-constexpr double kDustDepth = 0.5;    // below its parent's centre, in the parent's half-heights
-constexpr float kDustSpeed = 0.01F;   // cells a step, upward
-constexpr float kDustRadiusX = 0.3F;  // cells, at first
+constexpr double kDustDepth = 0.5;    // below the parent's center, in the parent's half-heights
+constexpr float kDustSpeed = 0.01F;   // cells per step, upward
+constexpr float kDustRadiusX = 0.3F;  // cells, initial value
 constexpr float kDustRadiusY = 0.2F;
 constexpr float kDustOpacity = 0.5F;
 constexpr int kDustLifeSteps = 8;

@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// A box in the world: left edge, bottom edge, size, in cells.
+// A box in the world: left edge, bottom edge and size, in cells.
 struct Box {
   float x = 0;
   float y = 0;
@@ -17,31 +17,31 @@ struct Box {
 
 enum class CollisionCheck { kAll, kAgentOnly };
 
-// Draws a centre in [low, high] for something with half-size `radius`; without a draw the middle,
-// when it does not fit.
+// Draws a center in [low, high] for an entity of half-size `radius`. If it does not fit, returns
+// the middle without a draw.
 float DrawCenter(RandomStream& random, float low, float high, float radius);
 
-// Adds an entity of `kind` at rest, at a drawn place in `box` where it overlaps neither the agent
-// nor (kAll) anything that does not avoid collisions; after 100 attempts it stays where it is.
-// Returns it.
+// Adds an entity of `kind` at rest, at a drawn position in `box`. It overlaps neither the agent
+// nor, with kAll, any entity without avoids_collisions. After 100 attempts it stays at the last
+// position. Returns the entity.
 Entity& SpawnInBox(World& world, RandomStream& random, int kind, float rx, float ry, const Box& box,
                    CollisionCheck check = CollisionCheck::kAll);
-// Adds a square entity of `kind` at rest in the middle of the cell, without a draw or test.
+// Adds a square entity of `kind` at rest at the center of the cell. Takes no draw and tests no
+// overlap.
 Entity& SpawnAtCell(World& world, int kind, float radius, int cell_index);
-// Adds a square entity of `kind` at the centre of `parent`, at rest or with the parent's velocity.
+// Adds a square entity of `kind` at the center of `parent`, at rest or with the parent's velocity.
 Entity& SpawnChild(World& world, int kind, float radius, const Entity& parent, bool keeps_velocity);
-// Adds a puff of dust at the feet of `parent`: it rises slowly, grows, fades and soon is gone.
-// Returns it.
+// Adds a puff of dust at the feet of `parent`, which rises slowly, grows, fades and expires.
+// Returns the entity.
 Entity& SpawnDust(World& world, const Entity& parent);
 
-// Whether `entity`, which is not in the world yet, overlaps anything in it.
+// Whether `entity`, which is not in the world yet, overlaps any entity in it.
 bool OverlapsAnything(const World& world, const Entity& entity);
 
-// Draws a new place for the agent, anywhere in the world, until it overlaps nothing; at most 100
-// times.
+// Draws positions for the agent, anywhere in the world, until it overlaps no entity; at most 100.
 void PlaceAgentAnew(World& world, RandomStream& random);
 
-// The distance of two centres, in cells.
+// The distance between the centers, in cells.
 float Distance(const Entity& a, const Entity& b);
 
 }  // namespace procgen

@@ -8,10 +8,9 @@ namespace procgen {
 // The direction of an elementary move. A move by (0, 0) is vertical.
 enum class Axis { kHorizontal, kVertical };
 
-// What a game says when things in its world move and meet. The order in which the engine asks is
-// part of the behaviour, for an answer may have side effects. What a game answers to Blocks,
-// Reflects and EntityBlocks follows from what it is asked about, so asking again changes nothing
-// more.
+// The callbacks of a game for motion and contacts. The order of the calls is part of the behavior,
+// because a callback may have side effects. Blocks, Reflects and EntityBlocks depend only on their
+// arguments and the state, so repeated calls have no further effect.
 class Rules {
  public:
   virtual ~Rules() = default;
@@ -20,21 +19,21 @@ class Rules {
   virtual bool Blocks(const Entity& mover, int kind, Axis axis) = 0;
   // Whether `mover` bounces off a cell or entity of `kind`.
   virtual bool Reflects(const Entity& mover, int kind) = 0;
-  // Whether `other` stops `mover` on this axis: by default as a cell of its kind does.
+  // Whether `other` stops `mover` on this axis. Default: like a cell of its kind.
   virtual bool EntityBlocks(const Entity& mover, const Entity& other, Axis axis) {
     return Blocks(mover, other.kind, axis);
   }
 
-  // A cell has just stopped `mover` in its motion on this axis; what this makes of its velocity
-  // holds for the rest of the way. By default nothing.
+  // Called when a cell has stopped `mover` on this axis. A velocity that is set here applies to the
+  // rest of the motion. Default: does nothing.
   virtual void OnStoppedByCell(Entity& /*mover*/, Axis /*axis*/) {}
 
-  // The agent touches `other` (which may be marked already).
+  // Called when the agent touches `other`, which may already be marked.
   virtual void OnAgentContact(Entity& other) = 0;
-  // `self`, which takes part in entity contacts, touches `other`; neither is marked.
+  // Called when `self`, which has meets_entities, touches `other`. Neither is marked.
   virtual void OnEntityContact(Entity& self, Entity& other) = 0;
-  // The smart entity touches cell (x, y) of `kind`, which is not empty and may lie outside of the
-  // world.
+  // Called when a smart entity touches cell (x, y) of `kind`. The cell is not empty and may be
+  // outside the world.
   virtual void OnCellContact(Entity& entity, int kind, int x, int y) = 0;
 };
 

@@ -3,7 +3,7 @@
 namespace procgen {
 namespace {
 
-constexpr double kFeetMargin = 0.01;  // cells below and inside of the box at which support is felt
+constexpr double kFeetMargin = 0.01;  // cells, downward and inward from the corners of the box
 
 }  // namespace
 

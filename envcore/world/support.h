@@ -6,8 +6,8 @@
 
 namespace procgen {
 
-// Whether `entity` stands on a cell of a kind that `carries` accepts: whether such a cell is just
-// below the left or the right end of its feet. Its velocity does not matter.
+// Whether `entity` stands on a cell whose kind `carries` accepts: such a cell is just below the
+// left or the right end of its bottom edge. The velocity does not matter.
 bool StandsOn(const World& world, const Entity& entity, bool (*carries)(int kind));
 
 }  // namespace procgen

@@ -11,12 +11,12 @@ namespace {
 
 constexpr int32_t kSharedRandomMax = 999999;
 constexpr float kAngleMax = 1e6F;       // radians, either sign
-constexpr float kSpinMax = 16;          // radians a step
-constexpr int32_t kCellKindMax = 1100;  // cells have kinds that entities have not
+constexpr float kSpinMax = 16;          // radians per step
+constexpr int32_t kCellKindMax = 1100;  // cells have kinds that entities do not have
 constexpr float kHealthMax = 1e6F;      // either sign
-constexpr float kGrowthMax = 1.5F;      // of entities that expire
+constexpr float kGrowthMax = 1.5F;      // only for entities that expire
 constexpr int32_t kGrowingStepsMax = 32;
-constexpr float kMoverHalfSizeMax = 8;  // of smart entities: a mover must not outgrow its world
+constexpr float kMoverHalfSizeMax = 8;  // of smart entities, which must fit into their world
 
 // Runs of equal cells: kind, count, kind, count ...
 std::vector<int32_t> RunsOf(const Grid& grid) {
@@ -32,7 +32,8 @@ std::vector<int32_t> RunsOf(const Grid& grid) {
   return runs;
 }
 
-// Fills `grid` with `runs`. Returns whether they are kinds and counts that fill it exactly.
+// Fills `grid` from `runs`. Returns false unless they are valid kinds and counts that fill it
+// exactly.
 bool Fill(const std::vector<int32_t>& runs, Grid& grid) {
   int cell = 0;
   for (size_t i = 0; i + 1 < runs.size(); i += 2) {
@@ -57,20 +58,20 @@ void VisitGrid(StateArchive& archive, Grid& grid) {
                std::max(grid.size(), kCellKindMax));
   if (archive.ok() && archive.restores()) {
     archive.Check(Fill(runs, grid),
-                  "has cells that are not kinds in [0, 1100] and counts that "
-                  "fill the world, in turn");
+                  "has cells that are not runs of a kind in [0, 1100] and a count "
+                  "that fill the world");
   }
 }
 
-// What grows must go before it is endless, and a mover must not grow.
+// An entity that grows must expire soon, and a smart one must not grow.
 bool MayGrow(const Entity& entity) {
   return entity.expiry > 0 && entity.expiry <= kGrowingStepsMax && !entity.smart;
 }
 
-// Fields that few entities use are left out where they have the value of a plain entity.
+// Most fields are omitted when they have the value of a default entity.
 void VisitEntity(StateArchive& archive, Entity& entity) {
   const Entity plain;
-  // While restoring, the rest of the entity is not known yet; the checks below are for that.
+  // While restoring, the other fields are not known yet. The checks at the end cover that case.
   const bool is_known = !archive.restores();
   const float half_size_max = is_known && entity.smart ? kMoverHalfSizeMax : kHalfSizeMax;
   const float growth_max = is_known && !MayGrow(entity) ? plain.growth : kGrowthMax;
@@ -110,10 +111,10 @@ void VisitEntity(StateArchive& archive, Entity& entity) {
   archive.Check(!entity.smart || (entity.rx <= kMoverHalfSizeMax && entity.ry <= kMoverHalfSizeMax),
                 "is smart and larger than 16 cells");
   archive.Check(entity.growth <= plain.growth || MayGrow(entity),
-                "grows, which only those may that expire within 32 steps and are not smart");
+                "grows, but only entities that expire within 32 steps and are not smart can grow");
 }
 
-// Removes the last entities until there are no more than may be, of all and of smart ones.
+// Drops entities from the end until the limits of all and of smart entities hold.
 void DropLastEntities(size_t entity_count_max, std::vector<Entity>* entities) {
   size_t smart_count = 0;
   size_t kept_count = 0;

@@ -11,13 +11,13 @@
 
 namespace procgen {
 
-// The bounds of a world in a snapshot. They are far beyond what the games reach, and near enough
-// that a step of any world within them is quick and computes with finite numbers only.
+// The limits of a world in a snapshot. They are far beyond what the games reach, and small enough
+// that a step of any world within them is fast and computes with finite numbers only.
 inline constexpr size_t kEntityCountMax = 1024;
 inline constexpr size_t kSmartEntityCountMax = 128;
-inline constexpr int32_t kRememberedStepMax = 1000000;  // of steps in games' memories, either sign
+inline constexpr int32_t kRememberedStepMax = 1000000;  // stored step numbers, either sign
 inline constexpr float kPlaceMax = 1000;                // cells, either sign
-inline constexpr float kSpeedMax = 8;                   // cells a step
+inline constexpr float kSpeedMax = 8;                   // cells per step
 inline constexpr float kHalfSizeMax = 256;              // cells
 
 // Whether `entity` is of `kind` and will never be removed.
@@ -25,11 +25,11 @@ inline bool IsThereForGood(const Entity& entity, int kind) {
   return entity.kind == kind && !entity.marked && !entity.auto_remove && entity.expiry <= 0;
 }
 
-// What changes of a world while a level is played: cells, entities in their order, controls and
-// the shared random integer. Cells are saved in runs: kind, count, kind, count ... from the bottom
-// row up. While restoring, `world` is a new level's and the grid keeps its size.
-// At most `entity_count_max` entities, which is at most kEntityCountMax. Where the archive
-// saturates, the last entities go if there are too many.
+// Visits the state of a world that changes while a level is played: cells, entities in order,
+// controls and the shared random integer. Cells are saved as runs, kind, count, kind, count ...,
+// from the bottom row up. `entity_count_max`: at most kEntityCountMax; if the archive saturates,
+// entities beyond it are dropped from the end.
+// REQUIRES when restoring: `world` is that of a new level. The grid keeps its size.
 void VisitWorld(StateArchive& archive, World& world, size_t entity_count_max = kEntityCountMax);
 
 }  // namespace procgen

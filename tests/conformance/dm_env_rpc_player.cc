@@ -13,7 +13,7 @@ namespace {
 namespace dm = ::dm_env_rpc::v1;
 
 constexpr uint64_t kAction = 1;
-// As server/dm_env_rpc/README.md numbers them.
+// UIDs, as listed in server/dm_env_rpc/README.md.
 constexpr uint64_t kRgb = 1;
 constexpr uint64_t kReward = 2;
 constexpr uint64_t kLevelSeed = 3;
@@ -50,7 +50,7 @@ dm::CreateWorldRequest CreateRequest(const Trace& trace) {
   return request;
 }
 
-// An agent of dm_env_rpc that has joined a world of its own.
+// A dm_env_rpc agent that has created and joined a world.
 class Agent {
  public:
   static absl::StatusOr<std::unique_ptr<Agent>> Join(const std::string& address,
@@ -118,7 +118,7 @@ class Agent {
       stream_;
 };
 
-// Adds the rows of a batch's tensor, or the scalar of a single environment.
+// Appends the rows of a batch's tensor, or the scalar of a single environment.
 template <typename Array, typename Element>
 void Append(const Array& array, std::vector<Element>* elements) {
   elements->insert(elements->end(), array.begin(), array.end());
@@ -132,7 +132,7 @@ std::vector<uint64_t> Wanted(bool with_pictures) {
   return wanted;
 }
 
-// What of a step is of the episode that goes on or ends, and what of the observation.
+// Appends the fields of the episode that was stepped; AppendShown those of the observation.
 void AppendOutcome(const dm::StepResponse& step, Observed* observed) {
   Append(step.observations().at(kReward).floats().array(), &observed->rewards);
   Append(step.observations().at(kPrevLevelSeed).int32s().array(), &observed->prev_level_seeds);
@@ -173,8 +173,8 @@ class BatchPlayer final : public Player {
   std::vector<uint64_t> wanted_;
 };
 
-// Each environment as a world of its own, in the protocol's states. Procgen 0.10.7 shows
-// the next episode with the step that ends one; here that takes another step.
+// Each environment as a separate world. Where a step ends an episode, upstream returns the first
+// observation of the next one; dm_env_rpc needs another step for it.
 class SinglesPlayer final : public Player {
  public:
   SinglesPlayer(std::vector<std::unique_ptr<Agent>> agents, bool with_pictures)

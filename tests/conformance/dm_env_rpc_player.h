@@ -10,14 +10,14 @@
 
 namespace procgen {
 
-// Both play through dm_env_rpc on the server at `address`, which draws with its own art. Errors: as
-// the server's.
+// Both play through dm_env_rpc on the server at `address`, which draws with its own art. Errors:
+// those of the server.
 
 // All environments as one batched world.
 absl::StatusOr<std::unique_ptr<Player>> MakeBatchedWorldPlayer(const Trace& trace,
                                                                const std::string& address,
                                                                bool with_pictures);
-// Each environment as a world of its own. REQUIRES: no action of the trace is -1.
+// Each environment as a separate world. REQUIRES: no action of the trace is -1.
 absl::StatusOr<std::unique_ptr<Player>> MakeSingleWorldsPlayer(const Trace& trace,
                                                                const std::string& address,
                                                                bool with_pictures);

@@ -1,4 +1,4 @@
-// The recordings that come with the code, played through dm_env_rpc.
+// The golden recordings, replayed through dm_env_rpc.
 
 #include <algorithm>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The program procgen-conformance must be able to fail: it is run on recordings that were changed.
+// procgen-conformance must be able to fail: it is run on modified recordings.
 
 #include <fstream>
 #include <sstream>
@@ -48,7 +48,7 @@ TEST(ProcgenConformanceTest, PassesOnGoldenRecordings) {
   EXPECT_THAT(outcome.output, HasSubstr("\n2 passed, 0 failed, 0 skipped\n"));
 }
 
-// Arrays follow the header: 59 bytes of actions, then rewards of 60 rows, and so on.
+// The arrays follow the header: 59 bytes of actions, then 60 rows of rewards, and so on.
 TEST(ProcgenConformanceTest, OneChangedByteFailsAndIsNamed) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, kMaze));
   const size_t arrays = contents.find('\n') + 1;
@@ -68,7 +68,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfARewardFails) {
   EXPECT_THAT(outcome.output, HasSubstr(": step 2, environment 0, reward: expected "));
 }
 
-TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
+TEST(ProcgenConformanceTest, OneChangedBitOfAnObservationDigestFails) {
   std::string contents = Contents(absl::StrCat(kGoldenFolder, "maze.memory.mono-restrict.trace"));
   contents.back() ^= 1;
   const ProgramRun outcome = Replay(Written(contents));
@@ -76,7 +76,7 @@ TEST(ProcgenConformanceTest, OneChangedBitOfAPicturesDigestFails) {
   EXPECT_THAT(outcome.output, HasSubstr(": step 200, environment 1, observation_fnv1a: expected "));
 }
 
-// Pictures that were drawn with art are compared where there is art, and only there.
+// Observations drawn with art are compared if and only if the program draws with an art folder.
 TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
   const std::string recording = absl::StrCat(kGoldenFolder, "maze.easy.upstream-art.trace");
   const TemporaryFolder temporary;
@@ -88,11 +88,11 @@ TEST(ProcgenConformanceTest, OtherArtThanTheRecordingsFails) {
   EXPECT_EQ(Replay(recording).exit_status, 0);
 }
 
-TEST(ProcgenConformanceTest, AFolderWithoutArtIsRefused) {
+TEST(ProcgenConformanceTest, AFolderWithoutArtIsRejected) {
   const ProgramRun outcome =
       Replay(absl::StrCat("--art_dir ", kGoldenFolder, " ", kGoldenFolder, kMaze));
   EXPECT_EQ(outcome.exit_status, 2);
-  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 pictures cannot be used"));
+  EXPECT_THAT(outcome.output, HasSubstr("329 of 329 images are missing or invalid"));
 }
 
 TEST(ProcgenConformanceTest, ATruncatedFileFailsAndSaysWhere) {
@@ -118,7 +118,7 @@ TEST(ProcgenConformanceTest, AnUnknownGameFails) {
   EXPECT_THAT(outcome.output, HasSubstr("no game is named \"mazes\""));
 }
 
-TEST(ProcgenConformanceTest, WithoutFilesItSaysHowItIsUsed) {
+TEST(ProcgenConformanceTest, WithoutFilesItPrintsTheUsage) {
   const ProgramRun outcome = Replay("");
   EXPECT_EQ(outcome.exit_status, 2);
   EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-conformance"));

@@ -9,12 +9,12 @@
 
 namespace procgen {
 
-// The lines of a gzipped file, each a JSON object. Ends the program if the file cannot be read.
+// Reads a gzipped file with one JSON object per line. Ends the program if the file cannot be read.
 std::vector<nlohmann::json> ReadGzippedJsonLines(const std::string& path);
 
-// The state of `game` in the form of the recorded ones that can be compared: time, world,
-// background, background_offset, step_int, entities and, with_grid, grid (rows from the bottom up,
-// run-length coded).
+// The state of `game` in the format of the recorded states, as far as they can be compared: time,
+// world, background, background_offset, step_int, entities and, with_grid, grid (rows from the
+// bottom up, run-length encoded).
 nlohmann::json StateOf(const Game& game, bool with_grid);
 
 }  // namespace procgen

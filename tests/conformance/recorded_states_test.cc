@@ -1,6 +1,6 @@
-// Levels and steps of every game against the recorded states of Procgen
-// 0.10.7: the world, every entity field, every cell and the number of draws taken. Skipped where
-// the recordings are not beside the checkout.
+// Levels and steps of every game, compared with recorded states of Procgen 0.10.7: the world, every
+// entity field, every cell and the number of draws. Skipped if the recordings are not next to the
+// checkout.
 
 #include "tests/conformance/recorded_states.h"
 
@@ -17,14 +17,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Floats are recorded with nine digits, which name one f32 each.
+// Floats are recorded with nine digits, which identify an f32.
 bool SameNumber(const Json& expected, const Json& got) {
   return expected.get<float>() == got.get<float>();
 }
 
-// The first place at which `got` is not as recorded; empty if none. Members that only one side has
-// do not count.
-// NOLINTNEXTLINE(misc-no-recursion): as deep as what is recorded
+// Returns the first difference between `got` and the recording; empty: none. Ignores members that
+// only one side has.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the recording
 std::string FirstDifference(const std::string& place, const Json& expected, const Json& got) {
   if (expected.is_object()) {
     for (const auto& [name, value] : expected.items()) {
@@ -82,7 +82,7 @@ class RecordedStatesTest : public testing::Test {
  protected:
   void SetUp() override {
     if (ReferenceFolder().empty()) {
-      GTEST_SKIP() << "no recordings beside the checkout";
+      GTEST_SKIP() << "no recordings next to the checkout";
     }
   }
 };
@@ -99,7 +99,7 @@ TEST_F(RecordedStatesTest, FreshLevelsAreAsRecorded) {
   }
 }
 
-// Replays the episodes of a recording up to the step in which each ends.
+// Replays the episodes of a recording, each up to the step in which it ends.
 void ExpectStepsAsRecorded(const Recording& recording) {
   std::unique_ptr<Game> game;
   bool ended = false;

@@ -6,14 +6,14 @@
 
 namespace procgen {
 
-// The folder of recordings of Procgen 0.10.7 beside a checkout, and that of its art; an
-// empty text where there is none.
+// The folders with recordings of Procgen 0.10.7 and with its art, next to the checkout; an empty
+// string if there is no such folder.
 std::string ReferenceFolder();
 std::string UpstreamArtFolder();
 
-// The recordings in a folder, sorted; none where there is no such folder.
+// The paths of the recordings in a folder, sorted; empty if there is no such folder.
 std::vector<std::string> TracesIn(const std::string& folder);
-// Those whose file name begins with that of the game.
+// The paths of the recordings of one game. File names begin with the name of the game.
 std::vector<std::string> TracesOf(const std::string& game, const std::string& folder);
 
 // The names of all games.

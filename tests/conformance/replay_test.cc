@@ -1,5 +1,5 @@
-// Recordings of Procgen 0.10.7, replayed by one worker and by two. Those of golden/ always;
-// those beside the checkout where there are any.
+// Recordings of Procgen 0.10.7, replayed with one worker and with two: those of golden/, and those
+// next to the checkout if there are any.
 
 #include "tools/conformance/replay.h"
 
@@ -24,8 +24,7 @@ std::string NameOf(const std::string& path) {
   return absl::StrReplaceAll(std::filesystem::path(path).stem().string(), {{".", "_"}, {"-", "_"}});
 }
 
-// Replays the file, drawing with `art` where the recording did, and returns the first difference,
-// or what else is wrong; empty: none.
+// Replays the file with `art` and returns the first difference or another error; empty: none.
 std::string Replayed(const std::string& path, int32_t worker_count,
                      const std::shared_ptr<const SharedArt>& art = nullptr) {
   const absl::StatusOr<Trace> trace = ReadTrace(path);
@@ -63,15 +62,15 @@ TEST_P(ReferenceReplayTest, AllRecordingsAreAsRecorded) {
     }
   }
   if (count == 0) {
-    GTEST_SKIP() << "no recordings of " << GetParam() << " beside the checkout";
+    GTEST_SKIP() << "no recordings of " << GetParam() << " next to the checkout";
   }
 }
 
-// With upstream's art every pixel of the agent's view is upstream's.
-TEST_P(ReferenceReplayTest, AllPicturesAreAsRecordedWithUpstreamArt) {
+// With upstream's art, every pixel of the agent's view is that of upstream.
+TEST_P(ReferenceReplayTest, AllObservationsAreAsRecordedWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
   if (paths.empty() || UpstreamArtFolder().empty()) {
-    GTEST_SKIP() << "no upstream art, or no recordings of it, beside the checkout";
+    GTEST_SKIP() << "no upstream art, or no recordings of it, next to the checkout";
   }
   const auto art = SharedArt::LoadFolder(UpstreamArtFolder());
   ASSERT_THAT(art, IsOk());

@@ -1,4 +1,4 @@
-// Pictures drawn with the art of Procgen 0.10.7, through a server that was started with it.
+// Observations drawn with the art of Procgen 0.10.7 by a server that was started with it.
 
 #include <memory>
 #include <string>
@@ -17,10 +17,10 @@ namespace {
 
 class ServedReplayTest : public testing::TestWithParam<std::string> {};
 
-TEST_P(ServedReplayTest, PicturesAreAsRecordedWithUpstreamArt) {
+TEST_P(ServedReplayTest, ObservationsAreAsRecordedWithUpstreamArt) {
   const std::vector<std::string> paths = TracesOf(GetParam(), ReferenceFolder() + "/pixels");
   if (paths.empty() || UpstreamArtFolder().empty()) {
-    GTEST_SKIP() << "no upstream art, or no recordings of it, beside the checkout";
+    GTEST_SKIP() << "no upstream art, or no recordings of it, next to the checkout";
   }
   const auto art = SharedArt::LoadFolder(UpstreamArtFolder());
   ASSERT_THAT(art, IsOk());

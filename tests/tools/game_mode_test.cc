@@ -22,16 +22,17 @@ TEST(GameModeTest, EachGameIsPlayedInEachMode) {
               testing::ElementsAre("maze easy", "maze memory", "heist easy", "heist memory"));
 }
 
-TEST(GameModeTest, AnUnknownGameIsAnsweredWithTheKnownOnes) {
+TEST(GameModeTest, AnUnknownGameIsRejectedWithTheKnownOnes) {
   EXPECT_THAT(MakeGameModes({"chess"}, {"easy"}, kKnown),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("game 'chess' is none of heist, maze")));
+                       HasSubstr("game 'chess' is not one of heist, maze")));
 }
 
-TEST(GameModeTest, AModeThatAGameLacksIsAnsweredWithItsModes) {
-  EXPECT_THAT(MakeGameModes({"heist"}, {"extreme"}, kKnown),
-              StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("mode 'extreme' is none of heist's: easy, hard, memory")));
+TEST(GameModeTest, AnUnsupportedModeIsRejectedWithTheGamesModes) {
+  EXPECT_THAT(
+      MakeGameModes({"heist"}, {"extreme"}, kKnown),
+      StatusIs(absl::StatusCode::kInvalidArgument,
+               HasSubstr("mode 'extreme' is not one of heist's modes: easy, hard, memory")));
 }
 
 }  // namespace

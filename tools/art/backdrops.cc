@@ -15,8 +15,8 @@
 namespace procgen {
 namespace {
 
-// Where a camera looks at, in shares of the world, and how far a background is shifted or has
-// scrolled: what is low is seen more often.
+// A camera position as fractions of the world, and the shift or scroll of a background. Low
+// positions are more frequent, because they are seen more often.
 struct Place {
   float x = 0;
   float y = 0;
@@ -26,7 +26,7 @@ struct Place {
 constexpr Place kPlaces[] = {
     {0.2F, 0.15F, 0.1F, 0}, {0.5F, 0.35F, 0.5F, 300}, {0.8F, 0.7F, 0.9F, 700}};
 
-// The windows of a view begin at these pixels, on both axes.
+// The first pixels of the windows of a view, on both axes.
 constexpr int kWindowStarts[] = {4, 36};
 
 void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
@@ -44,8 +44,8 @@ void CutWindows(absl::Span<const uint8_t> view, std::vector<Window>* windows) {
   }
 }
 
-// The centre of a view at a share of the world's length, moved so that the view shows nothing
-// beyond the world, or the middle if it is larger.
+// The center of a view at a fraction of the world's length, moved so that the view stays inside the
+// world; the middle if the view is larger than the world.
 float CenterInside(float share, int world_cells, float view_cells) {
   const auto length = static_cast<float>(world_cells);
   if (length <= view_cells) {
@@ -75,7 +75,7 @@ Backdrop BackgroundBackdrop(const Game& stage, const GameArt& art, int index,
   return backdrop;
 }
 
-// A backdrop of cells side by side.
+// A backdrop of adjacent cells.
 Backdrop PictureBackdrop(const GameArt& art, int image_kind, int theme, float pixels_per_cell) {
   Backdrop backdrop;
   backdrop.image_kind = image_kind;

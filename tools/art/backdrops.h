@@ -13,21 +13,21 @@
 
 namespace procgen {
 
-// A game that stands at the start of a level, for its camera, world and backgrounds.
+// A game at the start of a level, for its camera, world and backgrounds.
 std::unique_ptr<Game> StageOf(const Roles& roles);
 
-// Something that parts are seen on.
+// A background or a tiled surface that parts are seen on.
 struct Backdrop {
   int image_kind = kBackgroundBackdrop;
   std::string name;             // "background 12", "image kind 2 theme 0"
-  std::vector<Window> windows;  // pieces of it from several places
+  std::vector<Window> windows;  // samples from several places
 };
 
-// What the parts of a game may be seen on: every picture of the background's group, and each
-// backdrop that is made of an image kind's picture, in all its themes.
+// Returns the backdrops of a game: every image of its background group, and each image kind that
+// parts are seen on, in all its themes.
 std::vector<Backdrop> BackdropsOf(const Roles& roles, const Game& stage, const GameArt& art);
 
-// How many themes an image kind has in a game, at least 1.
+// The number of themes of an image kind in a game, at least 1.
 int ThemeCountOf(const Game& stage, int image_kind);
 
 }  // namespace procgen

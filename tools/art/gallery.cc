@@ -14,8 +14,8 @@
 namespace procgen {
 namespace {
 
-constexpr int32_t kLevelCount = 8;  // of each mode, on a game's sheet
-// On the overview: levels whose backgrounds differ.
+constexpr int32_t kLevelCount = 8;  // per mode, on a game's sheet
+// Levels on the overview, chosen for different backgrounds.
 constexpr int32_t kOverviewLevelCount = 3;
 constexpr int32_t kOverviewFirstEasyLevel = 5;
 constexpr int32_t kOverviewFirstHardLevel = 2;
@@ -24,7 +24,7 @@ constexpr int32_t kHumanViewSizePx = 512;
 constexpr int32_t kShownSizePx = 256;  // of every view on a sheet
 
 const GameArtSpec& ArtSpecOf(const GameSpec& spec) {
-  return spec.make(GameOptions())->art();  // a table of the game's file, that stays
+  return spec.make(GameOptions())->art();  // a constant table in the game's file
 }
 
 bool IsOnOverview(DistributionMode mode, int32_t level) {
@@ -35,7 +35,7 @@ bool IsOnOverview(DistributionMode mode, int32_t level) {
          (mode == DistributionMode::kHard && follows(kOverviewFirstHardLevel));
 }
 
-// A view as an image. `rgb`: uint8 [size_px, size_px, 3].
+// Converts a view, uint8 [size_px, size_px, 3], to an image.
 Image ImageOf(absl::Span<const uint8_t> rgb, int size_px) {
   Image image(size_px, size_px);
   const uint8_t* from = rgb.data();

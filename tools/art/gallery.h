@@ -17,22 +17,22 @@
 
 namespace procgen {
 
-// Writes the pictures of contact sheets, and keeps account of which is on which sheet: README.md,
-// "procgen-gallery". Errors of its methods: INVALID_ARGUMENT a picture cannot be written.
+// Writes the images of the contact sheets and the list of sheets (README.md, "procgen-gallery").
+// Errors of its methods: INVALID_ARGUMENT: an image cannot be written.
 // Threads: compatible (one thread at a time).
 class Gallery {
  public:
-  // The pictures go into the folder `pictures` of `folder`, which must be there. `art` must outlive
+  // Images are written to the folder `pictures` in `folder`, which must exist. `art` must outlive
   // the gallery.
   Gallery(std::string folder, const SharedArt& art);
 
-  // The sheet of a game's levels, its row on the overview, and the sheet of its sprites.
-  // `show` is told how many of how many pieces of work are done.
+  // Adds the sheet of a game's levels, its row of the overview, and the sheet of its sprites.
+  // `show` receives the numbers of done and of all parts of the work.
   absl::Status AddGame(const GameSpec& spec, absl::FunctionRef<void(int64_t, int64_t)> show);
-  // The sheet of the sprites that all games share, drawn with the art of one of them.
+  // Adds the sheet of the sprites that all games share, drawn with the art of `spec`.
   absl::Status AddSharedSprites(const GameSpec& spec);
 
-  // All sheets, as deploy/mosaic.py reads them: JSON.
+  // All sheets as JSON, the input of deploy/mosaic.py.
   std::string SheetList() const;
 
  private:
@@ -40,10 +40,10 @@ class Gallery {
 
   absl::Status AddLevel(const GameSpec& spec, DistributionMode mode, int32_t level,
                         Json* agent_views, Json* human_views);
-  // The sheet NAME_sprites.png.
+  // Adds the sheet NAME_sprites.png.
   absl::Status AddSprites(const std::string& name, absl::Span<const ArtSlot> slots,
                           const GameArt& art);
-  // Writes a picture and gives its entry of a sheet.
+  // Writes an image and appends its entry to a sheet.
   absl::Status Write(const Image& image, const std::string& name, const std::string& caption,
                      Json* entries);
 

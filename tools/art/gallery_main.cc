@@ -1,6 +1,6 @@
-// procgen-gallery: contact sheets of the games, as agents and as people see them, and of their
-// sprites. Writes single pictures and a list of sheets, then becomes deploy/mosaic.py, which draws
-// the sheets. README.md beside this file says what is on them.
+// procgen-gallery: contact sheets of the games, in the agent's and the human view, and of their
+// sprites. Writes single images and a list of sheets, then executes deploy/mosaic.py, which draws
+// the sheets. See README.md.
 
 #include <unistd.h>
 
@@ -24,7 +24,7 @@
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to draw, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::string, art_dir, "",
-          "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
+          "folder with art in the layout of Procgen 0.10.7; empty: the built-in art");
 
 namespace procgen {
 namespace {
@@ -36,8 +36,7 @@ int Fail(absl::string_view error) {
 
 int Main(const std::vector<char*>& arguments) {
   if (arguments.size() != 2) {
-    return Fail(absl::StrCat("there are ", arguments.size() - 1,
-                             " arguments beside the flags, it is one: the folder to draw into"));
+    return Fail(absl::StrCat("expected 1 argument, the output folder, got ", arguments.size() - 1));
   }
   const std::string folder = arguments[1];
   const auto request = MakeDrawingRequest(absl::GetFlag(FLAGS_games), absl::GetFlag(FLAGS_art_dir));

@@ -8,14 +8,14 @@
 
 namespace procgen {
 
-// Writes an image of opaque pixels as a PNG file. Errors: INVALID_ARGUMENT it cannot be written.
+// Writes an image of opaque pixels as a PNG file. Errors: INVALID_ARGUMENT: the file cannot be
+// written.
 absl::Status WritePng(const Image& image, const std::string& path);
 
-// `image` with each pixel as a square of factor x factor pixels.
+// Returns `image` with each pixel enlarged to factor x factor pixels.
 Image Enlarged(const Image& image, int factor);
 
-// Copies `source` into `target`, its top left corner at (left, top).
-// REQUIRES: it fits.
+// Copies `source` into `target` with its top left corner at (left, top). REQUIRES: it fits.
 void Paste(const Image& source, int left, int top, Image* target);
 
 }  // namespace procgen

@@ -7,18 +7,18 @@
 namespace procgen {
 namespace {
 
-// The intensity of an sRGB channel, by its value.
+// The linear intensity of each value of an sRGB channel.
 std::array<float, 256> MakeIntensities() {
   std::array<float, 256> intensities = {};
   for (size_t value = 0; value < intensities.size(); ++value) {
     const float share = static_cast<float>(value) / 255;
-    intensities[value] = share <= 0.04045F ? share / 12.92F  // nearly black: straight
+    intensities[value] = share <= 0.04045F ? share / 12.92F  // linear near black
                                            : std::pow((share + 0.055F) / 1.055F, 2.4F);
   }
   return intensities;
 }
 
-// The perceived share of an intensity: a cube root that is straight near black.
+// The perceived lightness of an intensity: a cube root that is linear near black.
 float Perceived(float share) {
   constexpr float kStraightBelow = 216.0F / 24389;
   constexpr float kSlope = 24389.0F / 27;
@@ -32,7 +32,7 @@ LabColor ToLab(const Rgba& pixel) {
   const float red = intensities[pixel.red];
   const float green = intensities[pixel.green];
   const float blue = intensities[pixel.blue];
-  // sRGB to XYZ, each as a share of the white's.
+  // sRGB to XYZ, relative to the white point.
   const float x = Perceived((0.4124F * red + 0.3576F * green + 0.1805F * blue) / 0.9505F);
   const float y = Perceived(0.2126F * red + 0.7152F * green + 0.0722F * blue);
   const float z = Perceived((0.0193F * red + 0.1192F * green + 0.9505F * blue) / 1.089F);

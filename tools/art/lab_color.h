@@ -7,18 +7,18 @@
 
 namespace procgen {
 
-// A colour in CIELAB (white: D65): distances in it are about as large as they look.
+// A color in CIELAB (white point D65). Distances approximate perceived differences.
 struct LabColor {
   float lightness = 0;  // [0, 100]
   float a = 0;          // green to red
   float b = 0;          // blue to yellow
 };
 
-// The colour of an sRGB pixel; its alpha is not looked at.
+// Converts an sRGB pixel. Ignores alpha.
 LabColor ToLab(const Rgba& pixel);
 
-// How different two colours look (CIE76): about 2 can just be seen side by side, black and white
-// are 100 apart.
+// The perceived difference of two colors (CIE76). About 2 is just visible side by side; black and
+// white differ by 100.
 inline float ColorDifference(const LabColor& first, const LabColor& second) {
   const float lightness = first.lightness - second.lightness;
   const float a = first.a - second.a;

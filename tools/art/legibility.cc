@@ -20,9 +20,9 @@ namespace procgen {
 namespace {
 
 constexpr size_t kPixelCount = kWindowSizePx * kWindowSizePx;
-// From this alpha on a pixel counts as covered.
+// Smallest alpha at which a pixel counts as covered.
 constexpr uint8_t kCoveredAlpha = 64;
-// A pair is as far apart as in all but this share of the places of a backdrop.
+// A pair has the distance that is exceeded in all but this fraction of the windows of a backdrop.
 constexpr double kWorstShare = 0.1;
 
 // One appearance of a part.
@@ -30,11 +30,11 @@ struct Look {
   size_t part = 0;
   Appearance appearance;
   std::bitset<kPixelCount> covered;
-  // On one backdrop, in each of its windows.
+  // The pixels on one backdrop, for each of its windows.
   std::vector<std::array<LabColor, kPixelCount>> drawn;
 };
 
-// Draws the looks of a game's parts.
+// Draws the parts of a game.
 class PartRenderer {
  public:
   PartRenderer(const Roles& roles, const Game& stage, const GameArt& art)
@@ -43,7 +43,7 @@ class PartRenderer {
     pixels_per_cell_ = kUpstreamFrameFormat.size_px / scene_.camera.cells;
   }
 
-  // Draws a part in the middle of a window.
+  // Draws a part at the center of a window.
   void Draw(const Part& part, const Appearance& appearance, Window* window) const {
     const Frame frame = {window->data(), kWindowSizePx};
     if (appearance.image_kind == kDotImage) {
@@ -89,7 +89,7 @@ class PartRenderer {
   }
 
  private:
-  // A rectangle in the middle whose corner lies on a pixel's.
+  // A centered rectangle whose corner is on a pixel corner.
   static ScreenRect Middle(double width, double height) {
     return {std::round((kWindowSizePx - width) / 2), std::round((kWindowSizePx - height) / 2),
             width, height};
@@ -106,7 +106,7 @@ void ToLab(const Window& window, std::array<LabColor, kPixelCount>* colors) {
                  [](const Rgba& pixel) { return ToLab(pixel); });
 }
 
-// The pixels that either of two looks covers.
+// The pixels that at least one of two looks covers.
 std::vector<size_t> CoveredByEither(const Look& first, const Look& second) {
   std::vector<size_t> pixels;
   for (size_t i = 0; i < kPixelCount; ++i) {
@@ -117,7 +117,8 @@ std::vector<size_t> CoveredByEither(const Look& first, const Look& second) {
   return pixels;
 }
 
-// How many pixels the smaller look covers; the backdrop covers none and is as large as the other.
+// The number of pixels of the smaller look. The backdrop covers none and counts as large as the
+// part.
 size_t SmallerSize(const Look& first, const Look& second) {
   const size_t first_size = first.covered.count();
   const size_t second_size = second.covered.count();
@@ -135,13 +136,13 @@ float TotalDifference(const std::array<LabColor, kPixelCount>& first,
   return sum;
 }
 
-// The window of a backdrop that decides, and the distance there.
+// The window of a backdrop that determines the distance.
 struct WorstWindow {
   size_t window = 0;
   float distance = 0;
 };
 
-// `distances`: of each window.
+// `distances`: one per window.
 WorstWindow Decide(const std::vector<float>& distances) {
   std::vector<WorstWindow> windows;
   for (size_t i = 0; i < distances.size(); ++i) {
@@ -165,7 +166,7 @@ class Comparison {
  public:
   Comparison(const Roles& roles, const PartRenderer& renderer, std::vector<Look> looks)
       : roles_(roles), renderer_(renderer), looks_(std::move(looks)) {
-    // The backdrop counts as one part more.
+    // The backdrop counts as an additional part.
     const size_t count = roles.parts.size();
     likenesses_.resize(count * (count + 1));
   }
@@ -222,7 +223,7 @@ class Comparison {
 
   void Compare(const Look& first, const Look& second, const Backdrop& backdrop) {
     if (first.drawn.empty() || second.drawn.empty()) {
-      return;  // one of them is never seen here
+      return;  // one of them is never seen on this backdrop
     }
     const std::vector<size_t> pixels = CoveredByEither(first, second);
     const auto size = static_cast<float>(std::max<size_t>(1, SmallerSize(first, second)));

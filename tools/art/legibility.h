@@ -13,22 +13,22 @@
 
 namespace procgen {
 
-// A piece of an agent's view with a thing, or nothing, in its middle: opaque pixels, row by row.
+// A crop of an agent's view, with a part or nothing at its center: opaque pixels, row by row.
 inline constexpr int kWindowSizePx = 24;
 using Window = std::array<Rgba, kWindowSizePx * kWindowSizePx>;
 
-// What a part shows.
+// The image of a part.
 struct Appearance {
   int image_kind = kDotImage;
   int theme = 0;
 };
 
-// How hard two parts are to tell apart, or a part from the backdrop behind it, at their worst.
+// The smallest distance between two parts, or between a part and its backdrop.
 struct Likeness {
   const Part* first = nullptr;
   const Part* second = nullptr;  // null: the backdrop
   float distance = 0;            // README.md, "The distance"
-  // Where it is that small.
+  // Where the distance is smallest.
   Appearance first_appearance;
   Appearance second_appearance;
   std::string backdrop;  // "background 12", "image kind 2 theme 0"
@@ -36,8 +36,9 @@ struct Likeness {
   Window second_window;
 };
 
-// Compares all parts of a game that must be told apart, and each with its backdrops; the least
-// distance first. `show` is told how many of how many backdrops are done.
+// Compares all pairs of parts of a game that must be distinguishable, and each part with its
+// backdrops. Returns them by distance, smallest first. `show` receives the numbers of done and of
+// all backdrops.
 std::vector<Likeness> CompareParts(const Roles& roles, const SharedArt& art,
                                    absl::FunctionRef<void(int64_t, int64_t)> show);
 

@@ -1,5 +1,5 @@
-// procgen-legibility: can what matters in a game be told apart at the size that an agent sees it?
-// README.md beside this file says how it measures.
+// procgen-legibility: measures whether the parts of a game can be distinguished at the size that an
+// agent sees. See README.md.
 
 #include <algorithm>
 #include <iostream>
@@ -21,9 +21,9 @@
 
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to measure, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::string, art_dir, "",
-          "folder of art in the layout of Procgen 0.10.7; empty: the built-in art");
-ABSL_FLAG(double, minimum, 0, "the least distance that is good enough, at least 0");
-ABSL_FLAG(std::string, crops, "", "folder for an enlarged picture of each pair; empty: none");
+          "folder with art in the layout of Procgen 0.10.7; empty: the built-in art");
+ABSL_FLAG(double, minimum, 0, "smallest distance that passes, at least 0");
+ABSL_FLAG(std::string, crops, "", "folder for an enlarged image of each pair; empty: none");
 
 namespace procgen {
 namespace {
@@ -51,7 +51,7 @@ std::string AppearanceName(const Part* part, const Appearance& appearance) {
   return absl::StrCat(appearance.image_kind, ".", appearance.theme);
 }
 
-// The two windows side by side, enlarged.
+// Writes the two windows side by side, enlarged.
 absl::Status WriteCrop(const Likeness& likeness, const std::string& path) {
   constexpr int kSizePx = kWindowSizePx * kCropFactor;
   Image crop(2 * kSizePx + kCropGapPx, kSizePx);
@@ -85,10 +85,10 @@ absl::Status WriteCrops(const Roles& roles, const std::vector<Likeness>& likenes
   return absl::OkStatus();
 }
 
-// The table of a game; the least pair is in bold type.
+// Prints the table of a game, with the closest pair in bold.
 void PrintTable(const Roles& roles, const std::vector<Likeness>& likenesses) {
   std::cout << "\n## " << roles.game
-            << "\n\n| distance | part | role | told from | role | shows | shows | on |\n"
+            << "\n\n| distance | part | role | compared with | role | shows | shows | on |\n"
                "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
   bool least = true;
   for (const Likeness& likeness : likenesses) {
@@ -109,10 +109,10 @@ int64_t WeakCount(const std::vector<Likeness>& likenesses) {
   });
 }
 
-// What is wrong with the command line; empty: nothing.
+// Returns an error in the command line; empty: none.
 std::string CommandError(const std::vector<char*>& arguments) {
   if (arguments.size() > 1) {
-    return absl::StrCat("argument '", arguments[1], "': there are only flags");
+    return absl::StrCat("unexpected argument '", arguments[1], "': only flags are allowed");
   }
   if (!(absl::GetFlag(FLAGS_minimum) >= 0)) {
     return absl::StrCat("--minimum ", absl::GetFlag(FLAGS_minimum), ": must be at least 0");
@@ -153,7 +153,7 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
-      "Measures how well the parts of each game can be told apart, and prints a table a game.\n"
+      "Measures how well the parts of each game can be distinguished. Prints a table per game.\n"
       "usage: procgen-legibility [--games NAME,...] [--minimum X] [--crops FOLDER] "
       "[--art_dir FOLDER]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));

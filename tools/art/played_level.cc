@@ -11,8 +11,8 @@ namespace procgen {
 namespace {
 
 constexpr int32_t kStepsMax = 100;
-constexpr int32_t kActionSteps = 5;  // so long an action is held
-// RIGHT (7) and RIGHT+UP (8) more often than others, since that is where platform games lie.
+constexpr int32_t kActionSteps = 5;  // steps that an action is held
+// RIGHT (7) and RIGHT+UP (8) are more frequent, because platform games progress to the right.
 constexpr int32_t kActions[] = {0, 1, 2, 3, 4, 5, 6, 7, 7, 8, 8, 9, 10, 11, 12, 13, 14};
 
 }  // namespace
@@ -35,7 +35,7 @@ std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, i
   for (size_t step = 0; step < actions.size(); ++step) {
     game->Play(actions[step]);
     if (game->outcome().done) {
-      // Once more from the start, without the step that ended it.
+      // Starts again without the step that ended the level.
       actions.resize(step);
       game = spec.make(resolved);
       game->StartLevel(level_seed);

@@ -9,8 +9,8 @@
 
 namespace procgen {
 
-// A level in which somebody has got about for a while, with random actions, so that there is
-// something to see: at most 100 steps, and none that ends the level. The same each time.
+// Returns a level after up to 100 steps with random actions, so that it shows more than its start.
+// No step ends the level. Equal arguments give equal levels.
 std::unique_ptr<Game> PlayedLevel(const GameSpec& spec, DistributionMode mode, int32_t level_seed);
 
 }  // namespace procgen

@@ -21,7 +21,7 @@ absl::StatusOr<std::vector<const GameSpec*>> FindGames(const std::vector<std::st
     const GameSpec* game = FindGame(name);
     if (game == nullptr) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "game '", name, "' is none of ",
+          "game '", name, "' is not one of ",
           absl::StrJoin(GameCatalog(), ", ", [](std::string* out, const GameSpec& known) {
             absl::StrAppend(out, known.name);
           })));
@@ -58,7 +58,7 @@ absl::Status MakeFolder(const std::string& folder) {
   std::filesystem::create_directories(folder, error);
   if (error) {
     return absl::InvalidArgumentError(
-        absl::StrCat("cannot make the folder '", folder, "': ", error.message()));
+        absl::StrCat("cannot create the folder '", folder, "': ", error.message()));
   }
   return absl::OkStatus();
 }

@@ -12,20 +12,21 @@
 
 namespace procgen {
 
-// What a program is asked to draw.
+// What to draw, from the command line.
 struct DrawingRequest {
   std::vector<const GameSpec*> games;
   std::shared_ptr<const SharedArt> art;
 };
 
-// The games of these names, or all if there are none, with the art of a folder in the layout
-// of Procgen 0.10.7, or the built-in art if `art_dir` is empty. Errors: INVALID_ARGUMENT a name
-// that no game has (the message says which there are); for the folder as SharedArt::LoadFolder.
+// Returns the games with these names, or all games if there are none, and the art to draw with.
+// `art_dir`: a folder in the layout of Procgen 0.10.7; empty: the built-in art. Errors:
+// INVALID_ARGUMENT: no game has the name (the message lists the games); for the folder as
+// SharedArt::LoadFolder.
 absl::StatusOr<DrawingRequest> MakeDrawingRequest(const std::vector<std::string>& game_names,
                                                   const std::string& art_dir);
 
-// Makes a folder and those above it, unless they are there. Errors: INVALID_ARGUMENT it cannot be
-// made.
+// Creates a folder and its parents if they do not exist. Errors: INVALID_ARGUMENT: it cannot be
+// created.
 absl::Status MakeFolder(const std::string& folder);
 
 }  // namespace procgen

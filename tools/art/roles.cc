@@ -1,5 +1,5 @@
-// Who plays which role: facts of the games, from their specification. Sizes are those that entities
-// and cells have on the screen.
+// The roles of the parts of each game, from the specification. Sizes are those of entities and
+// cells on the screen.
 
 #include "tools/art/roles.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Part kBigFish[] = {
     {"agent", Role::kAgent, {0}},
-    // As large as the agent: smaller or larger ones are told by their size.
+    // At the size of the agent; other fish can be distinguished by size.
     {"fish", Role::kKills, {2}, 1, 1, true},
 };
 
@@ -149,7 +149,7 @@ constexpr Part kNinja[] = {
     {"fire", Role::kKills, {14}},         {"bricks", Role::kBlocks, {20}},
 };
 
-// The player's ship is one of these; it is told by its place.
+// The player's ship has one of these images; its position distinguishes it.
 constexpr Part kPlunder[] = {
     {"cannon ball", Role::kHarmless, {1}, 0.5F, 0.5F},
     {"panel", Role::kBlocks, {6}, 2.4F, 1},

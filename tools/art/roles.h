@@ -12,20 +12,20 @@
 
 namespace procgen {
 
-// What a thing means to a player.
+// The meaning of an object to a player.
 enum class Role {
   kAgent,
   kKills,     // or costs
   kPays,      // or is the goal
   kBlocks,    // stops the agent
-  kHarmless,  // none of these: decoration, the agent's own shots, what may be walked on
-  kNamed,     // matters by which one it is: the red key, the lock of the red key
+  kHarmless,  // none of these: decoration, the agent's own shots, walkable ground
+  kNamed,     // its identity matters: the red key, the lock of the red key
 };
 
 // "agent", "kills", ...
 absl::string_view RoleName(Role role);
 
-// A few image kinds.
+// A short list of image kinds.
 class ImageKinds {
  public:
   static constexpr size_t kCountMax = 5;
@@ -44,21 +44,21 @@ class ImageKinds {
   size_t count_ = 0;
 };
 
-// In the place of an image kind: the flat square of CellDots.
+// Instead of an image kind: the flat square of CellDots.
 inline constexpr int kDotImage = -1;
-// In the place of a backdrop's image kind: the game's background pictures.
+// Instead of a backdrop's image kind: the game's background images.
 inline constexpr int kBackgroundBackdrop = -1;
 
-// A thing that plays a part in a game.
+// An object with a role in a game.
 struct Part {
   absl::string_view name;
   Role role = Role::kHarmless;
-  ImageKinds image_kinds = {};  // all that it shows itself as
-  float width = 1;              // of its picture, cells
+  ImageKinds image_kinds = {};  // all image kinds it is shown with
+  float width = 1;              // of its image, cells
   float height = 1;
-  bool keeps_ratio = false;  // the picture keeps its ratio and fits in the box, else it fills it
+  bool keeps_ratio = false;  // the image fits into the box with its ratio, else it fills the box
   int first_theme = 0;
-  int last_theme = std::numeric_limits<int>::max();  // or the last that there is
+  int last_theme = std::numeric_limits<int>::max();  // clipped to the number of themes
   ImageKinds backdrops = {kBackgroundBackdrop};      // what it may be seen on
 };
 
@@ -69,14 +69,14 @@ struct Roles {
   absl::Span<const Part> parts;
 };
 
-// One for each game, sorted by name.
+// The roles of all games, sorted by game.
 absl::Span<const Roles> AllRoles();
 
-// That of a game. REQUIRES: the suite has it.
+// The roles of one game. REQUIRES: the catalog has the game.
 const Roles& RolesOf(absl::string_view game);
 
-// Whether a player must tell one from the other: they play different roles, or matter by which one
-// they are. (That each part must be told from the backdrop behind it is not said here.)
+// Whether a player must be able to distinguish two parts: they have different roles, or both are
+// kNamed. Backdrops are handled elsewhere.
 bool MustDiffer(const Part& a, const Part& b);
 
 }  // namespace procgen

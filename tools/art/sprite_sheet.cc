@@ -14,10 +14,10 @@ constexpr Rgba kBackdropColors[] = {{226, 224, 214, 255}, {44, 48, 60, 255}};
 constexpr int kLargeSizePx = 168;
 constexpr int kMarginPx = 4;
 constexpr int kSmallSidesPx[] = {4, 6, 9};
-constexpr int kSmallFactor = 8;  // times which they are enlarged
+constexpr int kSmallFactor = 8;  // factor for the small images
 constexpr int kSmallHeightPx = 9 * kSmallFactor + 2 * kMarginPx;
 
-// The largest rectangle of the picture's proportions in the middle of a square.
+// The largest centered rectangle with the image's aspect ratio.
 ScreenRect InMiddle(const MipmappedImage& picture, int size_px, double length_px) {
   const Image& image = picture.level(0);
   const double scale = length_px / std::max(image.width(), image.height());
@@ -26,7 +26,7 @@ ScreenRect InMiddle(const MipmappedImage& picture, int size_px, double length_px
   return {(size_px - width) / 2, (size_px - height) / 2, width, height};
 }
 
-// A square of one colour.
+// A square of one color.
 Image PlainBackdrop(int size_px, const Rgba& color) {
   Image image(size_px, size_px);
   std::fill_n(image.Row(0), size_px * size_px, color);

@@ -6,8 +6,8 @@
 
 namespace procgen {
 
-// A sprite as it is looked at when it is drawn: large, and under it as an agent sees it, 4, 6 and 9
-// pixels long, each pixel enlarged; on a light backdrop to the left and a dark one to the right.
+// A sprite as shown on a sheet: large, and below it 4, 6 and 9 pixels long as an agent sees it,
+// each pixel enlarged. On a light backdrop at the left and a dark one at the right.
 Image SpriteSheet(const MipmappedImage& picture);
 
 }  // namespace procgen

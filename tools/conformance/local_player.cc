@@ -50,7 +50,7 @@ absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int3
   options.env_count = trace.env_count;
   options.environment = trace.options;
   options.art = std::move(art);
-  // The calling thread is a worker, too.
+  // The calling thread is a worker too.
   auto pool = Pool::Create(options, std::make_shared<WorkerPool>(worker_count - 1));
   if (!pool.ok()) {
     return pool.status();

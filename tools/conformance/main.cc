@@ -1,4 +1,4 @@
-// procgen-conformance FILE...: replays recordings and compares every observed value with them.
+// procgen-conformance FILE...: replays recordings and compares every result.
 
 #include <iostream>
 #include <memory>
@@ -18,9 +18,10 @@ ABSL_FLAG(
     std::string, server, "",
     "replay through the server at this address, e.g. 127.0.0.1:50051; empty: in this process");
 ABSL_FLAG(std::string, art_dir, "",
-          "folder of the art of Procgen 0.10.7: draws with it and compares the pictures that were "
-          "recorded with it, too; with --server, it only says that the server draws with it");
-ABSL_FLAG(int32_t, workers, 1, "threads that step the environments in this process, at least 1");
+          "folder with the art of Procgen 0.10.7: draws with it and also compares the observations "
+          "that were recorded with it; with --server: the server draws with that art");
+ABSL_FLAG(int32_t, workers, 1,
+          "threads that step the environments in this process, at least 1; unused with --server");
 
 namespace procgen {
 namespace {
@@ -31,42 +32,42 @@ constexpr char kUsage[] =
 enum class Verdict { kPassed, kFailed, kSkipped };
 
 // How recordings are replayed.
-struct Stage {
-  std::string server;                    // its address; empty: this process
-  std::shared_ptr<const SharedArt> art;  // drawn with in this process; null: the built-in art
-  bool has_upstream_art = false;         // what is drawn with is upstream's art
+struct ReplayTarget {
+  std::string server;                    // address; empty: in this process
+  std::shared_ptr<const SharedArt> art;  // art to draw with in this process; null: the built-in art
+  bool has_upstream_art = false;         // whether the observations are drawn with upstream's art
 };
 
-absl::StatusOr<Stage> MakeStage() {
-  Stage stage;
-  stage.server = absl::GetFlag(FLAGS_server);
+absl::StatusOr<ReplayTarget> MakeReplayTarget() {
+  ReplayTarget target;
+  target.server = absl::GetFlag(FLAGS_server);
   const std::string folder = absl::GetFlag(FLAGS_art_dir);
-  stage.has_upstream_art = !folder.empty();
-  if (stage.has_upstream_art && stage.server.empty()) {
+  target.has_upstream_art = !folder.empty();
+  if (target.has_upstream_art && target.server.empty()) {
     auto art = SharedArt::LoadFolder(folder);
     if (!art.ok()) {
       return art.status();
     }
-    stage.art = *std::move(art);
+    target.art = *std::move(art);
   }
-  return stage;
+  return target;
 }
 
-absl::StatusOr<std::unique_ptr<Player>> MakePlayer(const Stage& stage, const Trace& trace,
+absl::StatusOr<std::unique_ptr<Player>> MakePlayer(const ReplayTarget& target, const Trace& trace,
                                                    bool with_pictures) {
-  return stage.server.empty()
-             ? MakeLocalPlayer(trace, absl::GetFlag(FLAGS_workers), with_pictures, stage.art)
-             : MakeRemotePlayer(trace, stage.server, with_pictures);
+  return target.server.empty()
+             ? MakeLocalPlayer(trace, absl::GetFlag(FLAGS_workers), with_pictures, target.art)
+             : MakeRemotePlayer(trace, target.server, with_pictures);
 }
 
-Verdict Replay(const Stage& stage, const std::string& path) {
+Verdict Replay(const ReplayTarget& target, const std::string& path) {
   const absl::StatusOr<Trace> trace = ReadTrace(path);
   if (!trace.ok()) {
     std::cout << path << ": " << trace.status() << "\n";
     return Verdict::kFailed;
   }
-  const bool with_pictures = trace->HasComparablePictures(stage.has_upstream_art);
-  absl::StatusOr<std::unique_ptr<Player>> player = MakePlayer(stage, *trace, with_pictures);
+  const bool with_pictures = trace->HasComparablePictures(target.has_upstream_art);
+  absl::StatusOr<std::unique_ptr<Player>> player = MakePlayer(target, *trace, with_pictures);
   if (absl::IsUnimplemented(player.status())) {
     std::cout << path << ": skipped: " << player.status().message() << "\n";
     return Verdict::kSkipped;
@@ -82,19 +83,19 @@ Verdict Replay(const Stage& stage, const std::string& path) {
 
 int Main(const std::vector<char*>& arguments) {
   if (arguments.size() < 2 || absl::GetFlag(FLAGS_workers) < 1) {
-    std::cerr << kUsage << "\nat least one file is needed, and N must be at least 1\n";
+    std::cerr << kUsage << "\nat least one FILE is required, and N must be at least 1\n";
     return 2;
   }
-  const absl::StatusOr<Stage> stage = MakeStage();
-  if (!stage.ok()) {
-    std::cerr << "procgen-conformance: --art_dir: " << stage.status().message() << "\n";
+  const absl::StatusOr<ReplayTarget> target = MakeReplayTarget();
+  if (!target.ok()) {
+    std::cerr << "procgen-conformance: --art_dir: " << target.status().message() << "\n";
     return 2;
   }
   int passed = 0;
   int failed = 0;
   int skipped = 0;
   for (size_t i = 1; i < arguments.size(); ++i) {
-    switch (Replay(*stage, arguments[i])) {
+    switch (Replay(*target, arguments[i])) {
       case Verdict::kPassed:
         ++passed;
         break;
@@ -115,7 +116,6 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(absl::StrCat(
-      "Replays recordings of Procgen 0.10.7 and compares every value that is observed.\n",
-      procgen::kUsage));
+      "Replays recordings of Procgen 0.10.7 and compares every result.\n", procgen::kUsage));
   return procgen::Main(absl::ParseCommandLine(argc, argv));
 }

@@ -14,7 +14,7 @@
 
 namespace procgen {
 
-// What E environments tell after a step, or after their creation.
+// The results of E environments after a step, or after their creation.
 struct Observed {
   std::vector<float> rewards;                // [E]
   std::vector<uint8_t> first;                // [E]
@@ -24,22 +24,23 @@ struct Observed {
   std::vector<uint8_t> observations;         // [E, 64, 64, 3], or empty
 };
 
-// Plays the environments of a trace, here or on a server.
+// Plays the environments of a trace, in this process or on a server.
 class Player {
  public:
   virtual ~Player() = default;
-  // What is to be seen before the first step.
+  // Returns the results before the first step.
   virtual absl::Status Observe(Observed* observed) = 0;
   virtual absl::Status Step(absl::Span<const int32_t> actions, Observed* observed) = 0;
 };
 
-// Plays in this process with `worker_count` >= 1 workers and draws with `art` (null: the built-in
-// art). Errors: as Pool::Create.
+// Makes a player in this process with `worker_count` >= 1 workers. `art`: the art to draw with;
+// null: the built-in art. Errors: as Pool::Create.
 absl::StatusOr<std::unique_ptr<Player>> MakeLocalPlayer(const Trace& trace, int32_t worker_count,
                                                         bool with_pictures,
                                                         std::shared_ptr<const SharedArt> art);
 
-// Plays on the server at `address`, which draws with its own art. Errors: as the server's.
+// Makes a player on the server at `address`, which draws with its own art. Errors: those of the
+// server.
 absl::StatusOr<std::unique_ptr<Player>> MakeRemotePlayer(const Trace& trace,
                                                          const std::string& address,
                                                          bool with_pictures);

@@ -44,7 +44,7 @@ procgen::v1::PoolSpec SpecOf(const Trace& trace) {
   return spec;
 }
 
-// Deletes its pool in the end.
+// Plays on a pool of the server. Deletes the pool when destroyed.
 class RemotePlayer final : public Player {
  public:
   RemotePlayer(std::unique_ptr<procgen_client::Client> client, std::string pool,

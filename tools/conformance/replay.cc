@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// Steps are numbered from 1; "step 0" is what is observed before the first.
+// Steps are numbered from 1; step 0 is before the first step.
 std::string Difference(int32_t step, size_t environment, absl::string_view field,
                        absl::string_view expected, absl::string_view got) {
   return absl::StrCat("step ", step, ", environment ", environment, ", ", field, ": expected ",
@@ -21,7 +21,7 @@ std::string CompareField(int32_t step, absl::string_view field, const std::vecto
   const size_t offset = static_cast<size_t>(step) * got.size();
   for (size_t i = 0; i < got.size(); ++i) {
     const T& expected = expected_rows[offset + i];
-    // To the last bit, a zero's sign too.
+    // Compares bits, including the sign of zero.
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&expected, &got[i], sizeof(T)) != 0) {
       return Difference(step, i, field, absl::StrCat(expected), absl::StrCat(got[i]));

@@ -8,9 +8,10 @@
 
 namespace procgen {
 
-// Replays `trace` with `player` and compares all that is observed, rewards as bits, pictures if
-// `with_pictures` (REQUIRES: the player was made with them, and the trace has digests). Returns the
-// first difference (step, environment, field, expected, got), or an empty text.
+// Replays `trace` with `player` and compares all results. Rewards are compared as bits, and
+// observations by digest if `with_pictures`. Returns the first difference (step, environment,
+// field, expected, got), or an empty string. REQUIRES for `with_pictures`: the player returns
+// observations and the trace has digests.
 std::string FirstDifference(const Trace& trace, Player& player, bool with_pictures);
 
 }  // namespace procgen

@@ -1,5 +1,4 @@
-// procgen-random-baseline: what a random agent gets in each game, as a table. README.md beside this
-// file says which episodes count.
+// procgen-random-baseline: prints a table of a random agent's returns in each game. See README.md.
 
 #include <algorithm>
 #include <cstdint>
@@ -20,10 +19,9 @@
 ABSL_FLAG(std::vector<std::string>, games, {}, "games to play, e.g. maze,heist; empty: all");
 ABSL_FLAG(std::vector<std::string>, modes, std::vector<std::string>({"easy", "hard"}),
           "distribution modes, e.g. easy,hard");
-ABSL_FLAG(int32_t, environments, 50, "environments of a game side by side, at least 1");
-ABSL_FLAG(int32_t, episodes, 40,
-          "of each environment the first so many episodes count, at least 1");
-ABSL_FLAG(int32_t, workers, 0, "threads that step the environments; 0: one a core");
+ABSL_FLAG(int32_t, environments, 50, "environments per game, at least 1");
+ABSL_FLAG(int32_t, episodes, 40, "number of episodes to count per environment, at least 1");
+ABSL_FLAG(int32_t, workers, 0, "threads that step the environments; 0: one per core");
 ABSL_FLAG(int64_t, seed, 0, "seed of levels and actions");
 
 namespace procgen {
@@ -43,10 +41,10 @@ std::vector<std::string> AllGames() {
   return names;
 }
 
-// What is wrong with the command line; empty: nothing.
+// Returns an error in the command line; empty: none.
 std::string CommandError(const std::vector<char*>& arguments) {
   if (arguments.size() > 1) {
-    return absl::StrCat("argument '", arguments[1], "': there are only flags");
+    return absl::StrCat("unexpected argument '", arguments[1], "': only flags are allowed");
   }
   if (absl::GetFlag(FLAGS_environments) < 1 || absl::GetFlag(FLAGS_episodes) < 1) {
     return absl::StrCat("--environments ", absl::GetFlag(FLAGS_environments), " --episodes ",
@@ -103,7 +101,7 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
-      "Plays episodes with random actions and prints what they return.\n"
+      "Plays episodes with random actions and prints their mean returns.\n"
       "usage: procgen-random-baseline [--games NAME,...] [--modes NAME,...] [--environments N] "
       "[--episodes N] [--workers N] [--seed N]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));

@@ -14,14 +14,14 @@
 namespace procgen {
 namespace {
 
-// Sums over the episodes that count.
+// Sums over the counted episodes.
 class EpisodeSums {
  public:
   explicit EpisodeSums(const RandomPlay& play)
       : episodes_per_environment_(play.episodes_per_environment),
         episode_counts_(static_cast<size_t>(play.env_count)) {}
 
-  // Environment `index` has ended an episode.
+  // Records that environment `index` has ended an episode.
   void Add(size_t index, float episode_return, int32_t length) {
     if (episode_counts_[index] == episodes_per_environment_) {
       return;
@@ -51,7 +51,7 @@ class EpisodeSums {
 
  private:
   const int32_t episodes_per_environment_;
-  std::vector<int32_t> episode_counts_;  // of each environment
+  std::vector<int32_t> episode_counts_;  // counted episodes, by environment
   int64_t count_ = 0;
   double return_sum_ = 0;
   double square_sum_ = 0;

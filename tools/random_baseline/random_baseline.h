@@ -10,13 +10,13 @@
 namespace procgen {
 
 struct RandomPlay {
-  int32_t env_count = 50;                 // environments side by side
-  int32_t episodes_per_environment = 40;  // of each the first ones count
-  int32_t worker_count = 1;               // threads, the calling one among them
+  int32_t env_count = 50;                 // environments of the pool
+  int32_t episodes_per_environment = 40;  // the first episodes of each environment
+  int32_t worker_count = 1;               // threads, including the calling one
   int64_t seed = 0;                       // of levels and actions
 };
 
-// Returns of episodes of random play.
+// Statistics of the returns of random play.
 struct ReturnStatistics {
   int64_t episode_count = 0;
   double return_mean = 0;
@@ -24,11 +24,10 @@ struct ReturnStatistics {
   double length_mean = 0;   // steps
 };
 
-// Plays a game in a mode on all levels, each action drawn evenly from all of them, and counts the
-// first episodes of each environment: the first to end among all environments would be too often
-// short ones. Equal arguments but the workers' number give equal results. `show` is called now and
-// then with the number of episodes that count so far. Errors: as Pool::Create. REQUIRES: counts
-// above 0.
+// Plays a game with uniform random actions on unlimited levels. Counts the first episodes of each
+// environment: the first episodes of all environments together would over-represent short ones.
+// Results depend on all arguments but the number of workers. `show` is called repeatedly with the
+// number of counted episodes. Errors: as Pool::Create. REQUIRES: counts above 0.
 absl::StatusOr<ReturnStatistics> PlayRandomly(const GameMode& game_mode, const RandomPlay& play,
                                               absl::FunctionRef<void(int64_t)> show);
 

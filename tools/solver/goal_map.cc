@@ -12,7 +12,7 @@ namespace {
 
 constexpr int32_t kNoWay = -1;
 
-// The nearest in the grid.
+// The nearest cell in the grid.
 int32_t CellAt(const Grid& grid, int column, int row) {
   return grid.IndexOf(std::clamp(column, 0, grid.width() - 1),
                       std::clamp(row, 0, grid.height() - 1));
@@ -22,7 +22,8 @@ int32_t CellOf(const Grid& grid, float x, float y) {
   return CellAt(grid, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
 }
 
-// The cells whose centres lie in the entity's box; if there is none, that of its own centre.
+// Adds the cells whose centers are in the entity's box; if there is none, the cell of its own
+// center.
 void AddCells(const Grid& grid, const Entity& entity, std::vector<int32_t>* cells) {
   const size_t count_before = cells->size();
   const int first_column = static_cast<int>(std::ceil(entity.x - entity.rx - 0.5F));

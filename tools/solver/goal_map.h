@@ -11,29 +11,29 @@
 
 namespace procgen {
 
-// How far the agent is from completing its level.
+// The distance from the agent to completing its level.
 struct GoalDistance {
-  int32_t targets_left = 0;  // goals and keys still there
-  int32_t cells = 0;         // to the next of them over open cells, from side to side
-  bool has_way = true;       // false: closed cells part the agent from all of them; then `cells` is
-                             // the number of cells of the grid
+  int32_t targets_left = 0;  // remaining goals and keys
+  int32_t cells = 0;         // to the nearest target, over open cells, horizontally and vertically
+  bool has_way = true;       // false: no target is reachable; `cells` is then the size of the grid
 };
 
-// Tells how far it is to what a guide wants, through the cells of one level. Maps are made once for
-// each set of targets left and locks closed. Threads: compatible (one thread at a time).
+// Computes distances to the targets of a guide in one level. Caches a map for each set of remaining
+// targets and closed locks. Threads: compatible (one thread at a time).
 class GoalMap {
  public:
-  // `guide` must outlive it.
+  // `guide` must outlive the map.
   explicit GoalMap(const Guide& guide) : guide_(guide) {}
 
-  // To the nearest goal; where locks close every way, to the nearest key that can be reached.
-  // REQUIRES: it is always the world of the same level.
+  // Returns the distance to the nearest goal or, if locks close every path, to the nearest
+  // reachable key.
+  // REQUIRES: `world` is always of the same level.
   GoalDistance From(const World& world);
 
  private:
-  // What there is, and in which cells, by index: the maps depend on the cells.
+  // The remaining targets and their cells, by index: the maps depend on the cells.
   struct Targets {
-    int32_t count = 0;  // of goals and keys
+    int32_t count = 0;  // number of goals and keys
     std::vector<int32_t> goals;
     std::vector<int32_t> keys;
     std::vector<int32_t> closed_locks;
@@ -44,12 +44,12 @@ class GoalMap {
     }
   };
   struct Maps {
-    std::vector<int32_t> to_goals;  // cells to go  [height, width]; -1: no way
+    std::vector<int32_t> to_goals;  // path length in cells  [height, width]; -1: no path
     std::vector<int32_t> to_keys;
   };
 
   Targets TargetsIn(const World& world) const;
-  // Whether a lock of `theme` stays shut: its key still lies about.
+  // Whether a lock of `theme` is closed: its key has not been taken.
   bool IsShut(const World& world, int theme) const;
   std::vector<int32_t> MakeMap(const World& world, const std::vector<int32_t>& targets,
                                const std::vector<int32_t>& closed_locks) const;

@@ -25,7 +25,7 @@ constexpr int32_t kSidesAndNone[] = {kLeft, kDown, kUp, kUp, kRight, kNone};
 constexpr int32_t kMoves[] = {kLeftDown, kLeft,      kLeftUp, kDown,   kNone,
                               kUp,       kRightDown, kRight,  kRightUp};
 constexpr int32_t kRunsAndJumps[] = {kLeft, kRight, kLeftUp, kRightUp, kUp, kNone};
-// To the right, since that is where the goal is.
+// Mostly to the right, where the goal is.
 constexpr int32_t kRightwardJumps[] = {kLeft,  kLeftUp, kUp,      kNone,
                                        kRight, kRight,  kRightUp, kRightUp};
 constexpr int32_t kRightwardJumpsAndThrows[] = {

@@ -9,28 +9,29 @@
 
 namespace procgen {
 
-// What the search knows of a game. It decides where the search looks first and what tells two
-// states apart, never what counts: that is the game's own level_complete.
+// The search's knowledge of a game. It determines where the search looks first and which states it
+// distinguishes, never what counts as completed: that is the game's own level_complete.
 struct Guide {
   absl::string_view game;
-  int goal_kind = 0;                        // of cells or entities; all of them are wanted
-  std::optional<int> key_kind = {};         // of entities that are wanted first
-  std::optional<int> lock_kind = {};        // of entities that close a cell until the key of the
-                                            // same theme is taken
-  absl::Span<const int> closed_kinds = {};  // of cells that no way leads through
-  absl::Span<const int32_t> actions = {};   // to draw from; what is listed twice, twice as often
-  int32_t hold_steps_max = 1;               // steps that an action is held: 1 ... this
-  int32_t burst_steps = 1;                  // steps tried from one state before looking again
-  int32_t places_per_cell = 1;              // along a side: how finely places are told apart
-  float velocity_unit = 0;                  // velocities are told apart by it; 0: not at all
-  int32_t heading_count = 1;                // directions of the agent that are told apart
-  int32_t period_steps = 0;                 // moments so far apart are told apart; 0: not at all
+  int goal_kind = 0;                 // of cells or entities; all of them must be reached
+  std::optional<int> key_kind = {};  // of entities that must be taken first
+  std::optional<int> lock_kind =
+      {};  // of entities that close a cell until the key of the same theme is taken
+  absl::Span<const int> closed_kinds = {};  // of cells that no path crosses
+  absl::Span<const int32_t> actions =
+      {};                       // to draw from; an action listed twice is twice as likely
+  int32_t hold_steps_max = 1;   // an action is held for 1 to this many steps
+  int32_t burst_steps = 1;      // steps from one state before the search picks another
+  int32_t places_per_cell = 1;  // number of places along the side of a cell
+  float velocity_unit = 0;      // velocities are distinguished in this unit; 0: not at all
+  int32_t heading_count = 1;    // number of headings of the agent that are distinguished
+  int32_t period_steps = 0;     // times are distinguished in this unit; 0: not at all
 };
 
-// A guide for each game whose levels can be completed by getting somewhere, sorted by name.
+// The guides, sorted by game: one for each game whose levels are completed by reaching goals.
 absl::Span<const Guide> Guides();
 
-// The guide for a game; null if there is none.
+// Returns the guide of a game, or null.
 const Guide* FindGuide(absl::string_view game);
 
 }  // namespace procgen

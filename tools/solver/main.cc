@@ -1,5 +1,5 @@
-// procgen-solve: looks for a way to complete each of many levels, proves each by playing it again,
-// and tells which levels it found none for. README.md beside this file says how it searches.
+// procgen-solve: searches for a solution of each of many levels, verifies it by playing it again,
+// and reports the unsolved levels. See README.md.
 
 #include <atomic>
 #include <cstdint>
@@ -26,19 +26,20 @@
 #include "tools/solver/search.h"
 
 ABSL_FLAG(std::vector<std::string>, games, {},
-          "games whose levels are searched, e.g. maze,heist; empty: all that there is a guide for");
+          "games to search, e.g. maze,heist; empty: all games with a guide");
 ABSL_FLAG(std::vector<std::string>, modes, {"easy"}, "distribution modes, e.g. easy,hard");
 ABSL_FLAG(int32_t, first_level, 0, "seed of the first level, at least 0");
-ABSL_FLAG(int32_t, levels, 200, "number of levels, at least 1; their seeds follow one another");
-ABSL_FLAG(int32_t, workers, 2, "threads that search, each a level at a time, at least 1");
-ABSL_FLAG(int64_t, bursts, 100000, "states to try actions from before a level is given up");
+ABSL_FLAG(int32_t, levels, 200, "number of levels, at least 1, with consecutive seeds");
+ABSL_FLAG(int32_t, workers, 2, "search threads, at least 1; each searches one level at a time");
+ABSL_FLAG(int64_t, bursts, 100000,
+          "bursts of random actions per level before it is given up, at least 1");
 ABSL_FLAG(std::string, ways, "",
-          "file to write to, a line for each level that was solved: game, mode, seed, actions");
+          "output file for the solutions, one line per solved level: game, mode, seed, actions");
 
 namespace procgen {
 namespace {
 
-// The levels of one game mode and what came of them. Threads: Search from any thread.
+// The levels of one game and mode, and their results. Threads: Search from any thread.
 class Levels {
  public:
   Levels(const GameMode& game_mode, int32_t first_level, int32_t level_count, Progress& progress)
@@ -57,7 +58,7 @@ class Levels {
           SearchLevel(*game_mode_.game, guide, game_mode_.mode, seed, burst_count_max);
       if (result.verdict == Verdict::kSolved &&
           !CompletesLevel(*game_mode_.game, game_mode_.mode, seed, result.actions)) {
-        unproved_ = true;
+        has_invalid_solution_ = true;
       }
       results_[static_cast<size_t>(i)] = std::move(result);
       const absl::MutexLock lock(&progress_mutex_);
@@ -70,7 +71,7 @@ class Levels {
   const SearchResult& ResultOf(int32_t seed) const {
     return results_[static_cast<size_t>(seed - first_level_)];
   }
-  // The seeds of the levels that `verdict` was found on.
+  // The seeds of the levels with this verdict.
   std::vector<int32_t> SeedsOf(Verdict verdict) const {
     std::vector<int32_t> seeds;
     for (size_t i = 0; i < results_.size(); ++i) {
@@ -80,26 +81,26 @@ class Levels {
     }
     return seeds;
   }
-  // Whether a way that was found did not complete its level when it was played again.
-  bool unproved() const { return unproved_; }
+  // Whether a solution did not complete its level when it was played again.
+  bool has_invalid_solution() const { return has_invalid_solution_; }
 
  private:
   const GameMode game_mode_;
   const int32_t first_level_;
   const int32_t level_count_;
   std::atomic<int32_t> next_ = 0;
-  std::vector<SearchResult> results_;  // each written by the thread that took it
-  std::atomic<bool> unproved_ = false;
+  std::vector<SearchResult> results_;  // each written by the thread that took the level
+  std::atomic<bool> has_invalid_solution_ = false;
   absl::Mutex progress_mutex_;
   int32_t done_count_ ABSL_GUARDED_BY(progress_mutex_) = 0;
   Progress& progress_;
 };
 
-// What is printed of a game mode once all are done.
+// The printed summary of one game and mode.
 struct Summary {
   std::string row;                 // of the table
-  std::vector<std::string> notes;  // on levels that were not solved
-  bool good = true;                // every level was solved and proved, or has no way
+  std::vector<std::string> notes;  // about unsolved levels
+  bool good = true;                // every level was solved and verified, or is unsolvable
 };
 
 std::string MeanLength(const Levels& levels, size_t solved_count) {
@@ -127,8 +128,8 @@ Summary Summarize(const Levels& levels, absl::Duration time) {
     absl::string_view text;
   };
   constexpr Note kNotes[] = {
-      {Verdict::kLostAtOnce, "no way: lost in the first step, whatever the action"},
-      {Verdict::kClosedOff, "no way: closed cells part the agent from the goal"},
+      {Verdict::kLostAtOnce, "unsolvable: lost in the first step with every action"},
+      {Verdict::kClosedOff, "unsolvable: closed cells separate the agent from the goal"},
       {Verdict::kGivenUp, "given up"}};
   for (const Note& note : kNotes) {
     const std::vector<int32_t> seeds = levels.SeedsOf(note.verdict);
@@ -145,10 +146,10 @@ Summary Summarize(const Levels& levels, absl::Duration time) {
       DistributionModeName(levels.game_mode().mode), solved_count, level_count,
       level_count - solved_count - given_up_count, given_up_count, MeanLength(levels, solved_count),
       burst_count, step_count, absl::ToDoubleSeconds(time));
-  summary.good = given_up_count == 0 && !levels.unproved();
-  if (levels.unproved()) {
+  summary.good = given_up_count == 0 && !levels.has_invalid_solution();
+  if (levels.has_invalid_solution()) {
     summary.notes.push_back(absl::StrCat(
-        levels.game_mode().Name(), ": a way that was found does not complete its level, a bug"));
+        levels.game_mode().Name(), ": a solution does not complete its level, which is a bug"));
   }
   return summary;
 }
@@ -186,13 +187,13 @@ std::vector<std::string> GuidedGames() {
   return names;
 }
 
-// What is wrong with the flags; empty: nothing.
+// Returns an error in the flags; empty: none.
 std::string FlagError() {
   const int32_t first_level = absl::GetFlag(FLAGS_first_level);
   const int32_t level_count = absl::GetFlag(FLAGS_levels);
   if (first_level < 0 || level_count < 1 || first_level > INT32_MAX - level_count) {
     return absl::StrCat("--first_level ", first_level, " --levels ", level_count,
-                        ": must be at least 0 and 1, and seeds are below 2^31 - 1");
+                        ": must be at least 0 and 1, and all seeds below 2^31 - 1");
   }
   if (absl::GetFlag(FLAGS_workers) < 1) {
     return absl::StrCat("--workers ", absl::GetFlag(FLAGS_workers), ": must be at least 1");
@@ -203,10 +204,10 @@ std::string FlagError() {
   return "";
 }
 
-// Prints what came of all game modes; whether all of it is good.
+// Prints all summaries. Returns whether all are good.
 bool Print(const std::vector<Summary>& summaries) {
   std::cout
-      << "| game | mode | solved | no way | given up | mean length | bursts | steps | seconds "
+      << "| game | mode | solved | unsolvable | given up | mean length | bursts | steps | seconds "
          "|\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const Summary& summary : summaries) {
     std::cout << summary.row << "\n";
@@ -229,7 +230,7 @@ int Fail(absl::string_view error) {
 int Main(const std::vector<char*>& arguments) {
   std::string error = FlagError();
   if (arguments.size() > 1) {
-    error = absl::StrCat("argument '", arguments[1], "': there are only flags");
+    error = absl::StrCat("unexpected argument '", arguments[1], "': only flags are allowed");
   }
   std::vector<std::string> games = absl::GetFlag(FLAGS_games);
   if (games.empty()) {
@@ -268,7 +269,7 @@ int Main(const std::vector<char*>& arguments) {
 
 int main(int argc, char** argv) {
   absl::SetProgramUsageMessage(
-      "Looks for a way to complete each level, and proves each by playing it again.\n"
+      "Searches for a solution of each level and verifies it by playing it again.\n"
       "usage: procgen-solve [--games NAME,...] [--modes NAME,...] [--first_level N] [--levels N] "
       "[--workers N] [--bursts N] [--ways FILE]");
   return procgen::Main(absl::ParseCommandLine(argc, argv));

@@ -19,24 +19,24 @@
 namespace procgen {
 namespace {
 
-// What a target left and a burst tried count as much as, in cells to the goal.
+// The cost of a remaining target and of a tried burst, in cells to the goal.
 constexpr float kCellsPerTarget = 100;
 constexpr float kCellsPerBurst = 1;
-// Of two ways to equally good places the shorter one is followed first.
+// Of two paths to equally good places, the shorter one is followed first.
 constexpr float kCellsPerStep = 0.01F;
 
-// States in one place count as the same: targets left, column, row, velocity (x, y), heading, time.
+// States in one place count as equal: targets left, column, row, velocity (x, y), heading, time.
 using Place = std::tuple<int32_t, int32_t, int32_t, int32_t, int32_t, int32_t, int32_t>;
 
-// A state that was reached, and how.
+// A reached state and the actions that lead to it.
 struct Node {
-  int32_t parent = -1;           // its index; -1: the level's first step
-  std::vector<int32_t> actions;  // that lead here from the parent
-  int32_t length = 0;            // steps from the level's first one
+  int32_t parent = -1;           // index; -1: the level's first step
+  std::vector<int32_t> actions;  // from the parent to this node
+  int32_t length = 0;            // steps from the level's first step
   GoalDistance distance;
   Place place;
   std::string state;
-  int32_t burst_count = 0;  // that were tried from this place
+  int32_t burst_count = 0;  // bursts tried from this place
 };
 
 class Search {
@@ -60,7 +60,7 @@ class Search {
       queue_.pop();
       Node& node = nodes_[static_cast<size_t>(index)];
       if (best_[node.place] != index) {
-        node.state.clear();  // A shorter way to this place was found.
+        node.state.clear();  // a shorter path to this place was found
         continue;
       }
       ++node.burst_count;
@@ -110,7 +110,8 @@ class Search {
     }
   }
 
-  // Makes the player's state a node unless its place is known by a way that is no longer.
+  // Adds the player's state as a node, unless its place is already known with a path of at most
+  // this length.
   void Remember(int32_t parent, const std::vector<int32_t>& actions) {
     Node node;
     node.parent = parent;
@@ -162,7 +163,7 @@ class Search {
     queue_.emplace(cost, index);
   }
 
-  // The actions from the level's first step to a node, and then `last`.
+  // The actions from the level's first step to a node, followed by `last`.
   std::vector<int32_t> ActionsTo(int32_t index, const std::vector<int32_t>& last) const {
     std::vector<int32_t> backward(last.rbegin(), last.rend());
     while (index >= 0) {
@@ -180,8 +181,8 @@ class Search {
   RandomStream random_;
   SearchResult result_;
   std::vector<Node> nodes_;
-  absl::flat_hash_map<Place, int32_t> best_;  // the node of a place
-  // Cost and node; the least cost first, of equals the older node.
+  absl::flat_hash_map<Place, int32_t> best_;  // node of each place
+  // Cost and node; lowest cost first, then the older node.
   std::priority_queue<std::pair<float, int32_t>, std::vector<std::pair<float, int32_t>>,
                       std::greater<>>
       queue_;

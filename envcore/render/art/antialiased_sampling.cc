@@ -13,14 +13,14 @@ namespace {
 
 constexpr uint32_t kFullWeight = 256;
 
-// Two neighbouring source columns or rows, and the weight of the second of 256.
+// Two neighboring source columns or rows, and the weight of the second in 1/256.
 struct Neighbours {
   int first = 0;
   int second = 0;
   uint32_t weight = 0;
 };
 
-// The neighbours of `place` in source pixels, clamped to the edge.
+// The neighbors of a position in source pixels, clamped to the edge.
 Neighbours NeighboursOf(double place, int size) {
   const double centred = std::clamp(place - 0.5, 0.0, static_cast<double>(size - 1));
   Neighbours neighbours;
@@ -62,7 +62,8 @@ void DrawUprightAntialiased(const Image& image, const ScreenRect& rect, uint32_t
   const CoveredRange rows = CoveredColumns(rect.y, rect.height, frame.size_px);
   const double scale_x = image.width() / rect.width;
   const double scale_y = image.height() / rect.height;
-  std::array<Neighbours, kFrameSizePxMax> across;  // NOLINT: all that is read is written first
+  std::array<Neighbours, kFrameSizePxMax>
+      across;  // NOLINT: every element is written before it is read
   for (int x = columns.first; x < columns.end; ++x) {
     across[static_cast<size_t>(x)] = NeighboursOf((x + 0.5 - rect.x) * scale_x, image.width());
   }
@@ -77,7 +78,7 @@ void DrawUprightAntialiased(const Image& image, const ScreenRect& rect, uint32_t
   }
 }
 
-// The covered part of a pixel on one axis of the rotated rectangle.
+// The covered fraction of a pixel on one axis of the rotated rectangle.
 double CoveredShare(double place, double half_size) {
   return std::clamp(std::min(half_size, place + 0.5) - std::max(-half_size, place - 0.5), 0.0, 1.0);
 }

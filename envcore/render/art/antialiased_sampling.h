@@ -7,8 +7,8 @@
 
 namespace procgen {
 
-// Draws a picture into a rectangle for the eye: source pixels are interpolated, and pixels at its
-// edges weighted by the part of them that is covered. `rotation` in radians, `opacity` in [0, 1].
+// Draws an image into a rectangle for the human view: bilinear interpolation, with edge pixels
+// weighted by coverage. `rotation`: radians. `opacity`: in [0, 1].
 void DrawAntialiased(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                      float opacity, const Frame& frame);
 

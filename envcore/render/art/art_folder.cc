@@ -16,11 +16,13 @@
 namespace procgen {
 namespace {
 
-// Files that a message names; a folder of another kind lacks hundreds.
+// Largest number of files that an error message names. A folder of another kind has hundreds of
+// missing files.
 constexpr size_t kNamedFilesMax = 5;
-// The largest picture of Procgen 0.10.7 has 2 MB.
+// Upstream's largest file has 2 MB.
 constexpr uintmax_t kFileBytesMax = 64 << 20;
-// Of all pictures together; decoded, a pixel has 4 bytes. Upstream's have 71 million.
+// Limit of all images together; a decoded pixel has 4 bytes. Upstream's images have 71 million
+// pixels.
 constexpr int64_t kPixelsMax = 256'000'000;
 
 absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
@@ -41,7 +43,7 @@ absl::StatusOr<std::string> ReadFile(const std::filesystem::path& path) {
   return absl::InvalidArgumentError("cannot be read");
 }
 
-// `pixels_left`: of kPixelsMax; is reduced by the picture's.
+// Checks one image and subtracts its pixels from `pixels_left`.
 absl::Status CheckImage(absl::string_view png, const RequiredImage& required,
                         int64_t* pixels_left) {
   const absl::StatusOr<PngSize> size = CheckPng(png);
@@ -57,14 +59,14 @@ absl::Status CheckImage(absl::string_view png, const RequiredImage& required,
   *pixels_left -= int64_t{size->width_px} * size->height_px;
   if (*pixels_left < 0) {
     return absl::InvalidArgumentError(absl::StrCat("is ", size->width_px, " x ", size->height_px,
-                                                   " pixels, allowed: ", kPixelsMax,
-                                                   " pixels of all pictures together"));
+                                                   " pixels; all images together can have ",
+                                                   kPixelsMax, " pixels"));
   }
-  return DecodePng(png, AlphaUse::kIgnored).status();  // as they are decoded later, one by one
+  return DecodePng(png, AlphaUse::kIgnored).status();  // AlphaUse does not affect validity
 }
 
-// What is wrong with the files of a folder, as one error.
-class Complaints {
+// Collects the errors of the files of a folder into one status.
+class FileErrors {
  public:
   void Add(absl::string_view path, const absl::Status& status) {
     any_missing_ |= absl::IsNotFound(status);
@@ -79,7 +81,7 @@ class Complaints {
     }
     const std::string message = absl::StrCat(
         "art folder '", folder, "': ", count_, " of ", required_count,
-        " pictures cannot be used: ", absl::StrJoin(named_, "; "),
+        " images are missing or invalid: ", absl::StrJoin(named_, "; "),
         count_ > named_.size() ? absl::StrCat("; and ", count_ - named_.size(), " more") : "");
     return any_missing_ ? absl::NotFoundError(message) : absl::InvalidArgumentError(message);
   }
@@ -98,11 +100,11 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
   if (!std::filesystem::is_directory(folder, error)) {
     return absl::NotFoundError(absl::StrCat("art folder '", folder, "': there is no such folder"));
   }
-  // Shared with the pack, whose files are views of these bytes.
+  // Shared with the pack, because its files are views of these bytes.
   const auto contents = std::make_shared<std::vector<std::string>>();
   contents->reserve(required.size());
   std::vector<ArtFile> files;
-  Complaints complaints;
+  FileErrors file_errors;
   int64_t pixels_left = kPixelsMax;
   for (const RequiredImage& picture : required) {
     absl::StatusOr<std::string> bytes =
@@ -110,13 +112,13 @@ absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
     const absl::Status status =
         bytes.ok() ? CheckImage(*bytes, picture, &pixels_left) : bytes.status();
     if (!status.ok()) {
-      complaints.Add(picture.path, status);
+      file_errors.Add(picture.path, status);
       continue;
     }
     contents->push_back(*std::move(bytes));
     files.push_back({std::string(picture.path), contents->back()});
   }
-  if (absl::Status status = complaints.ToStatus(folder, required.size()); !status.ok()) {
+  if (absl::Status status = file_errors.ToStatus(folder, required.size()); !status.ok()) {
     return status;
   }
   return std::make_shared<const ArtPack>(ArtLayout::kUpstream, files, contents);

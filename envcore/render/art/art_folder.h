@@ -11,20 +11,20 @@
 
 namespace procgen {
 
-// A picture that an art folder must have.
+// An image that an art folder must contain.
 struct RequiredImage {
-  absl::string_view path;  // in the folder: "misc_assets/coin.png"
-  // What its size must be, as sizes in worlds follow from it; 0: any.
+  absl::string_view path;  // relative to the folder: "misc_assets/coin.png"
+  // The required size, because entity sizes follow from it; 0: any size.
   int width_px = 0;
   int height_px = 0;
 };
 
-// Reads the required pictures of a folder in the layout of Procgen 0.10.7. All bytes are read here,
-// and decoded once to check them, so that the folder is not needed afterwards; pictures that are
-// shown are decoded when first asked for. Errors: NOT_FOUND there is no such folder, or a file is
-// missing; INVALID_ARGUMENT a file cannot be read, is no sound PNG, has another size, or more
-// pixels than all pictures together may have. One message names the folder, the first few files
-// with what is wrong with each, and how many more there are.
+// Reads the required images of a folder in the layout of Procgen 0.10.7. All files are read and
+// checked here, so the folder is not needed afterwards. Each image is decoded for drawing on first
+// use.
+// Errors: NOT_FOUND: the folder or a file does not exist. INVALID_ARGUMENT: a file cannot be read,
+// is not a valid PNG, has another size, or exceeds the pixel limit of all images together. The
+// message names the folder, the first few files with their errors, and the number of further files.
 absl::StatusOr<std::shared_ptr<const ArtPack>> ReadArtFolder(
     const std::string& folder, absl::Span<const RequiredImage> required);
 

@@ -12,10 +12,10 @@
 namespace procgen {
 namespace {
 
-// A picture that is decoded when it is first asked for.
+// An image that is decoded on first use.
 struct LazyImage {
   mutable absl::once_flag once;
-  mutable MipmappedImage picture;  // empty: the bytes are no sound PNG
+  mutable MipmappedImage picture;  // empty: not a valid PNG
 
   const MipmappedImage* Get(absl::string_view png, AlphaUse alpha_use, Levels levels) const {
     absl::call_once(once, [&] {
@@ -57,7 +57,7 @@ ArtPack::ArtPack(ArtLayout layout, const std::vector<ArtFile>& files,
 ArtPack::~ArtPack() = default;
 
 std::shared_ptr<const ArtPack> ArtPack::Embedded() {
-  // Never destroyed: pools may outlive static objects.
+  // Never destroyed, because pools may outlive static objects.
   static const auto* const pack = new std::shared_ptr<const ArtPack>([] {
     std::vector<ArtFile> files;
     for (const EmbeddedFile& file : EmbeddedArt()) {

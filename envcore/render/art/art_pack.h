@@ -14,35 +14,35 @@ namespace procgen {
 
 // A PNG file of a pack.
 struct ArtFile {
-  std::string name;       // "coinrun/coin_0" or, in upstream's, "misc_assets/coin.png"
-  absl::string_view png;  // its bytes
+  std::string name;       // "coinrun/coin_0"; in upstream's layout "misc_assets/coin.png"
+  absl::string_view png;  // content
 };
 
-// How the files of a pack are named.
+// How the files of a pack are named, and how its images are drawn.
 enum class ArtLayout {
-  kOwn,       // by game, slot and theme; pictures are also kept reduced (Levels::kAll)
-  kUpstream,  // by the paths of Procgen 0.10.7; pictures are drawn exactly as upstream does
+  kOwn,       // by game, slot and theme; with all mipmap levels (Levels::kAll)
+  kUpstream,  // by the paths of Procgen 0.10.7; drawn exactly as upstream draws them
 };
 
-// A set of pictures, found by what shows them. A file is decoded when it is first asked for.
-// Threads: any method from any thread. Source: README.md, "Art packs".
+// A set of images. A file is decoded on first use.
+// Threads: thread-safe. Source: README.md, "Art packs".
 class ArtPack {
  public:
-  // `bytes` keeps the memory alive that the files' bytes lie in; null: it stays for ever.
+  // `bytes` owns the memory of the files' content; null: that memory lives as long as the process.
   ArtPack(ArtLayout layout, const std::vector<ArtFile>& files,
           std::shared_ptr<const void> bytes = nullptr);
   ~ArtPack();
   ArtPack(const ArtPack&) = delete;
   ArtPack& operator=(const ArtPack&) = delete;
 
-  // The pack that is built in. Shared: all games' art refers to one pack.
+  // The built-in pack. The art of all games shares it.
   static std::shared_ptr<const ArtPack> Embedded();
 
   ArtLayout layout() const { return layout_; }
 
-  // The picture of a slot of `game` ("shared" for the slots that all games share), or of a
-  // background. Null: the pack has no such file, or it is no sound PNG. It lives as long as the
-  // pack.
+  // Returns the image of a slot of `game` ("shared" for the slots that all games share), or of a
+  // background. Null: the pack has no such file, or the file is not a valid PNG. The image lives as
+  // long as the pack.
   const MipmappedImage* Sprite(absl::string_view game, const ArtSlot& slot) const;
   const MipmappedImage* Background(const BackgroundSlot& slot) const;
 

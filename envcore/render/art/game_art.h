@@ -17,34 +17,35 @@
 
 namespace procgen {
 
-// A sprite's picture and by which rules it is drawn.
+// The image of a sprite, and which drawing rules apply.
 struct SpriteArt {
   const MipmappedImage* picture = nullptr;
-  bool generated = false;  // made from random numbers
+  bool generated = false;  // made from random numbers; other rounding rules
 };
 
-// Everything that one game can show, resolved once and shared by all environments of all pools.
-// Pictures are decoded, mirrored or painted when they are first asked for; what is returned lives
-// as long as this. Threads: any method from any thread.
+// All images of one game, shared by all environments of all pools. An image is decoded, mirrored or
+// painted on first use. Returned images live as long as this object. Threads: thread-safe.
 class GameArt {
  public:
-  // `slots`: the game's own; a kind without one shows the shared slot of that kind or, if there is
-  // none or the pack lacks the picture, one made from random numbers, of seed art_seed + kind.
-  // `block_shaped_kinds`: those whose generated picture fills its canvas.
+  // `slots`: the game's own slots. A kind without one shows the shared slot of that kind. If there
+  // is none, or the pack has no image for it, the kind shows an image made from random numbers,
+  // with seed art_seed + kind. `block_shaped_kinds`: kinds whose generated image fills its canvas.
   GameArt(std::shared_ptr<const ArtPack> pack, absl::string_view game,
           absl::Span<const ArtSlot> slots, uint32_t art_seed,
           absl::Span<const int> block_shaped_kinds);
 
-  // What an image kind shows with art of the pack. A theme that the kind lacks shows theme 0.
+  // Returns the image of a kind in the pack's art. A theme that the kind does not have shows theme
+  // 0.
   // REQUIRES: 0 <= kind < kKindCount.
   SpriteArt SpriteOf(int kind, int theme, bool mirrored) const;
-  // What it shows with generated art, the same for all themes. REQUIRES: 0 <= kind < kKindCount.
+  // Returns the generated image of a kind, the same for all themes. REQUIRES: 0 <= kind <
+  // kKindCount.
   SpriteArt GeneratedOf(int kind, bool mirrored) const;
-  // Null: the pack lacks it. REQUIRES: `index` lies in the group.
+  // Returns a background. Null: the pack does not have it. REQUIRES: `index` is in the group.
   const MipmappedImage* BackgroundOf(BackgroundGroup group, int index) const;
 
  private:
-  // A picture as it is and mirrored.
+  // An image and its mirror image.
   struct Facing {
     mutable absl::once_flag once;
     mutable absl::once_flag mirrored_once;
@@ -61,7 +62,7 @@ class GameArt {
   };
   struct Kind {
     bool block_shaped = false;
-    std::vector<std::unique_ptr<Slot>> themes;  // by theme; null: there is no such theme
+    std::vector<std::unique_ptr<Slot>> themes;  // by theme; null: no such theme
     Facing generated;
   };
 

@@ -6,8 +6,7 @@
 
 namespace procgen {
 
-// Paints art made from random numbers: an image of size_px x size_px whose pixels are opaque or
-// transparent.
+// Paints generated art: an image of size_px x size_px pixels, each opaque or transparent.
 Image PaintGenerated(const GeneratedArt& art);
 
 }  // namespace procgen

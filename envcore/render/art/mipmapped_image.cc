@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-// Half the size, rounded up; each pixel the mean of the two by two that it stands for.
+// Half the size, rounded up; each pixel is the mean of the 2 x 2 pixels that it replaces.
 Image Halved(const Image& image) {
   Image half((image.width() + 1) / 2, (image.height() + 1) / 2);
   for (int y = 0; y < half.height(); ++y) {

@@ -9,16 +9,16 @@
 
 namespace procgen {
 
-// Whether a picture is also kept reduced.
+// Which mipmap levels of an image are kept.
 enum class Levels {
-  kOne,  // as it is, whatever size it is drawn at: the art of Procgen 0.10.7, generated art
-  kAll,  // also at half, a quarter, ... of its size, and scaled, so that few pixels still show what
-         // it is
+  kOne,  // full size only: the art of Procgen 0.10.7, and generated art
+  kAll,  // also half, a quarter ... of the size, and scaled copies, so that small sprites stay
+         // legible
 };
 
-// A picture at one or more sizes: level 0 as it is, each further level half the size of the one
-// before (rounded up), averaged, down to 1 x 1. Immutable after it was made.
-// Threads: any method from any thread.
+// An image at one or more sizes. Level 0 is full size; each further level is half the size of the
+// one before (rounded up), averaged, down to 1 x 1. Immutable.
+// Threads: thread-safe.
 class MipmappedImage {
  public:
   MipmappedImage() = default;
@@ -30,19 +30,19 @@ class MipmappedImage {
   int level_count() const { return static_cast<int>(levels_.size()); }
   // REQUIRES: 0 <= level < level_count().
   const Image& level(int level) const { return levels_[static_cast<size_t>(level)]; }
-  // The smallest level that is at least width_px wide and height_px high, level 0 if none is.
+  // The smallest level that is at least width_px wide and height_px high; level 0 if there is none.
   // REQUIRES: !empty().
   const Image& LevelFor(double width_px, double height_px) const;
 
-  // Whether it may be shown scaled (Levels::kAll) in place of pixel by pixel.
+  // Whether the image may be drawn from scaled copies (Levels::kAll) instead of pixel by pixel.
   bool scales() const { return scaled_ != nullptr; }
-  // The picture in exactly that many pixels. This must live as long as what is returned.
+  // Returns the image scaled to exactly `size`. This object must outlive the result.
   // REQUIRES: scales(); 1 <= width, height.
   std::shared_ptr<const ScaledImage> ScaledTo(const ScaledSize& size) const;
-  // The same, but null where it would not be kept, as too much is kept already: for large ones.
+  // Like ScaledTo, but returns null if the copy would not be kept because the cache is full.
   std::shared_ptr<const ScaledImage> KeptAt(const ScaledSize& size) const;
 
-  // The picture with its columns reversed, at all its levels.
+  // Returns the image with its columns reversed, at all levels.
   MipmappedImage Mirrored() const;
 
  private:

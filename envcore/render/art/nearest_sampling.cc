@@ -14,24 +14,25 @@ namespace procgen {
 namespace {
 
 constexpr double kLargeSizePx = 16;
-// Of a background that is kept scaled, in the largest world that is drawn on 64 x 64 pixels.
+// Largest background that is kept scaled: the largest world drawn at 64 x 64. Pixels.
 constexpr double kScaledBackdropPixelsMax = 1 << 19;
-constexpr double kHairPx = 1e-6;  // less than this is an error of rounding
-// How many source pixels a pixel of a larger background has at least, on each axis.
+constexpr double kHairPx = 1e-6;  // smaller differences are rounding errors
+// Smallest number of source pixels per pixel of a larger background, on each axis.
 constexpr double kLargeBackdropShare = 0.6;
 
-// The pixels that a rectangle covers, in the frame or not.
+// The pixels that a rectangle covers; may be outside the frame.
 PixelBox Rounded(const ScreenRect& rect) {
   return {RoundPx(rect.x), RoundPx(rect.y), RoundPx(rect.x + rect.width),
           RoundPx(rect.y + rect.height)};
 }
 
-// How many pixels a length covers at most, wherever it starts; `covered`: where it starts now.
+// Largest number of pixels that a length covers at any position. `covered`: the number at the
+// current position.
 int MostPixels(double length, int covered) {
   return std::max(covered, static_cast<int>(std::ceil(length - kHairPx)));
 }
 
-// Whether the rotated rectangle's bounding box has a large picture's size.
+// Whether the bounding box of the rotated rectangle counts as large in the drawing rules.
 bool IsLarge(const RotatedRect& rotated) {
   const std::array<Point, 4> corners = rotated.Corners();
   const auto [left, right] = std::minmax_element(
@@ -41,14 +42,15 @@ bool IsLarge(const RotatedRect& rotated) {
   return right->x - left->x >= kLargeSizePx && bottom->y - top->y >= kLargeSizePx;
 }
 
-// The angle of a picture that scales, in [0, kAngleCount).
+// The nearest angle for scaled copies, in [0, kAngleCount).
 int AngleOf(float rotation) {
   constexpr double kAnglesPerRadian = kAngleCount / (2 * std::numbers::pi);
   static_assert((kAngleCount & (kAngleCount - 1)) == 0);
   return RoundPx(static_cast<double>(rotation) * kAnglesPerRadian) & (kAngleCount - 1);
 }
 
-// Draws a picture that scales into the whole pixels that it covers. False: it is too large.
+// Draws an image that scales() into the whole pixels that it covers. Returns false if it is too
+// large.
 bool DrawWhole(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                uint32_t opacity, const Frame& frame) {
   const PixelBox box = Rounded(rect);
@@ -62,7 +64,7 @@ bool DrawWhole(const MipmappedImage& picture, const ScreenRect& rect, float rota
     }
     return true;
   }
-  // A rotated picture keeps its size from place to place.
+  // A rotated image has the same size at every position.
   size = {std::max(1, RoundPx(rect.width)), std::max(1, RoundPx(rect.height)), AngleOf(rotation)};
   const std::shared_ptr<const ScaledImage> scaled = picture.ScaledTo(size);
   DrawScaled(*scaled, RoundPx(rect.x + (rect.width - scaled->image.width()) / 2),
@@ -108,7 +110,8 @@ void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
     return;
   }
   if (picture.scales() && rect.width * rect.height <= kScaledBackdropPixelsMax) {
-    // In the most pixels that the rectangle covers anywhere, so that one picture serves all places.
+    // Scale to the largest number of pixels that the rectangle covers at any position, so that one
+    // copy serves all positions.
     const ScaledSize size = {.width = MostPixels(rect.width, box.width()),
                              .height = MostPixels(rect.height, box.height())};
     if (const std::shared_ptr<const ScaledImage> scaled = picture.KeptAt(size)) {
@@ -116,7 +119,7 @@ void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
       return;
     }
   }
-  // Of a large one a view shows a small part, which should fit the caches.
+  // The view shows only a small part of a large background. A smaller level fits the caches better.
   const double share = picture.scales() ? kLargeBackdropShare : 1;
   DrawBackdrop(picture.LevelFor(rect.width * share, rect.height * share), rect, pixels, frame);
 }

@@ -8,17 +8,16 @@
 
 namespace procgen {
 
-// Draws a picture into a rectangle without smoothing, as the agent sees it: rotated by `rotation`
-// radians around the rectangle's centre, with `opacity` in [0, 1]. One that scales is drawn into
-// the whole pixels that it covers; one that does not, pixel by pixel by the rules of Procgen
-// 0.10.7.
+// Draws an image into a rectangle for the agent's view, without smoothing. `rotation`: radians
+// around the rectangle's center. `opacity`: in [0, 1]. An image that scales() is drawn into the
+// whole pixels that it covers, any other one pixel by pixel by the rules of Procgen 0.10.7.
 void DrawNearest(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                  float opacity, const Frame& frame);
-// Draws a sprite made from random numbers, which follows other rules of rounding.
+// Draws a sprite made from random numbers, which has other rounding rules.
 void DrawNearestGenerated(const MipmappedImage& picture, const ScreenRect& rect, float rotation,
                           float opacity, const Frame& frame);
-// Draws a background, upright and opaque. `pixels`: what may be left out and is done; null: all is
-// drawn.
+// Draws a background, upright and opaque. `pixels`: the pixels to skip, updated with those done;
+// null: draws all pixels.
 void DrawNearestBackdrop(const MipmappedImage& picture, const ScreenRect& rect,
                          BackdropPixels* pixels, const Frame& frame);
 

@@ -13,7 +13,7 @@
 namespace procgen {
 namespace {
 
-// What libpng reads from and where it leaves its message.
+// The input of libpng and its error message.
 struct Source {
   absl::string_view rest;
   char message[128] = "";
@@ -40,7 +40,7 @@ const png_byte* Unsigned(absl::string_view bytes) {
   return reinterpret_cast<const png_byte*>(bytes.data());
 }
 
-// Everything to red, green, blue, alpha of 8 bits each. No gamma: the stored values count.
+// Converts everything to RGBA with 8 bits per channel. No gamma: the stored values are used.
 void AskForRgba(png_structp png) {
   png_set_expand(png);
   png_set_strip_16(png);
@@ -49,8 +49,8 @@ void AskForRgba(png_structp png) {
   png_set_interlace_handling(png);
 }
 
-// Reads the whole file. libpng leaves through longjmp when it fails: nothing with a destructor is
-// created in here. Returns false then.
+// Reads the whole file; returns false on an error. libpng reports errors through longjmp, so no
+// object with a destructor is created here.
 bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
                std::vector<png_bytep>* rows, int* width, int* height) {
   if (setjmp(png_jmpbuf(png)) != 0) {  // NOLINT: libpng's way of telling errors
@@ -75,13 +75,13 @@ bool ReadImage(png_structp png, png_infop info, std::vector<uint8_t>* bytes,
 
 uint32_t BigEndian(absl::string_view bytes) { return png_get_uint_32(Unsigned(bytes)); }
 
-// One part of a PNG file.
+// A chunk of a PNG file.
 struct Chunk {
   absl::string_view type;  // four letters
   absl::string_view content;
 };
 
-// Takes the next chunk off `rest`. Returns false if it is cut off or damaged.
+// Removes the next chunk from `rest`. Returns false if it is truncated or damaged.
 bool TakeChunk(absl::string_view* rest, Chunk* chunk) {
   constexpr size_t kFrameBytes = 12;  // length, type, checksum
   if (rest->size() < kFrameBytes || BigEndian(*rest) > rest->size() - kFrameBytes) {
@@ -127,7 +127,7 @@ absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
   const bool read = ReadImage(png, info, &pixels, &rows, &width, &height);
   png_destroy_read_struct(&png, &info, nullptr);
   if (!read) {
-    return absl::InvalidArgumentError(absl::StrCat("is no sound PNG: ", source.message));
+    return absl::InvalidArgumentError(absl::StrCat("is not a valid PNG: ", source.message));
   }
   return ToImage(pixels, width, height, alpha_use);
 }
@@ -135,22 +135,22 @@ absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use) {
 absl::StatusOr<PngSize> CheckPng(absl::string_view bytes) {
   constexpr size_t kSignatureBytes = 8;
   if (bytes.size() < kSignatureBytes || png_sig_cmp(Unsigned(bytes), 0, kSignatureBytes) != 0) {
-    return absl::InvalidArgumentError("is no PNG");
+    return absl::InvalidArgumentError("is not a PNG file");
   }
   absl::string_view rest = bytes.substr(kSignatureBytes);
   Chunk chunk;
   if (!TakeChunk(&rest, &chunk) || chunk.type != "IHDR" || chunk.content.size() != 13) {
-    return absl::InvalidArgumentError("is no sound PNG: its header is damaged");
+    return absl::InvalidArgumentError("is not a valid PNG: the header is damaged");
   }
   const uint32_t width = BigEndian(chunk.content);
   const uint32_t height = BigEndian(chunk.content.substr(4));
   if (width < 1 || width > kPngSizePxMax || height < 1 || height > kPngSizePxMax) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "is ", width, " x ", height, " pixels, allowed: sides of 1 to ", kPngSizePxMax));
+        "is ", width, " x ", height, " pixels, each side must be in [1, ", kPngSizePxMax, "]"));
   }
   while (chunk.type != "IEND") {
     if (!TakeChunk(&rest, &chunk)) {
-      return absl::InvalidArgumentError("is no sound PNG: it is damaged, or ends early");
+      return absl::InvalidArgumentError("is not a valid PNG: damaged or truncated");
     }
   }
   return PngSize{static_cast<int>(width), static_cast<int>(height)};

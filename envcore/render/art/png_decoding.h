@@ -7,15 +7,14 @@
 
 namespace procgen {
 
-// What becomes of a file's transparency.
+// How the alpha channel of a file is used.
 enum class AlphaUse {
   kPremultiplied,  // sprites
-  kIgnored,        // backgrounds: colours as they are, every pixel opaque
+  kIgnored,        // backgrounds: colors unchanged, every pixel opaque
 };
 
-// Decodes a PNG file of any kind to 8-bit channels as they are stored (colour profiles and gamma
-// are ignored). Errors: INVALID_ARGUMENT the bytes are no PNG or broken, or a side is above
-// kPngSizePxMax.
+// Decodes a PNG file of any type to 8-bit channels. Color profiles and gamma are ignored. Errors:
+// INVALID_ARGUMENT: the bytes are not a valid PNG, or a side is above kPngSizePxMax.
 absl::StatusOr<Image> DecodePng(absl::string_view bytes, AlphaUse alpha_use);
 
 inline constexpr int kPngSizePxMax = 8192;
@@ -25,9 +24,9 @@ struct PngSize {
   int height_px = 0;
 };
 
-// Reads the size of a PNG file and checks that it is whole: signature, parts and their checksums.
-// Costs a small part of what decoding does. Errors: INVALID_ARGUMENT as DecodePng; bytes that pass
-// can be decoded, unless a program wrote nonsense with right checksums.
+// Reads the size of a PNG file and checks signature, chunks and checksums. Costs a small fraction
+// of decoding. Errors: INVALID_ARGUMENT, as DecodePng. Bytes that pass can be decoded, unless an
+// encoder wrote invalid data with valid checksums.
 absl::StatusOr<PngSize> CheckPng(absl::string_view bytes);
 
 }  // namespace procgen

@@ -10,12 +10,13 @@ namespace procgen {
 namespace {
 
 constexpr double kOne = 65536;       // 16.16 fixed point
-constexpr double kNudge = 1 / kOne;  // source pixels, so that borders fall to one side
+constexpr double kNudge = 1 / kOne;  // source pixels; makes borders fall to one side
 constexpr double kFarFixed = 1e15;
 
 int64_t ToFixed(double v) { return static_cast<int64_t>(std::clamp(v, -kFarFixed, kFarFixed)); }
 
-// A place in the source in 16.16 pixels and how it moves from one pixel to the next on its right.
+// A position in the source, in 16.16 pixels, and its change from one pixel to the next on the
+// right.
 struct SourceWalk {
   int64_t column = 0;
   int64_t row = 0;
@@ -23,7 +24,7 @@ struct SourceWalk {
   int64_t row_step = 0;
 };
 
-// Draws the pixels [first, end) of a row, source places clamped into the picture.
+// Draws the pixels [first, end) of a row; source positions are clamped to the image.
 void DrawRun(const Image& image, uint32_t opacity, SourceWalk walk, int row, int first, int end,
              const Frame& frame) {
   Rgba* pixel = frame.At(first, row);
@@ -41,7 +42,7 @@ void DrawRun(const Image& image, uint32_t opacity, SourceWalk walk, int row, int
   }
 }
 
-// From screen to source: column = xx * x + xy * y + x0, row = yx * x + yy * y + y0.
+// Maps screen to source: column = xx * x + xy * y + x0, row = yx * x + yy * y + y0.
 struct SourceMap {
   double xx = 0;
   double xy = 0;
@@ -51,7 +52,7 @@ struct SourceMap {
   double y0 = 0;
 };
 
-// The map of large pictures, from the places of three corners.
+// The map of large images, from the positions of three corners.
 SourceMap MapFromCorners(const Image& image, const RotatedRect& rotated) {
   const std::array<Point, 4> places = rotated.Corners();
   const double w = image.width();
@@ -89,7 +90,7 @@ SourceMap MapFromCorners(const Image& image, const RotatedRect& rotated) {
   return map;
 }
 
-// The map of small pictures: the inverse of source to screen.
+// The map of small images: the inverse of the map from source to screen.
 SourceMap InvertedMap(const Image& image, const RotatedRect& rotated) {
   const ScreenRect& rect = rotated.unrotated();
   const double scale_x = rect.width / image.width();
@@ -122,7 +123,7 @@ SourceMap InvertedMap(const Image& image, const RotatedRect& rotated) {
   return map;
 }
 
-// Small pictures: the place of a run's first pixel is computed, the others follow by steps.
+// Small images: the position of the first pixel of a run is computed, the others follow by steps.
 void DrawMappedRun(const Image& image, uint32_t opacity, const SourceMap& map, int row, int first,
                    int end, const Frame& frame) {
   const double x = first + 0.5;

@@ -9,16 +9,16 @@
 
 namespace procgen {
 
-// Draws `image` stretched into the rotated rectangle, each pixel showing one source pixel.
-// `opacity`: a factor of Mul.
+// Draws `image` stretched into the rotated rectangle; each pixel shows one source pixel.
+// `opacity`: a factor for Mul.
 
-// A picture whose bounding box on the screen is at least 16 pixels wide and high.
+// For images whose bounding box on the screen is at least 16 pixels wide and high.
 void DrawLargeRotated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
                       const Frame& frame);
-// A smaller one.
+// For smaller images.
 void DrawSmallRotated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
                       const Frame& frame);
-// A sprite made from random numbers, rotated or not, of any size.
+// For sprites made from random numbers, rotated or not, of any size.
 void DrawGenerated(const Image& image, uint32_t opacity, const RotatedRect& rotated,
                    const Frame& frame);
 

@@ -15,8 +15,8 @@ namespace {
 
 constexpr uint32_t kOpaque = 255;
 
-// Rows are short: four pixels at a time, the last four over some of those before, cost less than a
-// call of memcpy.
+// Copies four pixels at a time; the last four may overlap those before. Rows are short, so this
+// costs less than calling memcpy.
 void CopyPixels(const Rgba* from, int count, Rgba* to) {
   if (count < 4) {
     for (; count > 0; --count) {
@@ -33,7 +33,7 @@ void CopyPixels(const Rgba* from, int count, Rgba* to) {
 
 #if defined(__SSE2__)
 
-// Four pixels, and what is done to them at once.
+// Four pixels that are processed at once.
 class FourPixels {
  public:
   explicit FourPixels(const Rgba* from)
@@ -44,10 +44,10 @@ class FourPixels {
     bytes_ = Products(bytes_, factors, factors);
   }
 
-  // Lays them over what lies at `below`.
+  // Blends them over the pixels at `below`.
   void LayOver(const Rgba* below) {
     const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(below));
-    // What is left of each pixel below, in both halves of its 32 bits.
+    // The remaining weight of each pixel below, in both halves of its 32 bits.
     const __m128i rest = _mm_sub_epi32(_mm_set1_epi32(255), _mm_srli_epi32(bytes_, 24));
     const __m128i rests = _mm_or_si128(rest, _mm_slli_epi32(rest, 16));
     const __m128i left =
@@ -58,7 +58,7 @@ class FourPixels {
   void Store(Rgba* to) const { _mm_storeu_si128(reinterpret_cast<__m128i*>(to), bytes_); }
 
  private:
-  // As procgen::Mul, each channel by its factor of 16 bits.
+  // Like procgen::Mul, with a 16-bit factor for each channel.
   static __m128i Products(__m128i pixels, __m128i low_factors, __m128i high_factors) {
     const __m128i zero = _mm_setzero_si128();
     const auto mul = [](__m128i channels, __m128i factors) {
@@ -118,7 +118,7 @@ void LayPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
     }
     return;
   }
-  // The last four lie over some of those before; so what is below them is looked at first.
+  // The last four pixels may overlap those before, so they are blended before those are written.
   const int last = count - 4;
   const FourPixels last_four = LaidOver(from + last, opacity, to + last);
   for (int i = 0; i < last; i += 4) {
@@ -127,8 +127,8 @@ void LayPixels(const Rgba* from, int count, uint32_t opacity, Rgba* to) {
   last_four.Store(to + last);
 }
 
-// Calls `draw(source, pixel)` for each row of `box` with its first pixel; the picture stands at
-// (left, top). REQUIRES: the box lies in both.
+// Calls `draw(source, pixel)` for each row of `box`, with its first pixels. The image's top left is
+// at (left, top). REQUIRES: the box is inside the image and the frame.
 template <typename Draw>
 void ForEachRow(const Image& image, int left, int top, const PixelBox& box, const Frame& frame,
                 Draw draw) {
@@ -141,7 +141,7 @@ void ForEachRow(const Image& image, int left, int top, const PixelBox& box, cons
   }
 }
 
-// Most sprites and cells are small: there two copies make a row.
+// Most sprites and cells are small: two copies of four pixels make a row.
 void CopyRows(const Image& image, int left, int top, const PixelBox& box, const Frame& frame) {
   const int count = box.width();
   if (count >= 4 && count <= 8) {

@@ -9,12 +9,13 @@
 
 namespace procgen {
 
-// Draws a picture that has its size, its top left pixel at (left, top), anywhere in the frame or
-// outside. `opacity`: a factor of Mul, 255 for all.
+// Draws a scaled image with its top left pixel at (left, top), which may be outside the frame.
+// `opacity`: a factor for Mul; 255: opaque.
 void DrawScaled(const ScaledImage& picture, int left, int top, uint32_t opacity,
                 const Frame& frame);
-// Copies one into the pixels of `box`, from its top left pixel on. REQUIRES: it is at least as
-// large. `pixels`: what may be left out and is done; null: all is drawn.
+// Copies the top left part of a scaled image into the pixels of `box`. `pixels`: the pixels to
+// skip, updated with those done; null: draws all pixels. REQUIRES: the image is at least as large
+// as `box`.
 void DrawScaledBackdrop(const ScaledImage& picture, const PixelBox& box, BackdropPixels* pixels,
                         const Frame& frame);
 

@@ -10,13 +10,13 @@
 namespace procgen {
 namespace {
 
-// The source columns (or rows) that one column of the scaled image stands for. Lengths are in parts
-// of a source column, of which it has as many as the scaled image has columns: so all are whole.
+// The source columns (or rows) that one column of the scaled image covers. Weights are integers: a
+// source column is divided into as many parts as the scaled image has columns.
 struct Share {
   int first = 0;
   int end = 0;
   int64_t first_weight = 0;  // of column `first`
-  int64_t last_weight = 0;   // of column `end - 1`, where that is another
+  int64_t last_weight = 0;   // of column `end - 1`, if it is not `first`
 };
 
 Share ShareOf(int place, int source_size, int size) {
@@ -45,8 +45,8 @@ struct Sums {
   }
 };
 
-// Divides by what all weights together are, rounding to the next whole number. A division of whole
-// numbers costs more than all the rest of scaling.
+// Divides by the sum of all weights and rounds to the nearest integer. Multiplies instead of
+// dividing: an integer division costs more than all the rest of scaling.
 class Mean {
  public:
   explicit Mean(uint64_t total) : total_(total), share_(1.0 / static_cast<double>(total)) {}
@@ -117,9 +117,9 @@ int64_t BytesOf(int width, int height) {
   return static_cast<int64_t>(sizeof(Rgba)) * width * height;
 }
 
-constexpr int kSamplesPerSide = 4;  // of a pixel of a rotated image
+constexpr int kSamplesPerSide = 4;  // per pixel of a rotated image
 
-// Rotated around the middle, sampled.
+// Rotates around the center by sampling.
 Image ScaledRotated(const Image& source, const ScaledSize& size) {
   const double angle = 2 * std::numbers::pi * size.angle / kAngleCount;
   const double cos = std::cos(angle);

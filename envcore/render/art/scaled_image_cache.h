@@ -11,43 +11,44 @@
 
 namespace procgen {
 
-// Rotated pictures are kept for this many angles in a full turn.
+// Number of angles in a full turn for which rotated images are kept.
 inline constexpr int kAngleCount = 64;
 
 // An image of exactly the size that it is drawn at.
 struct ScaledImage {
   Image image;
-  bool opaque = false;  // every pixel is
+  bool opaque = false;  // every pixel is opaque
 };
 
-// The size and angle of a picture on the screen.
+// The size and angle of an image on the screen.
 struct ScaledSize {
-  int width = 0;  // pixels, before it is rotated
+  int width = 0;  // pixels, before rotation
   int height = 0;
-  int angle = 0;  // clockwise, in [0, kAngleCount) parts of a full turn
+  int angle = 0;  // clockwise, in [0, kAngleCount), in parts of a full turn
 
   bool operator==(const ScaledSize&) const = default;
 };
 
-// A picture that lives at least as long as something else does: costs nothing to hold.
+// Wraps an image that outlives all its users. Holding the result costs no reference count.
 inline std::shared_ptr<const ScaledImage> Unowned(const ScaledImage& picture) {
   return {std::shared_ptr<const ScaledImage>(), &picture};
 }
 
-// `source` at another size, each pixel the mean of the area that it stands for, rounded. A rotated
-// one is as large as its corners need. REQUIRES: width, height > 0; the source is not empty.
+// Returns `source` at another size; each pixel is the rounded mean of the source area it covers. A
+// rotated image is large enough for its corners. REQUIRES: width, height > 0; the source is not
+// empty.
 Image Scaled(const Image& source, const ScaledSize& size);
 
-// The sizes and angles that one picture has been drawn at, each made once and kept, up to a number
-// of bytes: enough for some dozens of sizes of a sprite at all its angles, and for a background in
-// the worlds of all games. Those beyond, which only pools of many different observation sizes ask
-// for, are made anew for each use. Threads: any method from any thread; what is kept is never
-// locked.
+// The scaled and rotated copies of one image. Each is made once and kept, up to kKeptBytesMax:
+// enough for some dozens of sizes of a sprite at all angles, and for a background in the worlds of
+// all games. Copies beyond that, which only pools of many observation sizes need, are made for each
+// use.
+// Threads: thread-safe; Find takes no lock.
 class ScaledImageCache {
  public:
-  // Sprites and cells that are larger are not kept.
+  // Sprites and cells larger than this are not kept.
   static constexpr int kSizePxMax = 32;
-  // Of pixels, that are kept.
+  // Limit of the pixels that are kept, in bytes.
   static constexpr int64_t kKeptBytesMax = 4 << 20;
 
   ScaledImageCache() = default;
@@ -55,12 +56,12 @@ class ScaledImageCache {
   ScaledImageCache(const ScaledImageCache&) = delete;
   ScaledImageCache& operator=(const ScaledImageCache&) = delete;
 
-  // The picture at a size; null: it is not kept. What is returned lives as long as this.
+  // Returns the copy of this size, or null if it is not kept. It lives as long as this object.
   const ScaledImage* Find(const ScaledSize& size) const;
-  // Whether a picture that is not rotated could be kept now.
+  // Whether an unrotated copy of this size could be kept now.
   bool HasRoomFor(const ScaledSize& size) const;
-  // Makes it from `source`, unless another thread was faster. What is returned is either kept, and
-  // lives as long as this, or the caller's.
+  // Makes a copy from `source`, unless another thread made it first. The result is kept and lives
+  // as long as this object, or it is owned by the caller.
   std::shared_ptr<const ScaledImage> Make(const Image& source, const ScaledSize& size) const;
 
  private:
@@ -74,7 +75,7 @@ class ScaledImageCache {
   Bucket& BucketOf(const ScaledSize& size) const;
   static const Entry* FindIn(const Entry* first, const Entry* end, const ScaledSize& size);
 
-  // Chains that only grow, at their heads.
+  // Lock-free chains that only grow, at their heads.
   mutable std::array<Bucket, 64> buckets_ = {};
   mutable std::atomic<int64_t> kept_bytes_ = 0;
 };

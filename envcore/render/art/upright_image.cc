@@ -13,12 +13,12 @@ namespace {
 
 constexpr uint32_t kOpaque = 255;
 
-// How a source pixel meets what is below.
+// How source pixels are combined with the frame.
 enum class Mix { kCopy, kLayOver, kLayOverFaded };
 
 #if defined(__x86_64__)
 
-// Eight pixels at a time.
+// Copies eight pixels at a time.
 __attribute__((target("avx2"))) int CopyByEights(const Rgba* source, const int32_t* columns,
                                                  int count, Rgba* pixel) {
   int i = 0;
@@ -33,7 +33,7 @@ __attribute__((target("avx2"))) int CopyByEights(const Rgba* source, const int32
 
 #endif
 
-// Copies pixels, as many at a time as this machine can; returns how many.
+// Copies as many pixels as SIMD allows and returns how many.
 int CopyMany(const Rgba* source, const int32_t* columns, int count, Rgba* pixel) {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2")) {
@@ -69,7 +69,7 @@ void FindColumns(const AxisSteps& across, SourceColumns* columns) {
 
 void DrawStepped(const Image& image, Mix mix, uint32_t opacity, const AxisSteps& across,
                  const AxisSteps& down, const Frame& frame) {
-  SourceColumns columns;  // NOLINT: all that is read is written first
+  SourceColumns columns;  // NOLINT: every element is written before it is read
   FindColumns(across, &columns);
   for (int row = down.first; row < down.first + down.count && across.count > 0; ++row) {
     const Rgba* source = image.Row(down.SourceAt(row));
@@ -140,7 +140,7 @@ void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pi
   const StepsOfBoth steps = StepsFor(image, FirstPosition::kExactStep, rect, frame.size_px);
   const AxisSteps& across = steps.across;
   const AxisSteps& down = steps.down;
-  SourceColumns columns;  // NOLINT: all that is read is written first
+  SourceColumns columns;  // NOLINT: every element is written before it is read
   FindColumns(across, &columns);
   const PixelBox box = {across.first, down.first, across.first + across.count,
                         down.first + down.count};

@@ -10,15 +10,15 @@
 
 namespace procgen {
 
-// Draws `image` stretched into `rect`, each pixel showing one source pixel. `opaque`: all pixels of
-// the image are; `opacity`: a factor of Mul.
+// Draws `image` stretched into `rect`; each pixel shows one source pixel. `opaque`: whether all
+// pixels of the image are opaque. `opacity`: a factor for Mul.
 void DrawUpright(const Image& image, bool opaque, uint32_t opacity, const ScreenRect& rect,
                  const Frame& frame);
-// The same upside down. REQUIRES: rotated.IsHalfTurn().
+// Draws `image` upside down. REQUIRES: rotated.IsHalfTurn().
 void DrawHalfTurn(const Image& image, bool opaque, uint32_t opacity, const RotatedRect& rotated,
                   const Frame& frame);
-// Draws a background: its colours are copied as they are. `pixels`: what may be left out and what
-// is done; null: all is drawn.
+// Draws a background; its colors are copied unchanged. `pixels`: the pixels to skip, updated with
+// those done; null: draws all pixels.
 void DrawBackdrop(const Image& image, const ScreenRect& rect, BackdropPixels* pixels,
                   const Frame& frame);
 

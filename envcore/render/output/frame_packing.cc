@@ -11,7 +11,7 @@ namespace {
 
 #if defined(__x86_64__)
 
-// Eight pixels are a register of 32 bytes, packed the lower 24 bytes of one.
+// Eight pixels fill a 32-byte register; packed, they fill its lower 24 bytes.
 constexpr size_t kPixelsAtOnce = 8;
 constexpr size_t kPackedBytes = 3 * kPixelsAtOnce;
 
@@ -32,8 +32,8 @@ __attribute__((target("avx2"))) __m256i UnpackEight(__m256i packed) {
   return _mm256_or_si256(pixels, opaque);
 }
 
-// Both return how many pixels they have done. All eights but the last take whole registers, of
-// which the next eight's bytes are a part.
+// Both return the number of pixels done. All groups of eight but the last load or store a whole
+// register, which overlaps the next group.
 __attribute__((target("avx2"))) size_t PackByEights(const Rgba* pixels, size_t count,
                                                     uint8_t* rgb) {
   size_t i = 0;
@@ -69,7 +69,7 @@ __attribute__((target("avx2"))) size_t UnpackByEights(const uint8_t* rgb, size_t
 
 #endif
 
-// As many pixels at a time as this machine can; both return how many are done.
+// SIMD if the CPU has it. Both return the number of pixels done.
 size_t PackMany([[maybe_unused]] const Rgba* pixels, [[maybe_unused]] size_t count,
                 [[maybe_unused]] uint8_t* rgb) {
 #if defined(__x86_64__)
@@ -99,7 +99,7 @@ void PackRgb(absl::Span<const Rgba> pixels, uint8_t* rgb) {
   }
 }
 
-// The next two are simple loops, which compilers turn into vectors themselves.
+// The next two are simple loops, which compilers vectorize.
 void PackPlanes(absl::Span<const Rgba> pixels, uint8_t* planes) {
   const size_t count = pixels.size();
   for (size_t i = 0; i < count; ++i) {

@@ -9,13 +9,13 @@
 
 namespace procgen {
 
-// Writes `pixels`, [n], to `frame` in the colours and the layout of a format: uint8 [n, 3] or
-// [3, n] for red, green and blue, [n] for grey.
-// REQUIRES: frame.size() is 3 * pixels.size(), or for grey pixels.size().
+// Writes `pixels`, [n], to `frame` in the given format: uint8 [n, 3] or [3, n] for RGB, [n] for
+// grayscale.
+// REQUIRES: frame.size() is 3 * pixels.size(), or pixels.size() for grayscale.
 void PackFrame(absl::Span<const Rgba> pixels, Color color, Layout layout,
                absl::Span<uint8_t> frame);
 
-// Opaque pixels [n] of red, green and blue, uint8 [n, 3]. REQUIRES: the sizes fit.
+// Converts RGB, uint8 [n, 3], to opaque pixels [n]. REQUIRES: the sizes match.
 void UnpackRgb(absl::Span<const uint8_t> rgb, absl::Span<Rgba> pixels);
 
 }  // namespace procgen

@@ -7,7 +7,7 @@
 
 namespace procgen {
 
-// A pixel with premultiplied alpha: no colour channel is above the alpha.
+// A pixel with premultiplied alpha: no color channel is above alpha.
 struct Rgba {
   uint8_t red = 0;
   uint8_t green = 0;
@@ -17,13 +17,13 @@ struct Rgba {
   bool operator==(const Rgba&) const = default;
 };
 
-// c * a / 255 as all drawing rounds it; exact for a = 0 and a = 255.
+// c * a / 255, with the rounding that all drawing uses; exact for a = 0 and a = 255.
 constexpr uint8_t Mul(uint32_t c, uint32_t a) {
   const uint32_t t = c * a;
   return static_cast<uint8_t>((t + (t >> 8) + 128) >> 8);
 }
 
-// The same for all four channels, two at a time.
+// Mul for all four channels, two at a time.
 constexpr Rgba Mul(const Rgba& p, uint32_t a) {
   constexpr uint32_t kOdd = 0x00ff00ff;
   const auto bits = std::bit_cast<uint32_t>(p);
@@ -34,21 +34,21 @@ constexpr Rgba Mul(const Rgba& p, uint32_t a) {
   return std::bit_cast<Rgba>(mul(bits & kOdd) | mul((bits >> 8) & kOdd) << 8);
 }
 
-// A plain colour of an art file, premultiplied.
+// Premultiplies a color of an art file.
 constexpr Rgba Premultiplied(const Rgba& p) {
   return {Mul(p.red, p.alpha), Mul(p.green, p.alpha), Mul(p.blue, p.alpha), p.alpha};
 }
 
-// Lays `source` over `below`. No channel overflows, as none is above its alpha.
+// Blends `source` over `below`. No channel overflows, because none is above its alpha.
 constexpr void LayOver(const Rgba& source, Rgba& below) {
   below = std::bit_cast<Rgba>(std::bit_cast<uint32_t>(source) +
                               std::bit_cast<uint32_t>(Mul(below, 255U - source.alpha)));
 }
 
-// Where places are cut to what an int holds, pixels.
+// Positions beyond this are clamped, so that they fit into an int. Pixels.
 inline constexpr double kFarPx = 1e9;
 
-// The whole pixel next to a place: halves go up, also below zero. Far places are cut.
+// Rounds a position to a whole pixel: halves round up, also below zero. Far positions are clamped.
 inline int RoundPx(double v) {
   const double half_up = v + 0.5;
   if (!(half_up > -kFarPx)) {
@@ -61,7 +61,7 @@ inline int RoundPx(double v) {
   return cut - (half_up < cut ? 1 : 0);
 }
 
-// `opacity` in [0, 1] as the factor of Mul: 255 for what is fully opaque, otherwise of 256 steps.
+// Converts `opacity` in [0, 1] to a factor for Mul: 255 if fully opaque, else in 256 steps.
 inline uint32_t OpacityFactor(float opacity) {
   if (!(opacity > 0)) {
     return 0;

@@ -14,7 +14,7 @@ double StepScale(double exact, FirstPosition first_position) {
   return first_position == FirstPosition::kTruncatedStep ? std::trunc(exact) : exact;
 }
 
-// Leaves out the far columns that would show no source pixel (one at most, but for sizes near 0).
+// Drops the far columns that would show no source pixel (at most one, except for sizes near 0).
 void KeepWithinSource(int source_size, AxisSteps& steps) {
   const int64_t limit = static_cast<int64_t>(source_size) * 65536 - 1;
   steps.position = std::clamp<int64_t>(steps.position, 0, limit);
@@ -76,7 +76,7 @@ AxisSteps ReversedSteps(double start, double size, int source_size, int size_px,
 
 AxisSteps CopiedSteps(double start, int source_size, int size_px) {
   AxisSteps steps;
-  if (start > size_px - 1) {  // even where it rounds down to the last pixel
+  if (start > size_px - 1) {  // even if it rounds down to the last pixel
     return steps;
   }
   const int from = RoundPx(start);

@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// Which source column (or row) each pixel column of a stretched picture shows: pixel first + i
-// shows (position + i * step) >> 16, for i in [0, count).
+// The source column (or row) of each pixel column of a stretched image: pixel first + i shows
+// (position + i * step) >> 16, for i in [0, count).
 struct AxisSteps {
   // The source column of a pixel column. REQUIRES: first <= pixel < first + count.
   int SourceAt(int pixel) const {
@@ -19,18 +19,18 @@ struct AxisSteps {
   int64_t step = 0;
 };
 
-// How the first position is found: sprites at full opacity take the truncated step, all else the
-// step itself.
+// The rule for the first position: fully opaque sprites use the truncated step, all others the
+// exact step.
 enum class FirstPosition { kTruncatedStep, kExactStep };
 
-// A picture of `source_size` stretched over [start, start + size), on a canvas of size_px.
+// For an image of `source_size` stretched over [start, start + size), on a canvas of size_px.
 AxisSteps StretchedSteps(double start, double size, int source_size, int size_px,
                          FirstPosition first_position);
-// The same for a half turn: [start, start + size) is where the reversed picture stands.
+// For a half turn: the reversed image covers [start, start + size).
 AxisSteps ReversedSteps(double start, double size, int source_size, int size_px,
                         FirstPosition first_position);
-// A picture of exactly the size drawn, copied one to one; nothing if it starts beyond the last
-// pixel's near edge.
+// For an image drawn at exactly its own size, copied one to one. Empty if it starts beyond the near
+// edge of the last pixel.
 AxisSteps CopiedSteps(double start, int source_size, int size_px);
 
 }  // namespace procgen

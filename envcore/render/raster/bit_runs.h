@@ -7,10 +7,10 @@
 
 namespace procgen {
 
-// The pixels of a row, or the rows of a frame, as the bits of a word.
+// The pixels of a row, or the rows of a frame, as bits of a word.
 inline constexpr int kWordBits = 64;
 
-// The bits [first, end), as far as a word has them.
+// The bits [first, end), clipped to the word.
 inline uint64_t BitRange(int first, int end) {
   const int from = std::max(first, 0);
   const int to = std::min(end, kWordBits);
@@ -20,7 +20,7 @@ inline uint64_t BitRange(int first, int end) {
   return (~uint64_t{0} >> (kWordBits - (to - from))) << from;
 }
 
-// Calls `use(first, end)` for each run of ones.
+// Calls `use(first, end)` for each run of 1 bits.
 template <typename Use>
 void ForEachBitRun(uint64_t bits, Use use) {
   while (bits != 0) {

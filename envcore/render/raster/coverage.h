@@ -13,7 +13,7 @@ struct CoveredRange {
   int first = 0;  // columns [first, end)
   int end = 0;
 
-  // The covered part of column x, in [0, 1].
+  // The covered fraction of column x, in [0, 1].
   double ShareOf(int x) const {
     const double left = std::max(from, static_cast<double>(x));
     const double right = std::min(to, static_cast<double>(x) + 1);
@@ -21,7 +21,7 @@ struct CoveredRange {
   }
 };
 
-// The columns of [0, size_px) that the interval from `start`, `size` long, touches; a negative size
+// The columns of [0, size_px) that the interval [start, start + size) touches. A negative size
 // swaps its ends.
 inline CoveredRange CoveredColumns(double start, double size, int size_px) {
   CoveredRange range;

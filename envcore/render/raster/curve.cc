@@ -3,7 +3,7 @@
 namespace procgen {
 namespace {
 
-constexpr double kControlShare = 0.5522847498;  // of the half-axes
+constexpr double kControlShare = 0.5522847498;  // fraction of the half-axes
 
 Point Middle(const Point& a, const Point& b) { return {(a.x + b.x) * 0.5, (a.y + b.y) * 0.5}; }
 

@@ -14,7 +14,7 @@ struct Point {
   bool operator==(const Point&) const = default;
 };
 
-// A cubic curve from p[0] to p[3].
+// A cubic Bezier curve from p[0] to p[3].
 struct Curve {
   std::array<Point, 4> p;
 };
@@ -27,7 +27,7 @@ struct CurveHalves {
 
 CurveHalves Halve(const Curve& curve);
 
-// The ellipse in `rect` as four curves: right, bottom, left, top and back to the right.
+// The ellipse in `rect` as four curves: right, bottom, left, top, and back to the right.
 std::array<Curve, 4> EllipseCurves(const ScreenRect& rect);
 
 }  // namespace procgen

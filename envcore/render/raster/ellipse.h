@@ -6,12 +6,11 @@
 
 namespace procgen {
 
-// Emits the inside and the outline, one pixel wide, of the ellipse in `rect` on a canvas of
-// size_px x size_px, in the order that they are to be painted in; a pixel may be emitted to both
-// and more than once. Rectangles of whole pixels follow rules of their own (MidpointEllipse). A
-// size that is not positive: nothing.
+// Emits the inside and the outline, one pixel wide, of the ellipse in `rect` on a canvas of size_px
+// x size_px, in painting order. A pixel may be emitted to both and more than once. Rectangles of
+// whole pixels have their own rules (MidpointEllipse). Emits nothing if a size is not positive.
 void EmitEllipse(const ScreenRect& rect, int size_px, RunSink inside, RunSink outline);
-// Emits the inside of an ellipse that has no outline.
+// Emits the inside of an ellipse without an outline.
 void EmitEllipseInside(const ScreenRect& rect, int size_px, RunSink inside);
 
 }  // namespace procgen

@@ -7,23 +7,23 @@
 
 namespace procgen {
 
-// The pixels of a canvas whose centre a flat rectangle covers: edges rounded to the next pixel
-// border, a negative size swaps them.
+// The pixels whose centers a flat rectangle covers: edges are rounded to the nearest pixel border,
+// and a negative size swaps them.
 PixelBox CoveredPixels(const ScreenRect& rect, int width, int height);
 
-// A translucent flat colour, premultiplied by the rule for flat colours (pictures have another).
+// Premultiplies a translucent flat color. Flat colors round differently from images.
 Rgba PremultipliedFlat(const Rgba& plain);
 
-// Draws a rectangle of `plain` (not premultiplied), without smoothing.
+// Draws a rectangle in `plain` (not premultiplied), without smoothing.
 void DrawFlatAliased(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 
-// Fills the part of `box` that is in the frame with an opaque colour.
+// Fills the part of `box` inside the frame with an opaque color.
 void FillPixels(const PixelBox& box, const Rgba& color, const Frame& frame);
 
-// Draws it with each pixel weighted by the part of it that is covered.
+// Draws a rectangle in `plain`, each pixel weighted by its covered fraction.
 void DrawFlatAntialiased(const ScreenRect& rect, const Rgba& plain, const Frame& frame);
 
-// The flat colour of an image kind's theme (use_monochrome_assets), opaque.
+// The flat color of a kind and theme (use_monochrome_assets), opaque.
 Rgba MonochromeColor(int kind, int theme);
 
 }  // namespace procgen

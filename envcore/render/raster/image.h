@@ -13,7 +13,7 @@ namespace procgen {
 class Image {
  public:
   Image() = default;
-  // All pixels transparent.
+  // Makes an image of transparent pixels.
   Image(int width, int height)
       : width_(width),
         height_(height),
@@ -26,7 +26,7 @@ class Image {
   // REQUIRES: 0 <= y < height().
   const Rgba* Row(int y) const { return pixels_.data() + Offset(y); }
   Rgba* Row(int y) { return pixels_.data() + Offset(y); }
-  // REQUIRES: the pixel lies in the image.
+  // REQUIRES: the pixel is in the image.
   const Rgba& At(int x, int y) const { return Row(y)[x]; }
   Rgba& At(int x, int y) { return Row(y)[x]; }
 

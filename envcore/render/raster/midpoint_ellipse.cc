@@ -5,10 +5,10 @@
 namespace procgen {
 namespace {
 
-// The outline's pixels on a row above the middle and on the row below that mirrors it.
+// A row of the outline above the middle, and the row below that mirrors it.
 struct RowPair {
   int upper_row;
-  int lower_row;  // not below upper_row: there is no second row
+  int lower_row;  // not below upper_row: no second row
   int left_first;
   int left_end;
   int right_first;
@@ -17,7 +17,8 @@ struct RowPair {
 
 using RowPairSink = absl::FunctionRef<void(const RowPair&)>;
 
-// Emits the run of `length` pixels from column `first` right of the middle, `up` rows above it.
+// Emits the run of `length` pixels from column `first` right of the middle, `up` rows above the
+// middle, and its mirror images.
 void EmitRowPair(const MidpointEllipse& ellipse, int first, int up, int length, RowPairSink sink) {
   const int middle_x = ellipse.x + (ellipse.width + 1) / 2;
   const int middle_y = ellipse.y + (ellipse.height + 1) / 2;
@@ -42,7 +43,7 @@ void WalkOutline(const MidpointEllipse& ellipse, RowPairSink sink) {
   int x = 0;
   int y = (ellipse.height + 1) / 2;
   int run_start = 0;
-  // The flat part: several pixels a row.
+  // The flat part: several pixels per row.
   double decision = bb - (aa * b) + 0.25 * aa;
   while (aa * (2 * y - 1) > 2 * bb * (x + 1)) {
     if (decision < 0) {
@@ -57,7 +58,7 @@ void WalkOutline(const MidpointEllipse& ellipse, RowPairSink sink) {
     }
   }
   EmitRowPair(ellipse, run_start, y, x - run_start + 1, sink);
-  // The steep part: one pixel a row.
+  // The steep part: one pixel per row.
   decision = bb * (x + 0.5) * (x + 0.5) + aa * ((y - 1) * (y - 1) - bb);
   while (y > ellipse.height % 2) {
     if (decision < 0) {

@@ -5,7 +5,7 @@
 
 namespace procgen {
 
-// An ellipse that fills a rectangle of whole pixels, by the midpoint method.
+// An ellipse in a rectangle of whole pixels, drawn by the midpoint method.
 struct MidpointEllipse {
   int x = 0;
   int y = 0;
@@ -13,9 +13,9 @@ struct MidpointEllipse {
   int height = 0;
 };
 
-// Emits its inside and its outline on a canvas of size_px x size_px, row by row as they are to be
-// painted: in flat ellipses the inside of a later row covers the outline of an earlier one. The
-// inside ends where the outline's runs begin, whether an outline is painted or not.
+// Emits inside and outline on a canvas of size_px x size_px, row by row in painting order: in flat
+// ellipses the inside of a later row covers the outline of an earlier one. The inside ends where
+// the runs of the outline begin, whether or not an outline is painted.
 void EmitMidpointEllipse(const MidpointEllipse& ellipse, int size_px, RunSink inside,
                          RunSink outline);
 

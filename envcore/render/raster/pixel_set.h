@@ -10,10 +10,10 @@
 
 namespace procgen {
 
-// Some of a frame's pixels, a bit each. Of frames of 64 x 64 at most, as a row is a word.
+// A set of pixels of a frame of at most 64 x 64: one bit per pixel, one word per row.
 class PixelSet {
  public:
-  // The side of the largest frame whose pixels can be told.
+  // Size of the largest frame that a set can cover.
   static constexpr int kSizePxMax = kWordBits;
 
   // REQUIRES: 0 <= row < kSizePxMax.
@@ -30,14 +30,14 @@ class PixelSet {
   std::array<uint64_t, kSizePxMax> rows_ = {};
 };
 
-// What drawing a background may leave out, and what it has seen to.
+// The pixels that a background need not draw, and those that are done.
 struct BackdropPixels {
-  PixelSet hidden;  // something opaque will be drawn over them
+  PixelSet hidden;  // will be covered by something opaque
   PixelSet done;    // drawn or hidden
 };
 
-// Calls `draw(row, first, end)` for the runs of `box` that are not hidden, and calls them done.
-// `pixels`: null: none is hidden. REQUIRES: the box lies in the frame.
+// Calls `draw(row, first, end)` for the runs of `box` that are not hidden, and marks them done.
+// `pixels`: null: no pixel is hidden. REQUIRES: the box is in the frame.
 template <typename Draw>
 void ForEachRunToDraw(const PixelBox& box, BackdropPixels* pixels, Draw draw) {
   const uint64_t columns = BitRange(box.left, box.right);

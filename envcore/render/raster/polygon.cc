@@ -15,16 +15,16 @@ namespace {
 constexpr double kFlatness = 0.25;  // pixels
 constexpr int kHalvingsMax = 9;
 constexpr int64_t kOne = 1 << 16;  // 16.16 fixed point
-// Pictures with no more rows than the largest observation are drawn without an allocation.
+// Polygons with at most this many rows, the largest observation, need no allocation.
 constexpr size_t kRowsInPlace = 512;
 
-// A corner in 1/64 of a pixel.
+// A corner, in 1/64 of a pixel.
 struct Corner {
   int64_t x = 0;
   int64_t y = 0;
 };
 
-// Where the outline enters and leaves a row, in 16.16 pixels.
+// The columns at which the outline enters and leaves a row, in 16.16 pixels.
 struct RowExtent {
   int64_t left = std::numeric_limits<int64_t>::max();
   int64_t right = std::numeric_limits<int64_t>::min();
@@ -53,7 +53,8 @@ class Polygon {
  public:
   explicit Polygon(int size_px) : size_px_(size_px), rows_(static_cast<size_t>(size_px)) {}
 
-  void AddCurve(const Curve& curve, int halvings) {  // NOLINT(misc-no-recursion): kHalvingsMax deep
+  void AddCurve(const Curve& curve,
+                int halvings) {  // NOLINT(misc-no-recursion): at most kHalvingsMax deep
     if (halvings == 0 || IsFlat(curve)) {
       AddEdge(ToCorner(curve.p[0]), ToCorner(curve.p[3]));
       return;

@@ -7,8 +7,8 @@
 
 namespace procgen {
 
-// Emits the pixels of a canvas of size_px x size_px whose centre lies inside of the closed outline
-// that `curves` make. REQUIRES: the outline is convex.
+// Emits the pixels of a canvas of size_px x size_px whose centers are inside the closed outline of
+// `curves`. REQUIRES: the outline is convex.
 void EmitInside(absl::Span<const Curve> curves, int size_px, RunSink sink);
 
 }  // namespace procgen

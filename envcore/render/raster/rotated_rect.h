@@ -8,10 +8,10 @@
 
 namespace procgen {
 
-// A rectangle rotated around its centre, clockwise on the screen.
+// A rectangle rotated around its center, clockwise on the screen.
 class RotatedRect {
  public:
-  // `rotation` in radians; quarter and half turns, as nearly as f32 can say them, are exact.
+  // `rotation`: radians. Quarter and half turns, to the precision of f32, are exact.
   RotatedRect(const ScreenRect& rect, float rotation);
 
   double sin() const { return sin_; }
@@ -19,13 +19,13 @@ class RotatedRect {
   Point center() const { return center_; }
   const ScreenRect& unrotated() const { return rect_; }
 
-  // Whether it is not rotated at all, or upside down and nothing else.
+  // Whether it is not rotated, or rotated by exactly a half turn.
   bool IsUpright() const { return IsLevel() && cos_ > 0; }
   bool IsHalfTurn() const { return IsLevel() && cos_ < 0; }
 
-  // Where the point (a, b) of the rectangle (-width / 2, -height / 2, width, height) stands.
+  // Maps the point (a, b) of the rectangle (-width / 2, -height / 2, width, height) to the screen.
   Point Map(double a, double b) const;
-  // Where the corners stand: the unrotated top left, top right, bottom right, bottom left.
+  // The corners on the screen: the unrotated top left, top right, bottom right, bottom left.
   std::array<Point, 4> Corners() const;
 
  private:

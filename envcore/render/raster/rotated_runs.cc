@@ -13,20 +13,20 @@ namespace {
 
 constexpr double kOne = 65536;  // 16.16 fixed point
 constexpr double kLevelSlope = 1e20;
-constexpr double kFarFixed = 1e15;  // far outside of any picture
+constexpr double kFarFixed = 1e15;  // outside of any image
 
-// 16.16, truncated; places far outside are cut, far enough to stay outside.
+// Converts to 16.16, truncated. Far positions are clamped, but stay outside.
 int64_t ToFixed(double v) {
   return static_cast<int64_t>(std::clamp(v * kOne, -kFarFixed, kFarFixed));
 }
 
-// Where a boundary stands in a row, and its slope.
+// The position of an edge in a row, and its slope.
 struct Boundary {
   int64_t x = 0;
   int64_t step = 0;
 };
 
-// The boundary along the edge from `upper` to `lower` in row `row`.
+// The edge from `upper` to `lower`, in row `row`.
 Boundary EdgeAt(const Point& upper, const Point& lower, int row) {
   const double slope = (lower.x - upper.x) / (lower.y - upper.y);
   return {ToFixed(upper.x + (0.5 + row - upper.y) * slope + 0.5), ToFixed(slope)};
@@ -37,7 +37,7 @@ struct Edge {
   const Point& lower;
 };
 
-// Emits the rows between the heights y1 and y2, from the left edge to the right one.
+// Emits the rows between the heights y1 and y2, from the left edge to the right edge.
 void EmitBand(double y1, double y2, const Edge& left_edge, const Edge& right_edge, int size_px,
               RunSink sink) {
   const int first = std::max(0, RoundPx(y1));
@@ -59,13 +59,13 @@ double Floor64th(double v) { return std::floor(v * 64) / 64; }
 
 bool EqualIn64ths(double a, double b) { return static_cast<int64_t>((b - a) * 64) == 0; }
 
-// The first row whose centre is not above `y`, by the rule for thick lines: cut, not rounded, below
-// zero.
+// The first row whose center is not above `y`. By the rule for thick lines this truncates below
+// zero instead of rounding.
 int FirstRowFrom(double y) {
   return static_cast<int>(y + 0.5);  // NOLINT(bugprone-incorrect-roundings)
 }
 
-// The last row that is wholly above `y`, by the rule for thick lines.
+// The last row that is completely above `y`, by the rule for thick lines.
 int LastRowAbove(double y) { return y < 0.5 ? -1 : static_cast<int>(y - 0.5); }
 
 struct ThickLine {
@@ -80,7 +80,7 @@ double SquaredLength(const ThickLine& line) {
   return x * x + y * y;
 }
 
-// Cuts the line where no part of it can be seen; false: nothing is left.
+// Clips the line to the visible part. Returns false if nothing is left.
 bool CutToCanvas(int size_px, ThickLine& line) {
   const double margin_x = std::abs(line.b.y - line.a.y) * line.thickness * 0.5;
   const double margin_y = std::abs(line.b.x - line.a.x) * line.thickness * 0.5;
@@ -145,7 +145,7 @@ void EmitUprightLine(ThickLine line, int size_px, RunSink sink) {
   }
 }
 
-// The corners of a slanting line, each coordinate rounded down to a 64th.
+// The corners of a slanted line, each coordinate rounded down to 1/64.
 struct SlantedCorners {
   Point top;
   Point left;
@@ -176,8 +176,7 @@ void EmitSlanted(ThickLine line, int size_px, RunSink sink) {
     std::swap(line.a, line.b);
   }
   const SlantedCorners c = CornersOf(line);
-  // Left edges are drawn from half a pixel to the right of them on, right ones up to half a pixel
-  // to the left.
+  // Left edges are moved half a pixel to the right, right edges half a pixel to the left.
   const auto boundary = [](const Point& upper, const Point& lower, int row, double inset) {
     const double slope = SlopeOf(upper, lower);
     return Boundary{ToFixed(upper.x + inset + (row + 0.5 - upper.y) * slope), ToFixed(slope)};

@@ -7,11 +7,11 @@
 
 namespace procgen {
 
-// Receives the pixels [first, end) of row `row`; never an empty run, never one outside of the
-// canvas. A shape is a sequence of runs, so that it can be painted on a frame or on an image.
+// Receives the pixels [first, end) of row `row`. Runs are never empty and never outside the canvas.
+// A shape is a sequence of runs, so it can be painted on a frame or on an image.
 using RunSink = absl::FunctionRef<void(int row, int first, int end)>;
 
-// Passes on the part of a run that lies on a canvas of width x height.
+// Emits the part of a run that is on a canvas of width x height.
 inline void EmitClipped(int row, int first, int end, int width, int height, RunSink sink) {
   if (row < 0 || row >= height) {
     return;

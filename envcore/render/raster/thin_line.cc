@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFlatness = 0.25;  // pixels
 constexpr int kHalvingsMax = 6;
-constexpr int64_t kNearlyParallel = 1 << 14;  // a quarter pixel a pixel, in 16.16
+constexpr int64_t kNearlyParallel = 1 << 14;  // a quarter pixel per pixel, in 16.16
 constexpr int64_t kCleared = std::numeric_limits<int64_t>::min();
 
 enum class Direction { kNone, kDown, kUp, kRight, kLeft };
@@ -33,19 +33,19 @@ Direction Opposite(Direction direction) {
   return Direction::kNone;
 }
 
-// Caps at the ends of a piece, along the way it is drawn.
+// Whether the ends of a piece have caps, in drawing direction.
 struct Caps {
   bool start = false;
   bool end = false;
 };
 
-// A pixel by its places on the main and the minor axis.
+// A pixel by its positions on the main and the minor axis.
 struct AxisPixel {
   int64_t main = 0;
   int64_t minor = 0;
 };
 
-// A straight piece in fixed point, seen along its main axis: the one that it covers more of.
+// A straight piece in fixed point. The main axis is the one on which it is longer.
 struct Piece {
   bool steep = false;    // the main axis is y
   bool swapped = false;  // drawn from its upper to its lower end
@@ -53,8 +53,8 @@ struct Piece {
   int64_t main1 = 0;  // lower end in 1/64 of a pixel
   int64_t main2 = 0;  // upper end
   int64_t minor = 0;  // 16.16
-  int64_t step = 0;   // of the minor place a pixel, 16.16
-  int64_t first = 0;  // pixels on the main axis
+  int64_t step = 0;   // change of the minor position per pixel, 16.16
+  int64_t first = 0;  // range of pixels on the main axis
   int64_t end = 0;    // exclusive
 
   AxisPixel Lower() const { return {first, minor >> 16}; }
@@ -62,12 +62,12 @@ struct Piece {
   bool NearlyParallel() const { return std::abs(step) < kNearlyParallel; }
 };
 
-// Draws the pieces of a line or an outline, remembering the piece before.
+// Draws the pieces of a line or an outline. The last pixel of a piece affects the next piece.
 class Pen {
  public:
   Pen(int size_px, RunSink sink) : size_px_(size_px), sink_(sink) {}
 
-  // Remembers what the piece would leave behind, without drawing it.
+  // Updates the pen as if the piece were drawn, without drawing it.
   void Remember(Point start, Point end) {
     Piece piece;
     if (Clip(start, end) && Measure(start, end, Caps(), piece)) {
@@ -98,7 +98,7 @@ class Pen {
   }
 
  private:
-  // Cuts the piece near the canvas; false: nothing is left of it.
+  // Clips the piece to the surroundings of the canvas. Returns false if nothing is left.
   bool Clip(Point& start, Point& end) {
     const double low = -1;
     const double high = size_px_ + 1;
@@ -129,7 +129,7 @@ class Pen {
     return true;
   }
 
-  // The piece in fixed point with its caps; false: it has no pixel.
+  // Converts the piece to fixed point and adds its caps. Returns false if it has no pixel.
   bool Measure(const Point& start, const Point& end, Caps caps, Piece& piece) const {
     int64_t x1 = static_cast<int64_t>(start.x * 64);
     int64_t y1 = static_cast<int64_t>(start.y * 64);
@@ -172,7 +172,7 @@ class Pen {
     return piece.first != piece.end;
   }
 
-  // Closes a gap to the piece before, or leaves a pixel out that it has drawn.
+  // Closes a gap to the previous piece, or skips a pixel that the previous piece has drawn.
   void JoinToMemory(const AxisPixel& first, Piece& piece, AxisPixel& last) const {
     if (memory_x_ == kCleared) {
       return;
@@ -217,7 +217,7 @@ class Pen {
 
   int size_px_;
   RunSink sink_;
-  int64_t memory_x_ = kCleared;  // the last pixel; clearing it forgets the column only
+  int64_t memory_x_ = kCleared;  // the last pixel; only the column is cleared
   int64_t memory_y_ = kCleared;
   Direction direction_ = Direction::kNone;
   bool nearly_parallel_ = false;

@@ -11,8 +11,7 @@ namespace procgen {
 // size_px x size_px.
 void EmitLine(const Point& start, const Point& end, int size_px, RunSink sink);
 
-// Emits the pixels of a closed outline one pixel wide, piece by piece. A pixel may be emitted
-// twice.
+// Emits the pixels of a closed outline one pixel wide, curve by curve. May emit a pixel twice.
 void EmitOutline(absl::Span<const Curve> curves, int size_px, RunSink sink);
 
 }  // namespace procgen

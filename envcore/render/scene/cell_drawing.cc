@@ -84,7 +84,7 @@ void CellDrawing::FindRanges(const Viewport& viewport) {
   };
   width_min_ = least(columns_);
   height_min_ = least(rows_);
-  // No two ranges of one axis differ by more than a pixel.
+  // The ranges of one axis differ by at most one pixel.
   scales_ = width_min_ > 0 && width_min_ < ScaledImageCache::kSizePxMax && height_min_ > 0 &&
             height_min_ < ScaledImageCache::kSizePxMax;
 }
@@ -117,7 +117,7 @@ void CellDrawing::FindCells() {
   Look* outside = LookOf(cells_->out_of_bounds_kind);
   const int column_count = static_cast<int>(columns_.size());
   const int row_count = static_cast<int>(rows_.size());
-  // The rows of the view that the grid has.
+  // The rows of the view that are inside the grid.
   const int grid_first = std::clamp(-cells_->first_row, 0, row_count);
   const int grid_end = std::clamp(grid.height() - cells_->first_row, grid_first, row_count);
   for (int column = 0; column < column_count; ++column) {

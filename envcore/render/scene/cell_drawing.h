@@ -15,27 +15,27 @@
 
 namespace procgen {
 
-// Draws the cells of scenes as the agent sees them. Where a column or a row of cells stands, and
-// how a kind looks, is found once for each frame. Keeps its memory from frame to frame.
+// Draws the cells of scenes in the agent's view. The positions of columns and rows, and the look of
+// each kind, are computed once per frame. Keeps its buffers from frame to frame.
 // Threads: compatible (one thread at a time).
 class CellDrawing {
  public:
   CellDrawing() { dot_.way = Look::Way::kDot; }
 
-  // Gets ready for the cells of `scene`. All must stay valid until the frame is drawn.
+  // Prepares for the cells of `scene`. All arguments must stay valid until the frame is drawn.
   // REQUIRES: scene.cells.grid is not null.
   void Begin(const Scene& scene, const GameArt& art, const Viewport& viewport, const Frame& frame);
 
-  // Which pixels the cells will cover wholly. REQUIRES: the frame's side is PixelSet::kSizePxMax at
-  // most.
+  // Adds the pixels that the cells will completely cover. REQUIRES: the frame's size is at most
+  // PixelSet::kSizePxMax.
   void AddHidden(PixelSet* hidden);
 
   void Draw();
 
  private:
-  // Pixels of a column or row of cells, or of what is in its middle: [first, end), not clipped.
+  // Pixels [first, end) of a column or row of cells, or of their dots. Not clipped.
   struct PixelRange {
-    // Those whose centre lies in [from, from + length). REQUIRES: length >= 0.
+    // The pixels whose centers are in [from, from + length). REQUIRES: length >= 0.
     static PixelRange Of(double from, double length) {
       return {RoundPx(from), RoundPx(from + length)};
     }
@@ -47,16 +47,16 @@ class CellDrawing {
   // How the cells of a kind are drawn.
   struct Look {
     enum class Way : uint8_t { kNothing, kFlat, kScaled, kPicture, kDot };
-    int64_t frame_number = 0;  // that it was found for
+    int64_t frame_number = 0;  // frame that it was computed for
     Way way = Way::kNothing;
     bool opaque = false;
     Rgba color;
     SpriteArt art;
-    // By height above the least, width above the least; null: not looked at yet.
+    // By height and width above their minima; null: not looked up yet.
     std::array<std::array<std::shared_ptr<const ScaledImage>, 2>, 2> scaled;
   };
 
-  // A cell in view, by its place in columns_ and rows_.
+  // A cell in view, by index in columns_ and rows_.
   struct Cell {
     Look* look;
     int column;
@@ -66,10 +66,10 @@ class CellDrawing {
   // Whether any cell in view is not empty.
   bool HasCells() const;
   void FindRanges(const Viewport& viewport);
-  // Lists the cells that are to be drawn, in the order of drawing: column by column.
+  // Lists the cells to draw, in drawing order: column by column.
   void FindCells();
   Look FindLook(int kind) const;
-  // How the cells of a kind are drawn; null: not at all.
+  // How the cells of a kind are drawn; null: they are not drawn.
   Look* LookOf(int kind) {
     if (kind == cells_->dots.kind && kind != kOutsideKind) {
       return &dot_;
@@ -92,13 +92,13 @@ class CellDrawing {
   ArtStyle style_ = ArtStyle::kPictures;
   const Viewport* viewport_ = nullptr;
   const Frame* frame_ = nullptr;
-  std::vector<PixelRange> columns_;  // of the view, from cells_->first_column on
+  std::vector<PixelRange> columns_;  // of the view, starting at cells_->first_column
   std::vector<PixelRange> rows_;
-  std::vector<PixelRange> dot_columns_;  // of the dots in them; empty: there are none
+  std::vector<PixelRange> dot_columns_;  // of the dots; empty: no dots
   std::vector<PixelRange> dot_rows_;
-  int width_min_ = 0;  // of the ranges
+  int width_min_ = 0;  // smallest range
   int height_min_ = 0;
-  bool scales_ = false;  // the ranges are small enough for scaled pictures
+  bool scales_ = false;  // the ranges are small enough for scaled images
   std::vector<Cell> shown_;
   std::vector<uint64_t>
       hidden_of_rows_;  // by place in rows_: the pixels hidden in each of its lines

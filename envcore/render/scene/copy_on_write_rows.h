@@ -9,24 +9,24 @@
 
 namespace procgen {
 
-// Which rows of a frame are shared: they show what a static layer keeps, and their pixels in the
-// frame mean nothing until something is to be drawn there. In most games that stand still little
-// moves, so most rows go from the layer to the observation as they are. Threads: compatible (one
-// thread at a time).
+// The rows of a frame that are shared with a static layer. A shared row has no valid pixels in the
+// frame until something is drawn on it. In most games with a fixed camera little moves, so most
+// rows are copied from the layer to the observation directly. Threads: compatible (one thread at a
+// time).
 class CopyOnWriteRows {
  public:
-  // The side of the largest frame whose rows can be shared.
+  // Size of the largest frame whose rows can be shared.
   static constexpr int kSizePxMax = kWordBits;
 
-  // No row is shared.
+  // Marks no row as shared.
   void Clear() { shared_ = 0; }
-  // All rows are. REQUIRES: `layer` keeps a frame of this side, at most kSizePxMax, and stays until
-  // no row is shared.
+  // Marks all rows as shared. REQUIRES: `layer` holds a frame of this size, at most kSizePxMax, and
+  // lives until no row is shared.
   void ShareAll(const StaticLayerCache& layer, int size_px);
-  // Gives the rows [first, end) their pixels, as far as they lie in the frame and are shared.
+  // Copies the pixels of those rows of [first, end) that are shared, so that they can be drawn on.
   void Materialize(int first, int end, const Frame& frame);
 
-  // Which rows are shared, bit i: row i, and with which layer: null: with none so far.
+  // The shared rows, bit i for row i, and the layer that they are shared with (null: none yet).
   uint64_t shared() const { return shared_; }
   const StaticLayerCache* layer() const { return layer_; }
 

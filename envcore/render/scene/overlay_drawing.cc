@@ -11,21 +11,21 @@
 namespace procgen {
 namespace {
 
-constexpr double kNeedleShare = 0.95;  // of half the rectangle's width
+constexpr double kNeedleShare = 0.95;  // fraction of half the rectangle's width
 constexpr Rgba kJumpMarkColor = {255, 255, 255, 120};
-constexpr int kSamplesPerSide = 4;  // of a pixel, in the antialiased view
+constexpr int kSamplesPerSide = 4;  // per pixel, in the human view
 
 Rgba ColorOf(const Overlay& overlay) {
   return {overlay.color[0], overlay.color[1], overlay.color[2], 255};
 }
 
-// The overlay's rectangle in pixels, each figure rounded to f32.
+// The overlay's rectangle in pixels, each value rounded to f32.
 ScreenRect RectOf(const Overlay& overlay, const Viewport& viewport) {
   const float u = viewport.pixels_per_cell();
   return {overlay.x * u, overlay.y * u, overlay.width * u, overlay.height * u};
 }
 
-// The lower part of a box, on whole pixels.
+// The lower part of a box, in whole pixels.
 ScreenRect JumpMarkRectOf(const Overlay& overlay, const Viewport& viewport) {
   const ScreenRect box = viewport.OfBox(overlay.x, overlay.y, overlay.width, overlay.height);
   return {std::trunc(box.x), std::trunc(box.y + box.height * (5.0 / 6.0)), std::trunc(box.width),
@@ -46,8 +46,8 @@ Needle NeedleOf(const Overlay& overlay, const ScreenRect& rect) {
           {std::trunc(x + length * std::cos(angle)), std::trunc(y - length * std::sin(angle))}};
 }
 
-// Lays `plain` over every pixel as far as `inside` holds for the samples in it. `bounds` holds all
-// that is inside.
+// Blends `plain` over every pixel, weighted by the samples for which `inside` holds. `bounds`
+// contains everything inside.
 template <typename Inside>
 void FillAntialiased(const ScreenRect& bounds, const Rgba& plain, const Frame& frame,
                      Inside inside) {
@@ -85,7 +85,7 @@ void FillEllipseAntialiased(const ScreenRect& rect, const Rgba& plain, const Fra
   });
 }
 
-// A line with square ends that reach half its width beyond its end points.
+// A line with square ends that extend half its width beyond its end points.
 void DrawNeedleAntialiased(const Needle& needle, double width, const Rgba& plain,
                            const Frame& frame) {
   const double dx = needle.end.x - needle.start.x;

@@ -7,16 +7,16 @@
 
 namespace procgen {
 
-// The rows that an overlay may touch, [top, bottom), in the frame or not.
+// The rows that an overlay may touch, [top, bottom); may be outside the frame.
 struct RowRange {
   int top = 0;
   int bottom = 0;
 };
 RowRange RowsOf(const Overlay& overlay, const Viewport& viewport);
 
-// Draws a flat shape over the scene, pixel by pixel as the agent sees it.
+// Draws a flat shape over the scene in the agent's view, without smoothing.
 void DrawOverlayAliased(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
-// Draws it for the eye, pixels weighted by the part of them that is covered.
+// Draws a flat shape over the scene in the human view, pixels weighted by coverage.
 void DrawOverlayAntialiased(const Overlay& overlay, const Viewport& viewport, const Frame& frame);
 
 }  // namespace procgen

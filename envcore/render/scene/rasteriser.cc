@@ -11,9 +11,9 @@
 namespace procgen {
 namespace {
 
-constexpr uint64_t kMultiplier = 0x9E3779B97F4A7C15;  // spreads bits
+constexpr uint64_t kMultiplier = 0x9E3779B97F4A7C15;  // mixes bits
 
-// Tells the art of one level from that of another.
+// Identifies generated art by its painting steps.
 uint64_t FingerprintOf(const GeneratedArt& art) {
   uint64_t hash = static_cast<uint64_t>(art.size_px);
   const auto add = [&hash](uint64_t value) {

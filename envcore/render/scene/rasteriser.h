@@ -17,25 +17,23 @@
 
 namespace procgen {
 
-// Draws scenes. Keeps what it has painted of generated backgrounds; allocates nothing for a frame
-// but to paint a new one. Threads: compatible (one thread at a time): one for each worker.
+// Draws scenes. Caches painted generated backgrounds; a frame allocates memory only to paint a new
+// one. Threads: compatible; one per worker.
 class Rasteriser {
  public:
-  // Draws what the agent sees; at 64 x 64 pixel by pixel as Procgen 0.10.7 does where the
-  // art is the same, and by the same rules at any other side: nothing is rescaled. `static_layer`:
-  // what this environment's scenes showed before, of the same art and at the same side; null:
-  // nothing is known. `frame`: as `format` says. REQUIRES: 0 < format.size_px <= kFrameSizePxMax
-  // and frame.size() == format.bytes().
+  // Draws the agent's view. At 64 x 64 with upstream's art it equals Procgen 0.10.7 pixel by pixel.
+  // Other sizes follow the same rules; nothing is rescaled. `static_layer`: the cache of this
+  // environment, used with one art and one size only; null: no cache. `frame`: in `format`.
+  // REQUIRES: 0 < format.size_px <= kFrameSizePxMax; frame.size() == format.bytes().
   void DrawAgentView(const Scene& scene, const GameArt& art, StaticLayerCache* static_layer,
                      const FrameFormat& format, absl::Span<uint8_t> frame);
-  // Draws the same scene for the eye, antialiased. `frame`: uint8 [size_px, size_px, 3], red,
-  // green, blue, top row first.
-  // REQUIRES: 0 < size_px <= kFrameSizePxMax and `frame` has that size.
+  // Draws the human view, antialiased. `frame`: uint8 [size_px, size_px, 3], RGB, top row first.
+  // REQUIRES: 0 < size_px <= kFrameSizePxMax; `frame` has that size.
   void DrawHumanView(const Scene& scene, const GameArt& art, int32_t size_px,
                      absl::Span<uint8_t> frame);
 
  private:
-  // A generated background that was painted before, known again by its painting steps.
+  // A painted generated background, identified by its painting steps.
   struct PaintedBackground {
     uint64_t fingerprint = 0;
     uint64_t last_use = 0;
@@ -43,12 +41,12 @@ class Rasteriser {
   };
 
   Frame CanvasOf(int32_t size_px);
-  // Writes the picture on the canvas, and what is shared, to `frame`.
+  // Writes the canvas and the shared rows to `frame`.
   void Pack(const Frame& canvas, const FrameFormat& format, absl::Span<uint8_t> frame);
   const MipmappedImage* BackgroundOf(const Scene& scene, const GameArt& art);
   const MipmappedImage& Painted(const GeneratedArt& art);
 
-  std::vector<Rgba> pixels_;  // of the picture that is drawn
+  std::vector<Rgba> pixels_;  // of the frame that is being drawn
   CellDrawing cells_;
   CopyOnWriteRows rows_;
   std::array<PaintedBackground, 8> painted_;

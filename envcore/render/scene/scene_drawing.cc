@@ -13,9 +13,9 @@ namespace procgen {
 namespace {
 
 constexpr Rgba kBlack = {0, 0, 0, 255};
-constexpr double kVelocitySquareShare = 0.2;  // of the picture's side
-constexpr int kStripCellsInView = 16;         // a background that scrolls
-constexpr double kStripWidth = 54;            // in picture sides
+constexpr double kVelocitySquareShare = 0.2;  // of the frame's size
+constexpr int kStripCellsInView = 16;         // of a scrolling background
+constexpr double kStripWidth = 54;            // in frame sizes
 constexpr double kStripHeight = 3;
 
 enum class Sampling { kNearest, kAntialiased };
@@ -24,8 +24,7 @@ enum class Sampling { kNearest, kAntialiased };
 template <Sampling kSampling>
 class Drawing {
  public:
-  // `cells`, `rows`: of nearest sampling: draws the cells; what is shared. Null for an antialiased
-  // one.
+  // `cells`, `rows`: for nearest sampling; null for antialiased sampling.
   Drawing(const Scene& scene, const GameArt& art, const Frame& frame, CellDrawing* cells,
           CopyOnWriteRows* rows)
       : scene_(scene),
@@ -35,7 +34,7 @@ class Drawing {
         cells_(scene.cells.grid == nullptr ? nullptr : cells),
         rows_(rows) {}
 
-  // The background, the sprites below the cells and the cells.
+  // Draws the background, the sprites below the cells and the cells.
   void DrawStatic(const MipmappedImage* background) const {
     BeginCells();
     if (kSampling == Sampling::kNearest && frame_.size_px <= PixelSet::kSizePxMax) {
@@ -50,7 +49,7 @@ class Drawing {
     DrawCells();
   }
 
-  // The rest.
+  // Draws everything else.
   void DrawMoving() const {
     for (const Sprite& sprite : scene_.above_cells) {
       DrawSprite(sprite);
@@ -95,12 +94,12 @@ class Drawing {
     }
   }
 
-  // How far what is drawn into a rectangle may reach beyond it, pixels.
+  // How far a drawing may extend beyond its rectangle, in pixels.
   static double MarginOf(const ScreenRect& rect, float rotation) {
     return rotation == 0 ? 1 : 1 + (std::abs(rect.width) + std::abs(rect.height)) / 2;
   }
 
-  // Whether anything of it may be seen.
+  // Whether any part may be visible.
   bool IsInSight(const ScreenRect& rect, float rotation) const {
     const double margin = MarginOf(rect, rotation);
     const auto meets = [&](double from, double to) {
@@ -109,7 +108,7 @@ class Drawing {
     return meets(rect.x, rect.x + rect.width) && meets(rect.y, rect.y + rect.height);
   }
 
-  // Gets ready to draw into a rectangle that is in sight.
+  // Prepares the rows of a visible rectangle for drawing.
   void MaterializeRows(const ScreenRect& rect, float rotation) const {
     if constexpr (kSampling == Sampling::kNearest) {
       const double margin = MarginOf(rect, rotation);
@@ -140,7 +139,7 @@ class Drawing {
     }
   }
 
-  // What the cells do not hide, black where there is no background.
+  // Draws the background where the cells do not hide it; black where there is no background.
   void DrawNeededBackground(const MipmappedImage* picture) const {
     BackdropPixels pixels;
     if (cells_ != nullptr) {
@@ -155,7 +154,7 @@ class Drawing {
     }
   }
 
-  // `background`: null: nothing.
+  // `background`: null: draws nothing.
   void DrawBackground(const MipmappedImage* background, BackdropPixels* pixels) const {
     if (background == nullptr) {
       return;
@@ -187,7 +186,7 @@ class Drawing {
                  pixels);
   }
 
-  // The strip of a background that scrolls; the view shows the middle third of its height.
+  // Draws a strip of a scrolling background. The view shows the middle third of its height.
   void DrawStrip(const MipmappedImage& picture, BackdropPixels* pixels) const {
     const int pixels_per_cell = frame_.size_px / kStripCellsInView;  // truncated
     const auto steps = static_cast<float>(scene_.background.scrolled_steps);

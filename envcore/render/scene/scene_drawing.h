@@ -11,15 +11,15 @@
 
 namespace procgen {
 
-// Draws `scene` in its order on `frame`: black, background, sprites below the cells, cells, sprites
-// above them, velocity, overlays. `background`: null for black.
+// Draws `scene` on `frame` in drawing order: black, background, sprites below the cells, cells,
+// sprites above the cells, velocity, overlays. `background`: null for black.
 //
-// As the agent sees it. `cells`: kept from frame to frame. `static_layer`: of this environment;
-// null: all is drawn. `rows`: tells which rows are shared with it in the end.
+// The agent's view. `cells`: kept from frame to frame. `static_layer`: of this environment; null:
+// draws everything. `rows`: returns which rows are still shared with the static layer.
 void DrawNearestScene(const Scene& scene, const GameArt& art, const MipmappedImage* background,
                       CellDrawing* cells, StaticLayerCache* static_layer, CopyOnWriteRows* rows,
                       const Frame& frame);
-// For the eye.
+// The human view.
 void DrawAntialiasedScene(const Scene& scene, const GameArt& art, const MipmappedImage* background,
                           const Frame& frame);
 

@@ -9,12 +9,12 @@
 namespace procgen {
 namespace {
 
-// How often a static part must be met again before it is kept: a camera that stops for a moment
-// goes on soon.
+// Number of repetitions before the static part is cached: a camera that stops for a moment will
+// move again.
 constexpr int kRepeatsMin = 2;
 
-// Calls `use` with the kinds of each row of the grid that is in view, as far as it is; stops and
-// returns false when that does.
+// Calls `use` with the kinds of each row of the grid that is in view, clipped to the grid. Stops
+// and returns false when `use` returns false.
 template <typename Use>
 bool ForEachRow(const CellLayer& cells, Use use) {
   const Grid& grid = *cells.grid;
@@ -34,7 +34,7 @@ bool ForEachRow(const CellLayer& cells, Use use) {
   return true;
 }
 
-// Whether all but the kinds of the cells are the same.
+// Whether the layers are equal except for the kinds of their cells.
 bool SameWindow(const CellLayer& a, const CellLayer& b) {
   return a.first_column == b.first_column && a.last_column == b.last_column &&
          a.first_row == b.first_row && a.last_row == b.last_row &&
@@ -74,7 +74,7 @@ absl::Span<const uint8_t> StaticLayerCache::Rows(int first, int end) const {
 }
 
 bool StaticLayerCache::Knows(const Scene& scene) const {
-  // What a painted background shows is not told by its place in memory.
+  // The address of a generated background does not identify its content.
   if (!met_ || scene.background.generated != nullptr || !(scene.camera == camera_) ||
       !(scene.background == background_) || scene.world_width != world_width_ ||
       scene.world_height != world_height_ || scene.art_style != art_style_ ||

@@ -10,34 +10,35 @@
 
 namespace procgen {
 
-// What one environment's scenes have shown of what seldom moves: the background, the sprites below
-// the cells, and the cells. Where the camera stands still, it is drawn once a level and
-// copied after that. It is known again by all that it depends on, so nobody need tell it of new
-// levels or restored states. Threads: compatible (one thread at a time).
+// The part of one environment's scenes that seldom changes: the background, the sprites below the
+// cells, and the cells. With a fixed camera it is drawn once per level and then copied. The cache
+// compares everything that the layer depends on, so new levels and restored states need no
+// invalidation. Threads: compatible (one thread at a time).
 class StaticLayerCache {
  public:
   // What to do with the static part of a scene.
   enum class Use {
-    kCopy,      // it is kept: take it from here
-    kKeep,      // draw it and Keep it: it was the same in the scenes before
-    kDrawOnly,  // draw it: it is new, or not known for long, and may move on
+    kCopy,      // the layer is cached: copy it
+    kKeep,      // draw it, then call Keep: it has been the same in recent scenes
+    kDrawOnly,  // draw it: it is new, or still likely to change
   };
 
-  // Looks at the next scene. REQUIRES: the scenes are all drawn with the same art, at one size.
+  // Compares the next scene with the last. REQUIRES: all scenes are drawn with one art, at one
+  // size.
   Use Meet(const Scene& scene);
 
-  // REQUIRES: Meet said so; `frame` has always the same size.
+  // Stores the layer. REQUIRES: Meet returned kKeep; `frame` always has the same size.
   void Keep(const Frame& frame);
-  // The kept pixels of the rows [first, end). REQUIRES: Meet said kCopy; the rows lie in the frame.
+  // Copies the cached rows [first, end). REQUIRES: Meet returned kCopy; the rows are in the frame.
   void CopyRows(int first, int end, const Frame& frame) const;
-  // The same as red, green, blue: uint8 [end - first, size_px, 3].
+  // The cached rows as RGB: uint8 [end - first, size_px, 3].
   absl::Span<const uint8_t> Rows(int first, int end) const;
 
  private:
   bool Knows(const Scene& scene) const;
   void Remember(const Scene& scene);
 
-  // What was met last. `cells.grid` is not used.
+  // The last scene. `cells.grid` is not used.
   bool met_ = false;
   Camera camera_;
   int world_width_ = 0;
@@ -51,10 +52,10 @@ class StaticLayerCache {
   int grid_height_ = 0;
   std::vector<int16_t> kinds_;  // of the grid's cells in view, row by row
 
-  int repeat_count_ = 0;  // scenes that met it again and did not find it kept
+  int repeat_count_ = 0;  // number of scenes in a row with this layer, before it is cached
 
-  int size_px_ = 0;           // of what is kept
-  std::vector<uint8_t> rgb_;  // what is kept, packed as most observations are; empty: nothing
+  int size_px_ = 0;           // of the cached layer
+  std::vector<uint8_t> rgb_;  // the cached layer, in the most common format; empty: none
 };
 
 }  // namespace procgen

@@ -7,11 +7,11 @@
 
 namespace procgen {
 
-// The tiles of the games' walls and backgrounds are fewer than a hundred. A box that has hardly any
-// breadth would be cut without end.
+// Largest number of tiles. The games use fewer than a hundred; the limit is for boxes of almost no
+// breadth.
 inline constexpr int kTileCountMax = 1000;
 
-// Into how many squares-by-ratio a rectangle of `length` x `breadth` is cut along its length.
+// The number of tiles, of aspect ratio `ratio`, along a rectangle of `length` x `breadth`.
 inline int TileCount(double length, double breadth, double ratio) {
   const double count = length / (breadth * ratio);
   return count >= 1 ? static_cast<int>(std::min<double>(count, kTileCountMax)) : 1;

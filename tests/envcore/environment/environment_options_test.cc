@@ -42,20 +42,20 @@ TEST(ResolveOptionsTest, DefaultsAreThoseOfUpstream) {
   EXPECT_TRUE(ResolveOptions("maze", options).ok());
 }
 
-TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheAnswerNamesThoseThatAre) {
+TEST(ResolveOptionsTest, UnknownGamesAreNotFoundAndTheErrorListsTheGames) {
   const absl::Status status = ResolveOptions("pacman", {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr("no game is named \"pacman\"; there are "));
   EXPECT_THAT(std::string(status.message()), HasSubstr("bigfish, "));
 }
 
-TEST(ResolveOptionsTest, EveryGameTakesTheDefaults) {
+TEST(ResolveOptionsTest, EveryGameAcceptsTheDefaults) {
   for (const GameSpec& game : GameCatalog()) {
     EXPECT_TRUE(ResolveOptions(game.name, {}).ok()) << game.name;
   }
 }
 
-TEST(ResolveOptionsTest, AModeThatTheGameLacksIsRefusedWithThoseThatItHas) {
+TEST(ResolveOptionsTest, AnUnsupportedModeIsRejectedAndTheErrorListsTheModes) {
   ExpectInvalid("coinrun", OptionsWith(DistributionMode::kMemory),
                 "distribution_mode is memory (10), coinrun has easy, hard, exploration");
   ExpectInvalid("miner", OptionsWith(DistributionMode::kExtreme),
@@ -66,7 +66,7 @@ TEST(ResolveOptionsTest, AModeThatTheGameLacksIsRefusedWithThoseThatItHas) {
                 "distribution_mode is unknown (7), bigfish has easy, hard");
 }
 
-TEST(ResolveOptionsTest, NegativeLevelsAreRefused) {
+TEST(ResolveOptionsTest, NegativeLevelsAreRejected) {
   EnvironmentOptions options;
   options.num_levels = -1;
   ExpectInvalid("maze", options, "num_levels is -1, must be at least 0");
@@ -83,7 +83,7 @@ TEST(ResolveOptionsTest, TheLargestLevelsAreAccepted) {
   EXPECT_TRUE(ResolveOptions("maze", options).ok());
 }
 
-TEST(ResolveOptionsTest, ExplorationIsOneHardLevelOfTheGamesOwn) {
+TEST(ResolveOptionsTest, ExplorationIsOneHardLevelOfTheGame) {
   const auto resolved = ResolveOptions("maze", OptionsWith(DistributionMode::kExploration));
   ASSERT_TRUE(resolved.ok());
   EXPECT_EQ(resolved->distribution_mode, DistributionMode::kHard);
@@ -91,7 +91,7 @@ TEST(ResolveOptionsTest, ExplorationIsOneHardLevelOfTheGamesOwn) {
   EXPECT_EQ(resolved->start_level, 158988835);
 }
 
-TEST(ResolveOptionsTest, ExplorationTakesNoLevels) {
+TEST(ResolveOptionsTest, ExplorationRejectsNumLevelsAndStartLevel) {
   EnvironmentOptions options = OptionsWith(DistributionMode::kExploration);
   options.num_levels = 5;
   options.start_level = 6;
@@ -100,7 +100,7 @@ TEST(ResolveOptionsTest, ExplorationTakesNoLevels) {
                 "start_level must be 0, are 5 and 6");
 }
 
-TEST(ResolveOptionsTest, AllElseStaysAsItWas) {
+TEST(ResolveOptionsTest, OtherOptionsAreUnchanged) {
   EnvironmentOptions options;
   options.num_levels = 3;
   options.start_level = 4;

@@ -1,5 +1,5 @@
-// Saving and restoring one environment. That restored ones go on as the saved ones do is tested for
-// every game in tests/envcore/pool/pool_states_test.cc.
+// Saving and restoring one environment. tests/envcore/pool/pool_states_test.cc tests for every game
+// that restored environments continue like the saved ones.
 
 #include <memory>
 #include <string>
@@ -39,7 +39,7 @@ absl::StatusOr<std::unique_ptr<Environment>> Restored(
   return Environment::Restore(*FindGame(game), snapshot, autoreset_mode);
 }
 
-// What a new environment's snapshot holds, and the snapshot of what it is made to hold.
+// The content of a new environment's snapshot, and the snapshot with the given content.
 Json TreeOf(absl::string_view game) {
   Environment environment = Made(game);
   return Json::from_cbor(Saved(environment).substr(kSnapshotHeaderBytes));
@@ -51,14 +51,14 @@ std::string Encoded(const Json& tree) {
   return FrameSnapshot(body);
 }
 
-// A snapshot of a maze with one field set.
+// A snapshot of a maze with one field changed.
 std::string With(const std::string& field, const Json& value) {
   Json tree = TreeOf("maze");
   tree[Json::json_pointer(field)] = value;
   return Encoded(tree);
 }
 
-// A snapshot of coinrun with only the agent, `count` times `entity` and, last, a crate.
+// A snapshot of coinrun with the agent, `count` copies of `entity` and, last, a crate.
 std::string CoinRunWith(int count, Json entity) {
   Json tree = TreeOf("coinrun");
   Json& entities = tree["level"]["world"]["entities"];
@@ -73,7 +73,7 @@ std::string CoinRunWith(int count, Json entity) {
   return Encoded(tree);
 }
 
-TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
+TEST(EnvironmentStateTest, TheResultIsRestored) {
   Environment environment = Made("maze");
   Step(environment, 7);
   Step(environment, kEndEpisodeAction);
@@ -89,7 +89,7 @@ TEST(EnvironmentStateTest, WhatWasObservedComesBack) {
   EXPECT_EQ(result.fingerprint, expected.fingerprint);
 }
 
-TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
+TEST(EnvironmentStateTest, ThePendingNextLevelIsRestored) {
   Environment environment = Made("maze");
   environment.SetNextLevel(77);
   const auto restored = Restored(Saved(environment));
@@ -98,7 +98,7 @@ TEST(EnvironmentStateTest, ThePendingNextLevelComesBack) {
   EXPECT_EQ((*restored)->result().level_seed, 77);
 }
 
-TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
+TEST(EnvironmentStateTest, AnEndedEpisodeFollowsTheAutoresetModeOfTheRestore) {
   for (const AutoresetMode saved : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
     Environment environment = Made("maze", {}, saved);
     Step(environment, kEndEpisodeAction);
@@ -119,7 +119,7 @@ TEST(EnvironmentStateTest, WhatFollowsAnEndedEpisodeIsSaidAnew) {
   }
 }
 
-TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
+TEST(EnvironmentStateTest, ARunningEpisodeFollowsTheAutoresetModeOfTheRestore) {
   Environment environment = Made("maze", {}, AutoresetMode::kSameStep);
   Step(environment, kEndEpisodeAction);
   const auto restored = Restored(Saved(environment), "maze", AutoresetMode::kDisabled);
@@ -130,7 +130,7 @@ TEST(EnvironmentStateTest, AnEpisodeEndsAsIsSaidAnew) {
   EXPECT_TRUE((*restored)->awaits_reset());
 }
 
-TEST(EnvironmentStateTest, ExplorationComesBackAsWhatItStandsFor) {
+TEST(EnvironmentStateTest, ExplorationIsRestoredAsResolved) {
   EnvironmentOptions options;
   options.distribution_mode = DistributionMode::kExploration;
   Environment environment = Made("coinrun", options);
@@ -140,7 +140,7 @@ TEST(EnvironmentStateTest, ExplorationComesBackAsWhatItStandsFor) {
   EXPECT_EQ((*restored)->result().level_seed, environment.result().level_seed);
 }
 
-TEST(EnvironmentStateTest, TheChoiceOfLevelsGoesOn) {
+TEST(EnvironmentStateTest, TheChoiceOfLevelsContinues) {
   Environment environment = Made("maze");
   const auto restored = Restored(Saved(environment));
   ASSERT_THAT(restored, IsOk());
@@ -169,13 +169,13 @@ TEST(EnvironmentStateTest, FieldsOutOfRangeAreNamed) {
                        "level.step_number is 501, must be in [0, 500]"));
   EXPECT_THAT(Restored(With("/level/world/cells", Json::array({51, 100}))),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("level.world has cells that are not kinds")));
+                       HasSubstr("level.world has cells that are not runs")));
   EXPECT_THAT(Restored(With("/level/random/seed", 1)),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        "level has a stream that was not seeded with level_seed"));
 }
 
-TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
+TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRejected) {
   EXPECT_THAT(
       Restored(With(
           "/level/world/entities/1",
@@ -184,7 +184,7 @@ TEST(EnvironmentStateTest, EntitiesThatBlockLikeCellsAreRefused) {
                "level has an entity of kind 51, which only cells can have"));
 }
 
-TEST(EnvironmentStateTest, WorldsTooFullForQuickStepsAreRefused) {
+TEST(EnvironmentStateTest, WorldsThatMakeStepsSlowAreRejected) {
   const Json entity = {{"kind", 1},  {"x", 1.5},  {"y", 1.5},
                        {"rx", 0.25}, {"ry", 0.5}, {"image_kind", 1}};
   Json tree = TreeOf("bigfish");
@@ -207,8 +207,8 @@ TEST(EnvironmentStateTest, WorldsTooFullForQuickStepsAreRefused) {
                        HasSubstr("entities has 1025 entries, must have from 1 to 1024")));
 }
 
-// Each would be pushed about among the crates that it is in, over and over again.
-TEST(EnvironmentStateTest, CrowdsInCratesAreRefused) {
+// Each walker would be pushed between the crates around it over and over again.
+TEST(EnvironmentStateTest, CrowdedCratesAreRejected) {
   const Json crate = {{"kind", 20}, {"rx", 0.5}, {"ry", 0.5}};
   const Json walker = {{"kind", 5}, {"rx", 0.5}, {"ry", 0.5}, {"smart", true}};
   Json broad = walker;
@@ -225,7 +225,7 @@ TEST(EnvironmentStateTest, CrowdsInCratesAreRefused) {
   }
 }
 
-TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {
+TEST(EnvironmentStateTest, EveryTruncatedOrChangedSnapshotIsDataLoss) {
   Environment environment = Made("maze");
   const std::string snapshot = Saved(environment);
   for (size_t length = 0; length < snapshot.size(); ++length) {
@@ -238,7 +238,7 @@ TEST(EnvironmentStateTest, EveryCutOffOrChangedSnapshotIsLost) {
   }
 }
 
-TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRefused) {
+TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRejected) {
   RandomStream random(1);
   Environment environment = Made("maze");
   const std::string body = Saved(environment).substr(kSnapshotHeaderBytes);
@@ -249,7 +249,7 @@ TEST(EnvironmentStateTest, RandomBytesAndBodiesAreRefused) {
     }
     EXPECT_EQ(Restored(bytes).status().code(), absl::StatusCode::kDataLoss);
     EXPECT_FALSE(Restored(FrameSnapshot(bytes)).ok());
-    // With the right checksum, a changed byte may make another good snapshot; it must not crash.
+    // With a valid checksum, a changed byte may give another valid snapshot; it must not crash.
     std::string changed = body;
     changed[static_cast<size_t>(random.Int(static_cast<int32_t>(body.size())))] =
         static_cast<char>(random.Int(256));

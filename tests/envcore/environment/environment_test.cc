@@ -16,7 +16,7 @@ constexpr int32_t kStepLimit = 5;
 constexpr uint32_t kStreamSeed = 42;
 constexpr int32_t kSeedMax = std::numeric_limits<int32_t>::max();
 
-// An environment with a scripted game; counts the level ends that it is told of.
+// An environment with a scripted game. Counts the calls of `before_new_level`.
 class LivingEnvironment {
  public:
   explicit LivingEnvironment(const EnvironmentOptions& options = {},
@@ -48,7 +48,7 @@ class LivingEnvironment {
   Environment* operator->() { return &environment_; }
   const StepResult& result() const { return environment_.result(); }
   int last_picture_count() const { return last_picture_count_; }
-  // The seed of the level that the game was in then.
+  // The level seed of the game at the last call.
   uint32_t last_picture_seed() const { return last_picture_seed_; }
 
  private:
@@ -64,7 +64,7 @@ EnvironmentOptions Sequential() {
   return options;
 }
 
-// The level seeds that the stream gives, one after the other.
+// The level seeds drawn from the level-seed stream, in order.
 class DrawnSeeds {
  public:
   explicit DrawnSeeds(int64_t stream_seed = kStreamSeed) : stream_(stream_seed) {}
@@ -74,7 +74,7 @@ class DrawnSeeds {
   RandomStream stream_;
 };
 
-TEST(EnvironmentTest, StandsAtTheFirstStepOfADrawnLevel) {
+TEST(EnvironmentTest, StartsAtTheFirstStepOfADrawnLevel) {
   LivingEnvironment environment;
   EXPECT_TRUE(environment.result().first);
   EXPECT_EQ(environment.result().reward, 0);
@@ -84,7 +84,7 @@ TEST(EnvironmentTest, StandsAtTheFirstStepOfADrawnLevel) {
   EXPECT_EQ(environment.result().episode_length, 0);
 }
 
-TEST(EnvironmentTest, AStepThatGoesOnKeepsTheLevel) {
+TEST(EnvironmentTest, AStepThatEndsNothingKeepsTheLevel) {
   LivingEnvironment environment;
   const int32_t level_seed = environment.result().level_seed;
   const StepResult& result = environment.Step(kRewardAction);
@@ -116,7 +116,7 @@ TEST(EnvironmentTest, AnEndedEpisodeIsFollowedByADrawnLevelInTheSameStep) {
   EXPECT_EQ(result.episode_length, 2);
 }
 
-TEST(EnvironmentTest, TheLastPictureIsOfferedBeforeTheNewLevel) {
+TEST(EnvironmentTest, TheLastFrameCanBeDrawnBeforeTheNewLevel) {
   LivingEnvironment environment;
   const int32_t old_seed = environment.result().level_seed;
   environment.Step(kEndAction);
@@ -124,7 +124,7 @@ TEST(EnvironmentTest, TheLastPictureIsOfferedBeforeTheNewLevel) {
   EXPECT_EQ(environment.last_picture_seed(), static_cast<uint32_t>(old_seed));
 }
 
-TEST(EnvironmentTest, ReturnAndLengthStartAnewWithTheEpisode) {
+TEST(EnvironmentTest, ReturnAndLengthRestartWithTheEpisode) {
   LivingEnvironment environment;
   environment.Step(kEndAction);
   const StepResult& result = environment.Step(kRewardAction);
@@ -175,7 +175,7 @@ TEST(EnvironmentTest, ActionMinusOneIsPlayedAsNoneAndTerminates) {
 
 // --- Sequential levels.
 
-TEST(EnvironmentTest, InASequenceACompletedLevelGoesOnAtItsSeedPlus997) {
+TEST(EnvironmentTest, InASequenceACompletedLevelIsFollowedByItsSeedPlus997) {
   LivingEnvironment environment(Sequential());
   const int32_t old_seed = environment.result().level_seed;
   const StepResult& result = environment.Step(kCompleteAction);
@@ -206,7 +206,7 @@ TEST(EnvironmentTest, InASequenceTheStepLimitHoldsForEachLevel) {
   EXPECT_TRUE(environment.Step(kNoAction).truncated);
 }
 
-TEST(EnvironmentTest, CompletionInTheLastStepGoesOn) {
+TEST(EnvironmentTest, InASequenceCompletionInTheLastStepContinues) {
   LivingEnvironment environment(Sequential());
   const int32_t old_seed = environment.result().level_seed;
   environment.StepTimes(kNoAction, kStepLimit - 1);
@@ -216,7 +216,7 @@ TEST(EnvironmentTest, CompletionInTheLastStepGoesOn) {
   EXPECT_EQ(result.level_seed, old_seed + 997);
 }
 
-TEST(EnvironmentTest, ALevelThatIsCompleteButNotOverGoesOn) {
+TEST(EnvironmentTest, ACompleteLevelThatIsNotOverContinues) {
   LivingEnvironment environment(Sequential());
   const int32_t old_seed = environment.result().level_seed;
   const StepResult& result = environment.Step(kCompleteOnlyAction);
@@ -268,7 +268,7 @@ TEST(EnvironmentTest, LevelsAreThoseOfTheRange) {
   EXPECT_THAT(SeedsOfManyLevels(options), ElementsAre(300, 301, 302, 303));
 }
 
-TEST(EnvironmentTest, StartLevelDoesNotCountWithUnlimitedLevels) {
+TEST(EnvironmentTest, StartLevelIsIgnoredWithUnlimitedLevels) {
   EnvironmentOptions options;
   options.start_level = 300;
   EXPECT_EQ(LivingEnvironment(options).result().level_seed, DrawnSeeds().Next());
@@ -283,7 +283,7 @@ TEST(EnvironmentTest, ARangePastTheLargestSeedWraps) {
               ElementsAre(seed_min, seed_min + 1, kSeedMax - 1, kSeedMax));
 }
 
-// --- What follows an episode's end.
+// --- Autoreset modes.
 
 TEST(EnvironmentTest, WithNextStepTheEndedEpisodeStaysForAStep) {
   LivingEnvironment environment({}, AutoresetMode::kNextStep);
@@ -296,7 +296,7 @@ TEST(EnvironmentTest, WithNextStepTheEndedEpisodeStaysForAStep) {
   EXPECT_EQ(environment.last_picture_count(), 1);
 }
 
-TEST(EnvironmentTest, WithNextStepTheNextOneIgnoresItsActionAndBeginsALevel) {
+TEST(EnvironmentTest, WithNextStepTheNextStepIgnoresItsActionAndBeginsALevel) {
   LivingEnvironment environment({}, AutoresetMode::kNextStep);
   DrawnSeeds seeds;
   const int32_t old_seed = seeds.Next();
@@ -323,7 +323,7 @@ TEST(EnvironmentTest, WithDisabledAnEndedEpisodeAwaitsAReset) {
   EXPECT_FALSE(environment->awaits_reset());
 }
 
-TEST(EnvironmentTest, OtherwiseNothingEverAwaitsAReset) {
+TEST(EnvironmentTest, OtherModesNeverAwaitAReset) {
   for (const AutoresetMode autoreset_mode : {AutoresetMode::kSameStep, AutoresetMode::kNextStep}) {
     LivingEnvironment environment({}, autoreset_mode);
     environment.Step(kEndAction);
@@ -331,7 +331,7 @@ TEST(EnvironmentTest, OtherwiseNothingEverAwaitsAReset) {
   }
 }
 
-TEST(EnvironmentTest, SequencesGoOnWhateverFollowsAnEnd) {
+TEST(EnvironmentTest, SequencesContinueInEveryAutoresetMode) {
   for (const AutoresetMode autoreset_mode : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
     LivingEnvironment environment(Sequential(), autoreset_mode);
     const int32_t old_seed = environment.result().level_seed;
@@ -354,7 +354,7 @@ TEST(EnvironmentTest, TheNextLevelIsPlayedOnceAndTakesNoDraw) {
   EXPECT_EQ(environment.Step(kEndAction).level_seed, seeds.Next());
 }
 
-TEST(EnvironmentTest, TheNextLevelTakesTheSequencesPlace) {
+TEST(EnvironmentTest, TheNextLevelReplacesTheNextOfASequence) {
   LivingEnvironment environment(Sequential());
   environment->SetNextLevel(-77);
   const StepResult& result = environment.Step(kCompleteAction);
@@ -389,7 +389,7 @@ TEST(EnvironmentTest, AResetToALevelTakesNoDraw) {
   EXPECT_EQ(environment.Step(kEndAction).level_seed, seeds.Next());
 }
 
-TEST(EnvironmentTest, AResetWithARandSeedChoosesLevelsFromThere) {
+TEST(EnvironmentTest, AResetWithARandSeedReseedsTheChoiceOfLevels) {
   LivingEnvironment environment;
   DrawnSeeds seeds(-9);
   EXPECT_EQ(environment.Reset(std::nullopt, -9).level_seed, seeds.Next());
@@ -425,7 +425,7 @@ TEST(EnvironmentTest, ARepeatStopsAtTheEpisodesEnd) {
   EXPECT_EQ(environment.last_picture_count(), 1);
 }
 
-TEST(EnvironmentTest, ARepeatStopsAtTheEndWhateverFollowsIt) {
+TEST(EnvironmentTest, ARepeatStopsAtTheEndInEveryAutoresetMode) {
   for (const AutoresetMode autoreset_mode : {AutoresetMode::kNextStep, AutoresetMode::kDisabled}) {
     LivingEnvironment environment({}, autoreset_mode);
     EXPECT_EQ(environment.Step(kEndAction, 3).reward, 2);

@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-// FNV-1a of 64 bits, as its authors give it.
+// 64-bit FNV-1a, as published by its authors.
 uint64_t HashOf(const std::string& bytes) {
   uint64_t hash = 0xcbf29ce484222325U;
   for (const char byte : bytes) {
@@ -36,7 +36,7 @@ TEST(FingerprintTest, IsTheHashOfTheBytesThatTheHeaderDescribes) {
   EXPECT_EQ(fingerprint.value(), HashOf(bytes));
 }
 
-TEST(FingerprintTest, AnEpisodeBeginsWithoutThoseBefore) {
+TEST(FingerprintTest, DoesNotDependOnEarlierEpisodes) {
   Fingerprint used;
   used.AddLevel(5);
   used.Begin("maze", {});

@@ -30,12 +30,12 @@ std::map<int32_t, int> Drawn(const LevelSampler& sampler, int count) {
   return times;
 }
 
-TEST(LevelSamplerTest, WithoutWeightsAllAreDrawnAlike) {
+TEST(LevelSamplerTest, WithoutWeightsDrawsAreUniform) {
   const std::map<int32_t, int> times = Drawn(*Made({-7, 3, 2147483647, 3}), 40000);
   EXPECT_EQ(times.size(), 3U);
   EXPECT_NEAR(times.at(-7), 10000, 500);
   EXPECT_NEAR(times.at(2147483647), 10000, 500);
-  EXPECT_NEAR(times.at(3), 20000, 500) << "it stands twice";
+  EXPECT_NEAR(times.at(3), 20000, 500) << "listed twice";
 }
 
 TEST(LevelSamplerTest, WeightsAreRelative) {
@@ -45,7 +45,7 @@ TEST(LevelSamplerTest, WeightsAreRelative) {
   EXPECT_NEAR(times.at(3), 10000, 500);
 }
 
-TEST(LevelSamplerTest, ExtremeWeightsAreFine) {
+TEST(LevelSamplerTest, ExtremeWeightsAreAccepted) {
   const float most = std::numeric_limits<float>::max();
   EXPECT_EQ(Drawn(*Made({1, 2}, {most, most}), 1000).size(), 2U);
   EXPECT_EQ(Drawn(*Made({1, 2}, {std::numeric_limits<float>::denorm_min(), 0}), 100).size(), 1U);
@@ -76,7 +76,7 @@ struct Wrong {
   std::string message;
 };
 
-TEST(LevelSamplerTest, BadListsAreRefusedByName) {
+TEST(LevelSamplerTest, InvalidListsAreRejectedByName) {
   const float infinite = std::numeric_limits<float>::infinity();
   const std::vector<Wrong> all = {
       {{}, {}, "level_seeds has 0 entries, must have 1 to 1000000"},

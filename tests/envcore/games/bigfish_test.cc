@@ -11,19 +11,19 @@ using ::testing::ElementsAre;
 
 constexpr int kFishKind = 2;
 
-// A hard level with the agent (half-size 0.5) alone in the middle.
+// A hard level with only the agent (half-size 0.5) in the middle.
 std::unique_ptr<Game> QuietTank() {
   auto game = StartedGame("bigfish", 0);
   StageAgentAlone(*game, 10, 10);
   return game;
 }
 
-// Puts a resting fish on the agent.
+// Adds a fish at rest on the agent.
 void AddFish(Game& game, float radius) {
   Stage(game).entities.push_back(Entity::Make(kFishKind, 10, 10, 0, 0, radius, radius));
 }
 
-// Fish that came in at the edges do not count here.
+// Ignores fish that entered at the edges.
 int FishInTheMiddle(const Game& game) {
   int count = 0;
   for (const Entity& entity : game.world().entities) {
@@ -32,7 +32,7 @@ int FishInTheMiddle(const Game& game) {
   return count;
 }
 
-TEST(BigFishTest, AgentStartsAboveTheGroundInItsModesSize) {
+TEST(BigFishTest, AgentStartsAboveTheGroundAtTheSizeOfItsMode) {
   const auto easy = StartedGame("bigfish", 0, {.distribution_mode = DistributionMode::kEasy});
   const auto hard = StartedGame("bigfish", 0);
   EXPECT_EQ(easy->world().agent().rx, 1);
@@ -101,7 +101,7 @@ TEST(BigFishTest, ThirtyFishCompleteTheLevelEvenWithAWiderOne) {
   EXPECT_NEAR(game->world().agent().rx, 2, 1e-5);
 }
 
-TEST(BigFishTest, TwentyNineFishDoNot) {
+TEST(BigFishTest, TwentyNineFishDoNotCompleteTheLevel) {
   const auto game = QuietTank();
   for (int i = 0; i < 29; ++i) {
     AddFish(*game, 0.25F);
@@ -121,7 +121,7 @@ TEST(BigFishTest, TheAgentFacesWhereItSteers) {
   EXPECT_THAT(mirrored, ElementsAre(true, true, true, false, false, true));
 }
 
-TEST(BigFishTest, TheWholeTankIsSeenWhateverCenterAgentSays) {
+TEST(BigFishTest, TheWholeTankIsInViewWithAndWithoutCenterAgent) {
   const auto game = StartedGame("bigfish", 0, {.center_agent = true});
   Scene scene;
   game->FillScene(&scene);
@@ -135,8 +135,8 @@ struct SpawnedFish {
   int theme;
 };
 
-// Check values of the specification.
-TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
+// Values given by the specification.
+TEST(BigFishTest, LevelSevenHasTheFishOfTheSpecification) {
   const std::vector<SpawnedFish> expected = {
       {3, 20.9856873F, 4.75722837F, -0.17168586F, 0.985687554F, 0.529350698F, 2},
       {11, -1.29946744F, 3.71313262F, 0.263031006F, 1.29946744F, 0.766352594F, 0},
@@ -147,7 +147,7 @@ TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
   size_t fish_count = 0;
   for (int32_t step = 1; step <= 26; ++step) {
     game->Play(kNoAction);
-    Stage(*game).agent().rx = 0;  // meets nobody
+    Stage(*game).agent().rx = 0;  // touches nothing
     if (game->world().entities.size() > 1 + fish_count) {
       ASSERT_LT(fish_count, expected.size());
       const SpawnedFish& fish = expected[fish_count++];
@@ -165,7 +165,7 @@ TEST(BigFishTest, LevelSevenBringsTheFishOfTheSpecification) {
   EXPECT_EQ(fish_count, expected.size());
 }
 
-TEST(BigFishTest, RestrictedThemesTakeTheirSizeFromTheFirstPicture) {
+TEST(BigFishTest, RestrictedThemesHaveTheSizeOfTheFirstImage) {
   const auto game = StartedGame("bigfish", 7, {.restrict_themes = true});
   for (int i = 0; i < 3; ++i) {
     game->Play(kNoAction);

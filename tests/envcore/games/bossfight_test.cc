@@ -17,7 +17,7 @@ constexpr int kBarrierKind = 7;
 
 constexpr int32_t kShoot = 9;
 
-// A new level with the ship in the lower left corner, without barriers.
+// A new level without barriers, with the ship in the lower left corner.
 std::unique_ptr<Game> StagedDuel() {
   auto game = StartedGame("bossfight", 7);
   World& world = Stage(*game);
@@ -32,7 +32,7 @@ void AddAt(Game& game, int kind, float x, float y) {
   Stage(game).entities.back().meets_entities = kind == kBulletKind || kind == kBarrierKind;
 }
 
-// Puts a bullet on the boss.
+// Adds a bullet on the boss.
 void HitBoss(Game& game) { AddAt(game, kBulletKind, game.world().entities[1].x, 10); }
 
 TEST(BossFightTest, TheFirstShotIsInTheThirdStepThenOneEveryThree) {
@@ -45,7 +45,7 @@ TEST(BossFightTest, TheFirstShotIsInTheThirdStepThenOneEveryThree) {
   EXPECT_THAT(counts, ElementsAre(0, 0, 1, 1, 1, 2, 2));
 }
 
-TEST(BossFightTest, UnderShieldTheBossThrowsBulletsBack) {
+TEST(BossFightTest, TheShieldReflectsBullets) {
   const auto game = StagedDuel();
   const float health = game->world().entities[1].health;
   HitBoss(*game);

@@ -15,7 +15,7 @@ constexpr int kRockKind = 8;
 constexpr int32_t kThrust = 5;
 constexpr int32_t kFire = 9;
 
-// An empty cave with the ship at (20, 20), looking up.
+// An empty cave with the ship at (20, 20), facing up.
 std::unique_ptr<Game> StagedCave() {
   auto game = StartedGame("caveflyer", 0);
   StageAgentAlone(*game, 20, 20);
@@ -49,7 +49,7 @@ TEST(CaveFlyerTest, MeteorsSaucersAndEnemyShipsKill) {
   }
 }
 
-TEST(CaveFlyerTest, ASaucerPaysThreeWithItsLastHealthAndAMeteorNever) {
+TEST(CaveFlyerTest, ASaucerPaysThreeWhenDestroyedAndAMeteorNever) {
   const auto game = StagedCave();
   AddAt(*game, kSaucerKind, 10, 10).health = 2;
   AddAt(*game, kMeteorKind, 30, 10);
@@ -64,7 +64,7 @@ TEST(CaveFlyerTest, ASaucerPaysThreeWithItsLastHealthAndAMeteorNever) {
   EXPECT_EQ(CountEntities(*game, kMeteorKind), 1);
 }
 
-TEST(CaveFlyerTest, AShotBurstsAtTheCavesWall) {
+TEST(CaveFlyerTest, AShotExplodesAtTheCaveWall) {
   const auto game = StagedCave();
   Stage(*game).grid.Fill(20, 23, 1, 1, kRockKind);
   game->Play(kFire);

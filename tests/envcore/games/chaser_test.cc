@@ -14,7 +14,7 @@ constexpr int kSmallOrbKind = 1002;
 
 constexpr float kOrbReward = 0.04F;
 
-// A new level without its enemies; the agent stands where it began.
+// A new level without enemies, with the agent at its start.
 std::unique_ptr<Game> StagedMaze() {
   auto game = StartedGame("chaser", 0);
   std::vector<Entity>& entities = Stage(*game).entities;
@@ -48,7 +48,7 @@ TEST(ChaserTest, AnEnemyKillsAndAnEggDoesNot) {
   }
 }
 
-TEST(ChaserTest, AfterALargeOrbAnEnemyIsEatenForNothing) {
+TEST(ChaserTest, EatingAnEdibleEnemyPaysNothing) {
   const auto game = StagedMaze();
   AddOnAgent(*game, kLargeOrbKind);
   game->Play(kNoAction);
@@ -60,7 +60,7 @@ TEST(ChaserTest, AfterALargeOrbAnEnemyIsEatenForNothing) {
   EXPECT_EQ(CountEntities(*game, kEnemyKind), 0);
 }
 
-// Contacts are judged from the end of the list, and enemies stand after the orbs.
+// Contacts are tested from the end of the list, and enemies are after the orbs.
 TEST(ChaserTest, AnEnemyTouchedInTheStepOfTheLargeOrbStillKills) {
   const auto game = StagedMaze();
   AddOnAgent(*game, kLargeOrbKind);
@@ -69,7 +69,7 @@ TEST(ChaserTest, AnEnemyTouchedInTheStepOfTheLargeOrbStillKills) {
   EXPECT_TRUE(game->outcome().done);
 }
 
-// The empty egg is there for one step more, under its enemy.
+// The hatched egg remains for one more step, below its enemy.
 TEST(ChaserTest, TheEggsOfANewLevelHatchInStepFifty) {
   const auto game = StartedGame("chaser", 0);
   const int egg_count = CountEntities(*game, kEggKind);

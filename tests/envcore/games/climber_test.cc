@@ -14,7 +14,7 @@ constexpr int kPlatformKind = 16;
 constexpr int32_t kJump = 5;
 constexpr float kFishSpeed = 0.15F;
 
-// A floor with the agent on it at x = 5.5, nothing else.
+// A floor with only the agent on it, at x = 5.5.
 void StageFloor(Game& game) {
   StageAgentAlone(game, 5.5F, 1.5F);
   Stage(game).grid.Fill(0, 0, game.world().grid.width(), 1, kPlatformKind);
@@ -84,7 +84,7 @@ TEST(ClimberTest, PlatformsCannotBeJumpedThroughFromBelow) {
   EXPECT_LE(game->world().agent().y, 2.5F);
 }
 
-TEST(ClimberTest, FishTurnFourCellsFromTheirPatrolCentre) {
+TEST(ClimberTest, FishTurnFourCellsFromTheirPatrolCenter) {
   const auto game = StagedFloor();
   AddFish(*game, 10);
   float reach = 0;
@@ -96,7 +96,7 @@ TEST(ClimberTest, FishTurnFourCellsFromTheirPatrolCentre) {
   EXPECT_LT(reach, 4 + 2 * kFishSpeed);
 }
 
-// The speed of a fish after it has met a cell of `kind` once.
+// The speed of a fish after one contact with a cell of `kind`.
 float SpeedAfterMeeting(int kind) {
   const auto game = StagedFloor();
   Stage(*game).grid.Set(12, 8, kind);

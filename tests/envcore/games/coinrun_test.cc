@@ -21,19 +21,19 @@ constexpr int kBarrierKind = 19;
 constexpr int kCrateKind = 20;
 
 constexpr float kRadiusY = 0.5787F;       // of the agent
-constexpr float kOnFloor = 1 + kRadiusY;  // where the agent stands on row 0
-constexpr float kOnCrate = 2 + kRadiusY;  // and on a crate of row 1
+constexpr float kOnFloor = 1 + kRadiusY;  // y of an agent on row 0
+constexpr float kOnCrate = 2 + kRadiusY;  // y of an agent on a crate in row 1
 constexpr int32_t kDown = 3;
 constexpr int32_t kJump = 5;
 constexpr int32_t kRight = 7;
 
-// A wide floor with the agent on it at x = 5.5, nothing else.
+// A wide floor with only the agent on it, at x = 5.5.
 std::unique_ptr<Game> StagedFloor(float y = kOnFloor) {
   auto game = StartedGame("coinrun", 0);
   StageAgentAlone(*game, 5.5F, y);
   World& world = Stage(*game);
   world.grid.Fill(0, 0, world.grid.width(), 1, kGroundTopKind);
-  game->Play(kNoAction);  // finds support and remembers its height
+  game->Play(kNoAction);  // updates has_support_ and remembered_y_
   return game;
 }
 
@@ -80,7 +80,7 @@ TEST(CoinRunTest, JumpsOnlyWithSupport) {
   EXPECT_EQ(game->world().agent().vy, 1.5F - 0.2F) << "gravity only";
 }
 
-TEST(CoinRunTest, ComesDownToWhereItStood) {
+TEST(CoinRunTest, AJumpLandsWhereItStarted) {
   const auto game = StagedFloor();
   game->Play(kJump);
   PlayFor(*game, 30, kNoAction);
@@ -107,7 +107,7 @@ TEST(CoinRunTest, PressingDownFallsThroughACrate) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-TEST(CoinRunTest, OnceInsideOfACrateItIsNotCarried) {
+TEST(CoinRunTest, ACrateDoesNotCarryAnAgentInsideIt) {
   const auto game = StagedFloor(4);
   AddAt(*game, kCrateKind, 5.5F, 1.5F);
   PlayFor(*game, 20, kNoAction);
@@ -133,7 +133,7 @@ TEST(CoinRunTest, CratesDoNotBlockSideways) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-// --- What ends the level.
+// --- Ends of the level.
 
 TEST(CoinRunTest, TheCoinPaysTenAndCompletes) {
   const auto game = StagedFloor();
@@ -180,7 +180,7 @@ TEST(CoinRunTest, CratesAndBarriersAreHarmless) {
 
 // --- Walkers.
 
-// The speed of a walker after it has met a cell of `kind` once.
+// The speed of a walker after one contact with a cell of `kind`.
 float SpeedAfterMeeting(int kind) {
   const auto game = StagedFloor();
   Stage(*game).grid.Set(12, 1, kind);
@@ -207,7 +207,7 @@ TEST(CoinRunTest, WalkersRaiseDustThatIsGoneAfterNineSteps) {
   EXPECT_EQ(CountEntities(*game, kTrailKind), 9);
 }
 
-TEST(CoinRunTest, AWalkerInsideOfACrateDoesNotCarryAnAgentThatIsElsewhere) {
+TEST(CoinRunTest, AWalkerInsideACrateDoesNotCarryAnAgentElsewhere) {
   const auto game = StagedFloor();
   AddAt(*game, kCrateKind, 20.5F, 1.5F);
   AddWalker(*game, 20.5F, 0);
@@ -215,7 +215,7 @@ TEST(CoinRunTest, AWalkerInsideOfACrateDoesNotCarryAnAgentThatIsElsewhere) {
   EXPECT_FLOAT_EQ(game->world().agent().y, kOnFloor);
 }
 
-// --- Looks.
+// --- Appearance.
 
 int AgentImage(const Game& game) {
   Scene scene;
@@ -225,7 +225,7 @@ int AgentImage(const Game& game) {
   return found == scene.above_cells.end() ? -1 : found->image_kind;
 }
 
-TEST(CoinRunTest, TheFirstPictureShowsItWalking) {
+TEST(CoinRunTest, TheFirstFrameShowsAWalkingPose) {
   EXPECT_EQ(AgentImage(*StartedGame("coinrun", 0)), 12);
 }
 
@@ -235,8 +235,8 @@ TEST(CoinRunTest, StandsWhenItHasSupportAndRests) {
   EXPECT_EQ(AgentImage(*game), 0);
 }
 
-TEST(CoinRunTest, ItsWalkChangesPictureEveryFiveSteps) {
-  const auto game = StagedFloor();  // one step is played
+TEST(CoinRunTest, TheWalkChangesImageEveryFiveSteps) {
+  const auto game = StagedFloor();  // after one step
   std::vector<int> images;
   for (int i = 0; i < 10; ++i) {
     game->Play(kRight);
@@ -291,7 +291,7 @@ TEST(CoinRunTest, EasyLevelsLookAlikeAndHaveWalkersInPitsOnly) {
   }
 }
 
-// Sums of what the levels have under `debug_mode`.
+// Counts over the levels with `debug_mode`.
 struct Census {
   int lava = 0;
   int crates = 0;
@@ -314,7 +314,7 @@ Census CensusOf(int32_t debug_mode) {
   return census;
 }
 
-TEST(CoinRunTest, DebugBitsTakeAwayPitsCratesAndSteps) {
+TEST(CoinRunTest, DebugBitsRemovePitsCratesAndSteps) {
   const Census all = CensusOf(0);
   EXPECT_GT(all.lava, 0);
   EXPECT_GT(all.crates, 0);

@@ -37,7 +37,7 @@ TEST(DodgeballTest, EnemiesTheirBallsAndLavaKillAndOwnBallsDoNot) {
   }
 }
 
-TEST(DodgeballTest, ABallFliesTheWayOfTheLastMoveFromTheSeventhStepOn) {
+TEST(DodgeballTest, ABallFliesInTheDirectionOfTheLastMoveFromTheSeventhStepOn) {
   const auto game = StagedHall();
   game->Play(kUp);
   for (int step = 2; step <= 6; ++step) {
@@ -50,7 +50,7 @@ TEST(DodgeballTest, ABallFliesTheWayOfTheLastMoveFromTheSeventhStepOn) {
   EXPECT_GT(game->world().entities.back().vy, 0);
 }
 
-TEST(DodgeballTest, ABallTakesOneEnemyAndPaysTwo) {
+TEST(DodgeballTest, ABallDestroysOneEnemyAndPaysTwo) {
   const auto game = StagedHall();
   AddAt(*game, kEnemyKind, 5, 15);
   AddAt(*game, kEnemyKind, 5, 15);
@@ -61,7 +61,7 @@ TEST(DodgeballTest, ABallTakesOneEnemyAndPaysTwo) {
   EXPECT_EQ(CountEntities(*game, kBallKind), 0);
 }
 
-TEST(DodgeballTest, LavaSwallowsBallsOfBothSides) {
+TEST(DodgeballTest, LavaAbsorbsBallsOfBothSides) {
   const auto game = StagedHall();
   AddAt(*game, kLavaKind, 5, 15);
   AddAt(*game, kBallKind, 5, 15);
@@ -70,7 +70,7 @@ TEST(DodgeballTest, LavaSwallowsBallsOfBothSides) {
   EXPECT_EQ(game->world().entities.size(), 2U);
 }
 
-// The door asks how many enemies the step before has counted.
+// The door uses the number of enemies counted in the previous step.
 TEST(DodgeballTest, TheDoorOpensInTheStepAfterTheLastEnemyIsGone) {
   const auto game = StagedHall();
   AddAt(*game, kDoorKind, 10, 10);

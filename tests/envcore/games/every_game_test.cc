@@ -1,4 +1,4 @@
-// One battery for every game, in each of its modes.
+// Tests that run on every game, in each of its modes.
 
 #include <memory>
 #include <set>
@@ -30,7 +30,7 @@ std::vector<GameInMode> AllGamesInAllModes() {
   return all;
 }
 
-// Plays levels one after the other by random actions that are held for a while, as a learner's are.
+// Plays levels with random actions that are held for some steps, like a learner's.
 class RandomPlay {
  public:
   RandomPlay(const GameInMode& game, int32_t seed, GameOptions options = {}) : random_(seed) {
@@ -79,7 +79,7 @@ TEST_P(EveryGameTest, OtherSeedsGiveOtherLevels) {
   EXPECT_NE(Play(RandomPlay(GetParam(), 1), 1), Play(RandomPlay(GetParam(), 2), 1));
 }
 
-// Every action is taken from states along random play, reached anew for each of them.
+// Takes every action from several states of a random play.
 TEST_P(EveryGameTest, EveryActionIsLegalInEveryState) {
   for (const int step_count : {0, 1, 13, 60, 200}) {
     for (int32_t action = 0; action < kActionCount; ++action) {
@@ -94,7 +94,7 @@ TEST_P(EveryGameTest, EveryActionIsLegalInEveryState) {
   }
 }
 
-// The digest after `action` is taken `step_count` steps into a random play.
+// The digest after taking `action` at step `step_count` of a random play.
 uint64_t DigestAfter(const GameInMode& game, int step_count, int32_t action) {
   RandomPlay play(game, step_count);
   for (int i = 0; i < step_count; ++i) {
@@ -104,7 +104,7 @@ uint64_t DigestAfter(const GameInMode& game, int step_count, int32_t action) {
   return DigestOf(play.game());
 }
 
-// Compared with action 4, which does nothing.
+// Compares with action 4, which does nothing.
 TEST_P(EveryGameTest, SpecialActionsDoSomethingIfTheCatalogSaysSo) {
   constexpr int32_t kNothing = 4;
   std::set<int32_t> effective;
@@ -123,7 +123,7 @@ TEST_P(EveryGameTest, SpecialActionsDoSomethingIfTheCatalogSaysSo) {
   EXPECT_EQ(effective, listed);
 }
 
-// Games may go on after they are over: whoever plays them decides.
+// A game can be played after its level has ended; the caller decides.
 TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
   RandomPlay play(GetParam(), 4);
   for (int i = 0; i < 1200; ++i) {
@@ -132,7 +132,7 @@ TEST_P(EveryGameTest, ALevelThatIsOverCanBePlayedOn) {
   EXPECT_EQ(play.game().step_number(), 1200);
 }
 
-TEST_P(EveryGameTest, InterleavedGamesDoNotTouchEachOther) {
+TEST_P(EveryGameTest, InterleavedGamesDoNotAffectEachOther) {
   const std::vector<uint64_t> alone_a = Play(RandomPlay(GetParam(), 1), 300);
   const std::vector<uint64_t> alone_b = Play(RandomPlay(GetParam(), 2), 300);
   RandomPlay a(GetParam(), 1);
@@ -158,8 +158,8 @@ TEST_P(EveryGameTest, FillingASceneChangesNothing) {
   }
 }
 
-// Options that are about looks alone.
-TEST_P(EveryGameTest, LooksChangeNoRule) {
+// Options that affect the appearance only.
+TEST_P(EveryGameTest, AppearanceOptionsChangeNoRule) {
   const std::vector<uint64_t> plain = Play(RandomPlay(GetParam(), 6), 200);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_backgrounds = false}), 200), plain);
   EXPECT_EQ(Play(RandomPlay(GetParam(), 6, {.use_monochrome_assets = true}), 200), plain);
@@ -185,7 +185,7 @@ TEST_P(EveryGameTest, EverySpriteInViewCanBeDrawn) {
   }
 }
 
-TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfReach) {
+TEST_P(EveryGameTest, RandomPlayNeverMovesTheAgentOutOfTheWorld) {
   RandomPlay play(GetParam(), 8);
   for (int i = 0; i < 500; ++i) {
     play.Step();

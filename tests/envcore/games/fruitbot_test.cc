@@ -32,13 +32,13 @@ void AddAt(Game& game, int kind, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kind, x, y, 0, 0, 0.5F, 0.3F));
 }
 
-// Puts a key into the list that meets what is at (x, y).
+// Adds a key at (x, y) that tests for contacts.
 void AddKey(Game& game, float x, float y) {
   Stage(game).entities.push_back(Entity::Make(kKeyKind, x, y, 0, 0, 0.25F, 0.25F));
   Stage(game).entities.back().meets_entities = true;
 }
 
-TEST(FruitBotTest, DrivesUpwardWhateverIsPressed) {
+TEST(FruitBotTest, DrivesUpwardWithEveryAction) {
   for (const int32_t action : {kDown, kNoAction, kThrow}) {
     const auto game = StagedField();
     game->Play(action);
@@ -87,7 +87,7 @@ TEST(FruitBotTest, EachPresentThatItTouchesPaysTen) {
   EXPECT_TRUE(game->outcome().level_complete);
 }
 
-TEST(FruitBotTest, KeysFlyInTheEighthStepAndEightStepsLater) {
+TEST(FruitBotTest, TheFirstKeyFliesInTheEighthStepThenOneEveryEight) {
   const auto game = StagedField();
   std::vector<int> steps;
   for (int step = 1; step <= 24; ++step) {
@@ -123,7 +123,7 @@ TEST(FruitBotTest, AKeyOpensTheDoorBesideItsLock) {
   EXPECT_EQ(game->world().entities[1].y, 30);
 }
 
-TEST(FruitBotTest, WallsStopKeysAndAllElseDoesNot) {
+TEST(FruitBotTest, OnlyWallsStopKeys) {
   const auto game = StagedField();
   AddAt(*game, kFruitBotWallKind, 5, 30);
   AddKey(*game, 5, 30);

@@ -53,7 +53,7 @@ TEST(GameCatalogTest, SpecialActionsAreInOrderAndDescribed) {
   }
 }
 
-TEST(GameCatalogTest, FindsGamesByTheirWholeName) {
+TEST(GameCatalogTest, FindsGamesByTheirFullName) {
   EXPECT_EQ(FindGame("miner")->name, "miner");
   EXPECT_EQ(FindGame("mine"), nullptr);
   EXPECT_EQ(FindGame("Miner"), nullptr);
@@ -147,7 +147,7 @@ TEST(GameCatalogTest, EveryGameHasAFileOfItsName) {
   EXPECT_THAT(games, ElementsAreArray(files));
 }
 
-TEST(GameCatalogTest, ModeNamesAndModesNameEachOther) {
+TEST(GameCatalogTest, ModeNamesRoundTrip) {
   for (const char* name : {"easy", "hard", "extreme", "memory", "exploration"}) {
     ASSERT_TRUE(FindDistributionMode(name).has_value()) << name;
     EXPECT_EQ(DistributionModeName(*FindDistributionMode(name)), name);
@@ -187,16 +187,16 @@ std::set<std::string> SlotsOf(absl::Span<const ArtSlot> slots) {
   return rows;
 }
 
-// Sizes of pictures are rules. Skipped where the specification is not beside the checkout.
+// Image sizes are rules. Skipped if the specification is not next to the checkout.
 TEST(GameCatalogTest, ArtSlotsAreThoseOfTheSpecification) {
   const auto specified = SpecifiedSlots();
   if (specified.empty()) {
-    GTEST_SKIP() << "no specification beside the checkout";
+    GTEST_SKIP() << "no specification next to the checkout";
   }
   const std::set<std::string> shared = SlotsOf(SharedArtSlots());
   EXPECT_THAT(shared, ElementsAreArray(specified.at("*")));
   for (const GameSpec& game : GameCatalog()) {
-    // The table may name a shared slot again for a game that shows it.
+    // The table may list a shared slot again for a game that shows it.
     std::set<std::string> expected = specified.at(std::string(game.name));
     expected.insert(shared.begin(), shared.end());
     std::set<std::string> got =

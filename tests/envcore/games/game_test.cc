@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::Field;
 
-// A scripted game in a level, with the agent at rest in the middle of its world.
+// A scripted game in a level, with the agent at rest at the center of its world.
 std::unique_ptr<ScriptedGame> StartedInTheMiddle(const GameOptions& options = {}) {
   auto game = std::make_unique<ScriptedGame>(options);
   game->StartLevel(1);
@@ -21,7 +21,7 @@ std::unique_ptr<ScriptedGame> StartedInTheMiddle(const GameOptions& options = {}
   return game;
 }
 
-TEST(GameTest, ANewLevelDrawsBackgroundAndAgentPlace) {
+TEST(GameTest, ANewLevelDrawsBackgroundAndAgentPosition) {
   ScriptedGame game({});
   game.StartLevel(11);
   RandomStream same(11);
@@ -46,7 +46,7 @@ TEST(GameTest, AFixedStartTakesNoDraws) {
   EXPECT_EQ(game.random().draws(), 2U);
 }
 
-TEST(GameTest, ANewLevelHasASmartAgentOfLayerOneAloneInAnEmptyWorld) {
+TEST(GameTest, ANewLevelIsEmptyExceptForASmartAgentInLayerOne) {
   const auto game = StartedInTheMiddle();
   game->world_.grid.Set(0, kWallKind);
   game->world_.entities.push_back(Entity::Make(kThemedKind, 1, 1, 0, 0, 0.5F, 0.5F));
@@ -110,7 +110,7 @@ TEST(GameTest, TheLastMoveSurvivesSpecialActionsAndLevels) {
   EXPECT_EQ(game->last_move_, 2);
 }
 
-TEST(GameTest, VelocityMixesWithWhatIsSteeredAndDecays) {
+TEST(GameTest, VelocityMixesWithTheControlsAndDecays) {
   const auto game = StartedInTheMiddle();
   game->world_.agent().vx = 0.3F;
   game->Play(7);
@@ -146,7 +146,7 @@ TEST(GameTest, AnAgentOutOfTheWorldEndsTheLevel) {
   EXPECT_TRUE(game->outcome().done);
 }
 
-TEST(GameTest, EntitiesGoInTheStepThatMarksThem) {
+TEST(GameTest, MarkedEntitiesAreRemovedInTheSameStep) {
   const auto game = StartedInTheMiddle();
   Entity& thing =
       game->world_.entities.emplace_back(Entity::Make(kThemedKind, 1, 1, 0, 0, 0.5F, 0.5F));
@@ -159,7 +159,7 @@ TEST(GameTest, EntitiesGoInTheStepThatMarksThem) {
 
 // --- Themes and aspect ratios.
 
-TEST(GameTest, AThemeIsDrawnAmongThePicturesOfItsKindAlsoWhenThereIsOne) {
+TEST(GameTest, AThemeIsDrawnEvenIfItsKindHasOnlyOne) {
   const auto game = StartedInTheMiddle();
   RandomStream same = game->random();
   EXPECT_EQ(game->DrawTheme(kThemedKind), same.Int(3));
@@ -167,15 +167,15 @@ TEST(GameTest, AThemeIsDrawnAmongThePicturesOfItsKindAlsoWhenThereIsOne) {
   EXPECT_EQ(game->random().draws(), 4U + 2U);
 }
 
-TEST(GameTest, AspectRatiosAreThoseOfUpstreamPictures) {
+TEST(GameTest, AspectRatiosAreThoseOfUpstreamImages) {
   const auto game = StartedInTheMiddle();
   EXPECT_EQ(game->AspectRatio(kThemedKind, 1), 2);
   EXPECT_EQ(game->AspectRatio(kThemedKind, 2), static_cast<float>(1.0 / 3));
   EXPECT_EQ(game->AspectRatio(55, 0), static_cast<float>(57.0 / 56)) << "a shared slot";
-  EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no picture";
+  EXPECT_EQ(game->AspectRatio(77, 0), 1) << "no image";
 }
 
-TEST(GameTest, RestrictedThemesShowTheFirstPictureAndKeepTheDraw) {
+TEST(GameTest, RestrictedThemesShowTheFirstImageAndKeepTheDraw) {
   const auto game = StartedInTheMiddle({.restrict_themes = true});
   RandomStream same = game->random();
   EXPECT_EQ(game->DrawTheme(kThemedKind), same.Int(3));
@@ -192,7 +192,7 @@ TEST(GameTest, GeneratedArtHasOneSquareThemeAndMonochromeArtChangesNothing) {
 
 // --- Scenes.
 
-TEST(GameTest, ASceneHoldsLayersInOrderAndLeavesOutTheRest) {
+TEST(GameTest, ASceneHasTheLayersInOrderAndNoOthers) {
   const auto game = StartedInTheMiddle();
   for (const int layer : {0, 1, -1, 2, 0}) {
     Entity& thing =
@@ -207,7 +207,7 @@ TEST(GameTest, ASceneHoldsLayersInOrderAndLeavesOutTheRest) {
                                              Field(&Sprite::rx, 0.4F), Field(&Sprite::rx, 3)));
 }
 
-TEST(GameTest, TheCellsInViewReachOneBeyondThePicture) {
+TEST(GameTest, TheCellsInViewExtendOneBeyondTheImage) {
   const auto game = StartedInTheMiddle({.center_agent = true});
   Scene scene;
   game->FillScene(&scene);
@@ -228,7 +228,7 @@ TEST(GameTest, WithoutCenterAgentTheWorldIsInViewAndNothingElse) {
   EXPECT_EQ(scene.cells.last_column, 7);
 }
 
-TEST(GameTest, VelocityIsShownWhenAskedFor) {
+TEST(GameTest, VelocityIsShownWithPaintVelInfo) {
   const auto game = StartedInTheMiddle({.paint_vel_info = true});
   game->world_.agent().vx = 0.25F;
   Scene scene;

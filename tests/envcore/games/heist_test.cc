@@ -49,7 +49,7 @@ TEST(HeistTest, AKeyOpensTheLockOfItsColor) {
   EXPECT_EQ(game->outcome().reward, 0);
 }
 
-TEST(HeistTest, ALockGoesInTheStepOfAKeyThatStandsLaterInTheList) {
+TEST(HeistTest, ALockOpensInTheStepOfAKeyThatIsLaterInTheList) {
   for (const bool key_is_later : {true, false}) {
     const auto game = StagedFloor();
     AddAt(*game, key_is_later ? kLockKind : kKeyKind, 2, 5.5F);

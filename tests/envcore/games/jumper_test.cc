@@ -17,9 +17,9 @@ constexpr int kGroundKind = 7;
 
 constexpr int32_t kJump = 5;
 constexpr int32_t kRight = 7;
-constexpr float kOnFloor = 1 + 0.4F;  // where the bunny stands on row 0
+constexpr float kOnFloor = 1 + 0.4F;  // y of a bunny on row 0
 
-// A floor with the bunny on it at x = 5.5 and the carrot far away to its upper right, nothing else.
+// A floor with only the bunny on it, at x = 5.5, and the carrot far away at the upper right.
 std::unique_ptr<Game> StagedFloor(const GameOptions& options = {}) {
   auto game = StartedGame("jumper", 0, options);
   Entity carrot = game->world().entities[1];
@@ -37,7 +37,7 @@ void PlayFor(Game& game, int steps, int32_t action) {
   }
 }
 
-// The steps of `step_count` in which the bunny jumps with up held.
+// The steps among `step_count` in which the bunny jumps while up is held.
 std::vector<int> StepsOfJumps(Game& game, int step_count) {
   std::vector<int> steps;
   for (int step = 1; step <= step_count; ++step) {
@@ -68,9 +68,9 @@ TEST(JumperTest, JumpsFromSupportAndOnceMoreInTheAirFourStepsLater) {
   EXPECT_THAT(StepsOfJumps(*game, 14), ElementsAre(4, 8));
 }
 
-TEST(JumperTest, WhoWalksOffALedgeKeepsBothJumps) {
+TEST(JumperTest, WalkingOffALedgeKeepsBothJumps) {
   const auto game = StagedFloor();
-  game->Play(kNoAction);  // finds support
+  game->Play(kNoAction);  // computes has_support_
   Stage(*game).agent().y = 20;
   EXPECT_THAT(StepsOfJumps(*game, 14), ElementsAre(3, 7));
 }
@@ -109,7 +109,7 @@ TEST(JumperTest, ASpikeManEndsTheEpisode) {
   EXPECT_FALSE(game->outcome().level_complete);
 }
 
-TEST(JumperTest, TheCompassPointsToTheCarrotAndTellsItsDistance) {
+TEST(JumperTest, TheCompassPointsToTheCarrotAndShowsItsDistance) {
   const auto game = StagedFloor();
   const std::vector<Overlay> overlays = OverlaysOf(*game);
   ASSERT_EQ(overlays.size(), 3U);

@@ -15,8 +15,8 @@ constexpr int kFinishKind = 5;
 constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
-// Grass all over with the frog at (4.5, 0.5), in a level that no traffic comes to where it is: what
-// comes enters at the sides, and the tests are over before.
+// A world of grass with the frog at (4.5, 0.5). Traffic enters at the sides and does not reach the
+// frog before the tests end.
 std::unique_ptr<Game> StagedGrass() {
   auto game = StartedGame("leaper", 0, {.distribution_mode = DistributionMode::kEasy});
   StageAgentAlone(*game, 4.5F, 0.5F);
@@ -28,7 +28,7 @@ void AddAt(Game& game, int kind, float x, float y, float vx = 0) {
   Stage(game).entities.push_back(Entity::Make(kind, x, y, vx, 0, rx, rx));
 }
 
-TEST(LeaperTest, AHopIsOneCellInSixStepsWhateverIsPressedMeanwhile) {
+TEST(LeaperTest, AHopIsOneCellInSixStepsWithAnyActions) {
   const auto game = StagedGrass();
   game->Play(kRight);
   for (int step = 2; step <= 5; ++step) {

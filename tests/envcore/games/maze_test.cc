@@ -82,7 +82,7 @@ TEST(MazeGameTest, AStepTakesOneDraw) {
 
 class MazeGameModesTest : public testing::TestWithParam<DistributionMode> {};
 
-TEST_P(MazeGameModesTest, LevelsStandInTheMiddleAndTheMouseInTheirCorner) {
+TEST_P(MazeGameModesTest, LevelsAreCenteredWithTheMouseInTheirCorner) {
   std::set<int> sizes;
   for (int32_t seed = 0; seed < 60; ++seed) {
     const auto game = StartedGame("maze", seed, {.distribution_mode = GetParam()});

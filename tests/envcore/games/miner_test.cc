@@ -15,8 +15,8 @@ constexpr int32_t kDown = 3;
 constexpr int32_t kUp = 5;
 constexpr int32_t kRight = 7;
 
-// o boulder, * diamond, O and + the same while they fall, % dirt. Besides, in drawings to stage:
-// @ the robot, E the exit, both in empty cells; in drawings of what came of it @ alone.
+// o boulder, * diamond, O and + the same while falling, % dirt. In drawings of the initial state
+// also: @ the robot, E the exit, both in empty cells. In drawings of the result: only @.
 const Legend& MinerLegend() {
   static const Legend legend = {{'.', kEmptyKind}, {'o', 1}, {'*', 2},
                                 {'O', 3},          {'+', 4}, {'%', 9}};
@@ -56,7 +56,7 @@ Drawing DrawnMine(const Game& game) {
   return rows;
 }
 
-// The mine after `action` was taken in the drawn one.
+// The mine after taking `action` in the drawn mine.
 Drawing After(const Drawing& rows, int32_t action) {
   const auto game = StagedMine(rows);
   game->Play(action);
@@ -85,14 +85,14 @@ TEST(MinerTest, AWholeColumnFallsTogether) {
               ElementsAre("@.", ".+", ".O"));
 }
 
-TEST(MinerTest, DirtCarries) {
+TEST(MinerTest, DirtSupportsObjects) {
   EXPECT_THAT(After({"@o",  //
                      ".%"},
                     kNoAction),
               ElementsAre("@o", ".%"));
 }
 
-TEST(MinerTest, OnARoundOneItRollsLeftFirstAndRestsThereForAStep) {
+TEST(MinerTest, OnARoundObjectABoulderRollsLeftFirstAndRestsForAStep) {
   const auto game = StagedMine({"....@",  //
                                 "..*..",  //
                                 "..o.."});
@@ -102,7 +102,7 @@ TEST(MinerTest, OnARoundOneItRollsLeftFirstAndRestsThereForAStep) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("....@", ".....", ".+o.."));
 }
 
-TEST(MinerTest, RollingRightItIsVisitedAgainAndFallsInTheSamePass) {
+TEST(MinerTest, ABoulderThatRollsRightFallsInTheSamePass) {
   EXPECT_THAT(After({"....@",  //
                      ".%o..",  //
                      ".%o.."},
@@ -110,7 +110,7 @@ TEST(MinerTest, RollingRightItIsVisitedAgainAndFallsInTheSamePass) {
               ElementsAre("....@", ".%...", ".%oO."));
 }
 
-TEST(MinerTest, ItRollsOnlyWhereTheCellBesideAndTheOneBelowThatAreFree) {
+TEST(MinerTest, RollsOnlyIfTheCellBesideAndTheOneBelowThatAreFree) {
   EXPECT_THAT(After({"....@",  //
                      "..o..",  //
                      ".%o%."},
@@ -123,7 +123,7 @@ TEST(MinerTest, ItRollsOnlyWhereTheCellBesideAndTheOneBelowThatAreFree) {
               ElementsAre("....@", ".%o%.", "..o.."));
 }
 
-TEST(MinerTest, ItDoesNotRollOverTheWorldsEdge) {
+TEST(MinerTest, DoesNotRollOverTheWorldsEdge) {
   EXPECT_THAT(After({"@.",  //
                      "o%",  //
                      "o."},
@@ -131,7 +131,7 @@ TEST(MinerTest, ItDoesNotRollOverTheWorldsEdge) {
               ElementsAre("@.", "o%", "o."));
 }
 
-TEST(MinerTest, ItRollsNeitherToTheRobotNorAboveIt) {
+TEST(MinerTest, RollsNeitherOntoTheRobotNorAboveIt) {
   EXPECT_THAT(After({"@o%",  //
                      ".o%",  //
                      "%%%"},
@@ -144,7 +144,7 @@ TEST(MinerTest, ItRollsNeitherToTheRobotNorAboveIt) {
               ElementsAre(".o%", "@o%", "%%%"));
 }
 
-TEST(MinerTest, WhatRestsOnTheRobotStays) {
+TEST(MinerTest, AnObjectAtRestOnTheRobotStays) {
   const auto game = StagedMine({"o",  //
                                 "@",  //
                                 "%"});
@@ -154,7 +154,7 @@ TEST(MinerTest, WhatRestsOnTheRobotStays) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("o", "@", "%"));
 }
 
-TEST(MinerTest, WhatFallsOnTheRobotEndsTheEpisodeOneStepAfterItStandsAboveIt) {
+TEST(MinerTest, AFallingObjectEndsTheEpisodeOneStepAfterItIsAboveTheRobot) {
   const auto game = StagedMine({"*",  //
                                 ".",  //
                                 "@",  //
@@ -168,7 +168,7 @@ TEST(MinerTest, WhatFallsOnTheRobotEndsTheEpisodeOneStepAfterItStandsAboveIt) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre(".", "+", "@", "%")) << "no cell changes";
 }
 
-TEST(MinerTest, WhoStepsAsideIsNotHit) {
+TEST(MinerTest, ARobotThatStepsAsideIsNotHit) {
   const auto game = StagedMine({"O.",  //
                                 "@.",  //
                                 "%%"});
@@ -177,7 +177,7 @@ TEST(MinerTest, WhoStepsAsideIsNotHit) {
   EXPECT_THAT(DrawnMine(*game), ElementsAre("..", "O@", "%%"));
 }
 
-TEST(MinerTest, TheRobotHoldsUpWhatItWalksUnderOnlyWhenThatRests) {
+TEST(MinerTest, TheRobotSupportsAnObjectItWalksUnderOnlyIfTheObjectRests) {
   EXPECT_TRUE([] {
     const auto game = StagedMine({".O",  //
                                   "@%",  //
@@ -235,7 +235,7 @@ TEST(MinerTest, PushesToTheWorldsLastColumnAndNoFurther) {
   EXPECT_THAT(After({"o@."}, kLeft), ElementsAre("o@."));
 }
 
-// The cell at the start of the row above is the next one by index.
+// By index, the next cell is the first of the row above.
 TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
   EXPECT_THAT(After({".%",  //
                      "@o"},
@@ -243,7 +243,7 @@ TEST(MinerTest, DoesNotPushAroundTheWorldsEdge) {
               ElementsAre(".%", "@o"));
 }
 
-TEST(MinerTest, PushesNothingIntoDirtOrBouldersNorWhatFalls) {
+TEST(MinerTest, DoesNotPushIntoDirtOrBouldersNorFallingObjects) {
   EXPECT_THAT(After({"@o%"}, kRight), ElementsAre("@o%"));
   EXPECT_THAT(After({"@oo."}, kRight), ElementsAre("@oo."));
   EXPECT_THAT(After({"@O."}, kRight), ElementsAre("@o.")) << "it came to rest in this step";
@@ -302,7 +302,7 @@ TEST(MinerTest, APushOntoTheExitPaysAfterTheNextMotion) {
   EXPECT_EQ(game->outcome().reward, 10);
 }
 
-// --- Levels and looks.
+// --- Levels and appearance.
 
 struct Mode {
   DistributionMode mode;
@@ -324,7 +324,7 @@ TEST_P(MinerModesTest, LevelsHaveTheirDiamondsBouldersAndOneExitUnderDirtOrTheTo
     }
     EXPECT_EQ(diamond_count, GetParam().diamond_count);
     EXPECT_LE(boulder_count, GetParam().boulder_count);
-    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those beside the robot go";
+    EXPECT_GE(boulder_count, GetParam().boulder_count - 8) << "those next to the robot are removed";
     ASSERT_EQ(world.entities.size(), 2U);
     const Entity& exit = world.entities[1];
     EXPECT_EQ(exit.kind, kExitKindOfMiner);
@@ -356,7 +356,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, MinerModesTest,
                            return std::string(DistributionModeName(info.param.mode));
                          });
 
-TEST(MinerTest, FallingOnesLookLikeThoseAtRest) {
+TEST(MinerTest, FallingObjectsLookLikeThoseAtRest) {
   const auto game = StagedMine({"@"});
   Scene scene;
   game->FillScene(&scene);

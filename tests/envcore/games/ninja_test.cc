@@ -41,7 +41,7 @@ float ChargeBar(const Game& game) {
   return scene.overlays.front().height;
 }
 
-TEST(NinjaTest, HoldingUpChargesAndLettingGoJumps) {
+TEST(NinjaTest, HoldingUpChargesAndReleasingJumps) {
   const auto game = StagedFloor();
   PlayFor(*game, 3, kUp);
   EXPECT_EQ(game->world().agent().vy, 0);
@@ -57,7 +57,7 @@ TEST(NinjaTest, TheChargeIsFullAfterFourSteps) {
   EXPECT_EQ(ChargeBar(*game), 3);
 }
 
-TEST(NinjaTest, InEasyModeOneStepChargesWholly) {
+TEST(NinjaTest, InEasyModeTheChargeIsFullAfterOneStep) {
   const auto game = StagedFloor({.distribution_mode = DistributionMode::kEasy});
   game->Play(kUp);
   game->Play(kNoAction);
@@ -103,7 +103,7 @@ TEST(NinjaTest, AStarSticksToBricks) {
   EXPECT_EQ(star.vx, 0);
 }
 
-TEST(NinjaTest, AStarBlowsUpABombAndTheExplosionKills) {
+TEST(NinjaTest, AStarExplodesABombAndTheExplosionKills) {
   const auto game = StagedFloor();
   Stage(*game).grid.Set(8, 1, kBombKind);
   PlayFor(*game, 3, kThrow);

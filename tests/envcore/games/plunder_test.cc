@@ -12,7 +12,7 @@ constexpr int kShipKind = 7;
 
 constexpr float kHitReserve = 0.1F;
 
-// A sea with the player's ship at the right and nothing else. Returns the type of the targets, too.
+// A sea with only the player's ship, at the right, and the type of the targets.
 struct Sea {
   std::unique_ptr<Game> game;
   int target_type = 0;
@@ -40,7 +40,7 @@ void HitShip(Game& game, int type) {
   AddAt(game, kBallKind, 5, 15);
 }
 
-// The reserve as the picture's upper bar shows it.
+// The reserve as shown by the upper bar.
 float Reserve(const Game& game) {
   Scene scene;
   game.FillScene(&scene);
@@ -95,7 +95,7 @@ TEST(PlunderTest, TheTwentiethHitPaysTenMoreAndCompletes) {
   EXPECT_TRUE(sea.game->outcome().level_complete);
 }
 
-TEST(PlunderTest, APanelSwallowsABall) {
+TEST(PlunderTest, APanelAbsorbsABall) {
   const Sea sea = StagedSea();
   AddAt(*sea.game, kPanelKind, 5, 7);
   AddAt(*sea.game, kBallKind, 5, 7);

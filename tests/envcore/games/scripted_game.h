@@ -9,14 +9,14 @@
 
 namespace procgen {
 
-// What a scripted game's actions do besides moving.
+// The actions of a scripted game, besides moves.
 inline constexpr int32_t kRewardAction = 9;         // pays 1
 inline constexpr int32_t kEndAction = 10;           // pays 2 and ends the level
 inline constexpr int32_t kCompleteAction = 11;      // pays 4, completes and ends the level
 inline constexpr int32_t kCompleteOnlyAction = 12;  // completes the level without ending it
 
 inline constexpr int kScriptedWorldSide = 8;
-inline constexpr int kThemedKind = 3;  // has three themes, the second twice as wide as high
+inline constexpr int kThemedKind = 3;  // has three themes; the second is twice as wide as high
 inline constexpr ArtSlot kScriptedSlots[] = {{kAgentKind, 0, "agent", "agent.png", 10, 10},
                                              {kThemedKind, 0, "thing", "thing_0.png", 10, 10},
                                              {kThemedKind, 1, "thing", "thing_1.png", 20, 10},
@@ -24,7 +24,7 @@ inline constexpr ArtSlot kScriptedSlots[] = {{kAgentKind, 0, "agent", "agent.png
 inline constexpr GameArtSpec kScriptedArt = {.slots = kScriptedSlots,
                                              .background_group = BackgroundGroup::kWater};
 
-// A game whose actions say what happens, for tests of what is around games.
+// A game whose actions determine the outcome, for tests of the code around games.
 class ScriptedGame final : public Game {
  public:
   explicit ScriptedGame(const GameOptions& options, AgentStart agent_start = AgentStart::kRandom)
@@ -58,7 +58,7 @@ inline std::unique_ptr<Game> MakeScriptedGame(const GameOptions& options) {
   return std::make_unique<ScriptedGame>(options);
 }
 
-// A catalog row for it.
+// A catalog entry of the scripted game.
 inline GameSpec ScriptedSpec(int32_t step_limit) {
   GameSpec spec = {};
   spec.name = "scripted";

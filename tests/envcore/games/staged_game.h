@@ -21,8 +21,7 @@ inline std::unique_ptr<Game> StartedGame(const std::string& name, int32_t level_
   return game;
 }
 
-// The world of a game for a test to put things in: games let nobody change their worlds, yet a
-// situation that levels seldom bring has to come from somewhere.
+// Mutable access to the world of a game, to set up situations that are rare in levels.
 inline World& Stage(Game& game) { return const_cast<World&>(game.world()); }
 
 // Puts the agent at rest at (x, y), alone in an otherwise empty world of the game's size.
@@ -36,11 +35,11 @@ inline void StageAgentAlone(Game& game, float x, float y) {
   world.agent().vy = 0;
 }
 
-// How many entities of `kind` there are.
+// The number of entities of `kind`.
 int CountEntities(const Game& game, int kind);
 
-// A digest of all of a game's state that its base class shows: two games with equal digests after
-// each step have played the same.
+// A digest of the state that the base class exposes. Two games with equal digests after each step
+// have played equally.
 uint64_t DigestOf(const Game& game);
 
 }  // namespace procgen

@@ -48,7 +48,7 @@ TEST(StarPilotTest, EveryStepShootsForwardsOrBackwards) {
   EXPECT_LT(game->world().entities.back().vx, 0);
 }
 
-TEST(StarPilotTest, AnEnemyPaysWithItsLastHealthAndStaysForAStep) {
+TEST(StarPilotTest, AnEnemyPaysWhenDestroyedAndStaysForAStep) {
   const auto game = StagedSky();
   AddAt(*game, kFlyerKind, 12, 12).health = 2;
   for (const float reward : {0.0F, 1.0F}) {

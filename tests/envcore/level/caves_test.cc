@@ -1,5 +1,5 @@
-// Worlds are drawn as text, top row first: # is wall, every other character is open. Sets of cells
-// are shown by an x in such a world.
+// Worlds are drawn as text, top row first: # is wall, every other character is open. An x marks the
+// cells of a set.
 
 #include "envcore/level/caves.h"
 
@@ -54,7 +54,7 @@ TEST(SmoothCaveTest, MajorityOfTheBlockDecidesAllAtOnce) {
                                        ".......", "#.....#"));
 }
 
-TEST(RoomOfTest, HoldsWhatStepsToTheSideReach) {
+TEST(RoomOfTest, ContainsCellsReachedByHorizontalAndVerticalSteps) {
   const Grid grid = MakeGrid({"..#.", ".##.", "#..."});
   EXPECT_THAT(Drawn(grid, RoomOf(grid, grid.IndexOf(3, 2))), ElementsAre("..#x", ".##x", "#xxx"));
 }
@@ -73,7 +73,7 @@ TEST(BestRoomTest, AmongEqualsTheOneWithTheSmallestIndexWins) {
   EXPECT_THAT(Drawn(grid, BestRoom(grid)), ElementsAre("xx#..", "xx#.."));
 }
 
-TEST(FindPathTest, IsTheOneFoundByLookingLeftBelowAboveRight) {
+TEST(FindPathTest, SearchesLeftBelowAboveRight) {
   const Grid grid = MakeGrid({"...", ".#.", "..."});
   EXPECT_THAT(FindPath(grid, 0, 8), ElementsAre(0, 3, 6, 7, 8));
   EXPECT_THAT(FindPath(grid, 8, 0), ElementsAre(8, 7, 6, 3, 0));
@@ -86,13 +86,13 @@ TEST(FindPathTest, ToTheSameCellIsThatCell) {
 
 TEST(FindPathTest, FromAWallIsEmpty) { EXPECT_THAT(FindPath(MakeGrid({"#."}), 0, 1), IsEmpty()); }
 
-TEST(WidenedTest, GoesOverOpenCellsInAllEightDirections) {
+TEST(WidenedTest, ExtendsOverOpenCellsInAllEightDirections) {
   const Grid grid = MakeGrid({".....", ".....", "#####", "....."});
   EXPECT_THAT(Drawn(grid, Widened(grid, {grid.IndexOf(0, 3)}, 2)),
               ElementsAre("xxx..", "xxx..", "#####", "....."));
 }
 
-TEST(WidenedTest, DoesNotGoOnFromCellsThatAreNotOpen) {
+TEST(WidenedTest, DoesNotExtendFromCellsThatAreNotOpen) {
   EXPECT_THAT(Widened(MakeGrid({"#.."}), {0}, 1), ElementsAre(0));
 }
 

@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-// The draws of a shape with two stripes or one, with or without colours of their own.
+// The number of draws of a shape with one or two stripes, with or without their own colors.
 uint64_t ShapeDraws(RandomStream random) {
   const int32_t k = random.Int(10);
   const int32_t stripes = k * k / 50 + 1;
@@ -51,7 +51,7 @@ TEST(GeneratedArtTest, BlockSpriteTakesTheDrawsOfItsBlotches) {
     RandomStream expected(seed);
     Skip(expected, 11);  // palette, ground, coarseness
     const int32_t blotches = expected.Int(5, 10);
-    Skip(expected, 1);  // the recursion share is drawn also where nothing recurs
+    Skip(expected, 1);  // drawn even without recursion
     for (int32_t i = 0; i < blotches; ++i) {
       Skip(expected, 4);
       Skip(expected, ShapeDraws(expected));
@@ -60,7 +60,7 @@ TEST(GeneratedArtTest, BlockSpriteTakesTheDrawsOfItsBlotches) {
   }
 }
 
-TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndVeilItLast) {
+TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndBlendOverItLast) {
   RandomStream random(3);
   for (const GeneratedArt& art : {GenerateBlock(random), GenerateBackground(random)}) {
     for (const PaintStep& step : {art.steps.front(), art.steps.back()}) {
@@ -77,7 +77,7 @@ TEST(GeneratedArtTest, BlocksFillTheirCanvasFirstAndVeilItLast) {
   }
 }
 
-TEST(GeneratedArtTest, BackgroundsHoldBlocksWithinTheBlock) {
+TEST(GeneratedArtTest, BackgroundsContainNestedBlocks) {
   RandomStream random(3);
   const GeneratedArt art = GenerateBackground(random);
   int veils = 0;
@@ -89,7 +89,7 @@ TEST(GeneratedArtTest, BackgroundsHoldBlocksWithinTheBlock) {
   EXPECT_LE(veils, 100);
 }
 
-TEST(GeneratedArtTest, PartsLieInTheCanvas) {
+TEST(GeneratedArtTest, PartsAreInsideTheCanvas) {
   for (int64_t seed = 0; seed < 20; ++seed) {
     RandomStream random(seed);
     const GeneratedArt art = GenerateFigure(random);

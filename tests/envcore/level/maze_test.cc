@@ -20,7 +20,7 @@ using ::testing::Not;
 
 using Cells = std::set<int>;
 
-// The cells beside a cell, as y * size + x.
+// The neighbors of a cell, as y * size + x.
 std::vector<int> Neighbors(const Maze& maze, int cell) {
   const int x = cell % maze.size();
   const int y = cell / maze.size();
@@ -45,7 +45,7 @@ Cells CellsWithout(const Maze& maze, const std::set<int>& kinds) {
   return cells;
 }
 
-// All cells that can be reached from `start` without entering the kinds `closed`.
+// All cells reachable from `start` without entering cells of the kinds `closed`.
 Cells Reachable(const Maze& maze, int start, const std::set<int>& closed) {
   Cells reached = {start};
   std::vector<int> front = {start};
@@ -72,7 +72,7 @@ int CellOfKind(const Maze& maze, int kind) {
   return found.empty() ? 0 : found[0];
 }
 
-// '#' wall, '.' open, S start, E exit, A B C doors, a b c their keys; the top row first.
+// '#' wall, '.' open, S start, E exit, A B C doors, a b c their keys; top row first.
 std::vector<std::string> Drawn(const Maze& maze) {
   std::vector<std::string> rows;
   for (int y = maze.size() - 1; y >= 0; --y) {
@@ -95,7 +95,7 @@ std::vector<std::string> Drawn(const Maze& maze) {
   return rows;
 }
 
-// The stream of a level after the draws that its game takes before it makes the maze.
+// A level's stream after the draws that the game takes before it makes the maze.
 RandomStream StreamOfLevel(int level_seed, int draws_before) {
   RandomStream random(level_seed);
   for (int i = 0; i < draws_before; ++i) {
@@ -108,7 +108,7 @@ int PartitionCount(int size) { return 2 * ((size - 1) / 2) * ((size + 1) / 2); }
 
 class MazeSizesTest : public testing::TestWithParam<int> {};
 
-TEST_P(MazeSizesTest, OneWayJoinsAnyTwoRooms) {
+TEST_P(MazeSizesTest, OnePathConnectsAnyTwoRooms) {
   for (int seed = 0; seed < 20; ++seed) {
     RandomStream random(seed);
     Maze maze(GetParam());
@@ -189,7 +189,7 @@ TEST(MazeTest, OfEvenSizeKeepsItsLastColumnAndRowAsWall) {
   }
 }
 
-TEST(MazeTest, IsMadeAnewByEachCall) {
+TEST(MazeTest, EachCallMakesANewMaze) {
   RandomStream random(0);
   Maze maze(9);
   maze.MakePlain(random);
@@ -204,7 +204,7 @@ TEST(MazeTest, ObjectsLieInDifferentOpenCellsOtherThanTheCorner) {
     RandomStream random(seed);
     Maze maze(3);
     maze.MakePlain(random);
-    maze.PlaceObjects(random, 6, 80);  // of seven open cells: all but the corner
+    maze.PlaceObjects(random, 6, 80);  // of seven open cells: all except the corner
     EXPECT_EQ(maze.At(0, 0), kEmptyKind);
     for (int kind = 80; kind < 86; ++kind) {
       EXPECT_THAT(maze.open_cells(), Contains(CellOfKind(maze, kind)));
@@ -212,7 +212,7 @@ TEST(MazeTest, ObjectsLieInDifferentOpenCellsOtherThanTheCorner) {
   }
 }
 
-TEST(MazeTest, EachDoorsKeyLiesInWhatThePreviousDoorOpensUp) {
+TEST(MazeTest, EachDoorsKeyIsInTheAreaBehindThePreviousDoor) {
   for (int seed = 0; seed < 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStream random(seed);
@@ -223,7 +223,7 @@ TEST(MazeTest, EachDoorsKeyLiesInWhatThePreviousDoorOpensUp) {
     for (int door = 0; door < door_count; ++door) {
       closed.insert(kMazeDoorKind + door);
     }
-    Cells had = {start};  // where the keys so far lead
+    Cells had = {start};  // reachable with the keys so far
     for (int door = 0; door < door_count; ++door) {
       const Cells reached = Reachable(maze, start, closed);
       const int key = CellOfKind(maze, kMazeKeyKind + door);
@@ -240,7 +240,7 @@ TEST(MazeTest, EachDoorsKeyLiesInWhatThePreviousDoorOpensUp) {
 
 TEST(MazeTest, HasAtMostAsManyDoorsAsForks) {
   RandomStream random(4);
-  Maze maze(3);  // a tree of four rooms has no more than one fork
+  Maze maze(3);  // a tree of four rooms has at most one fork
   const int door_count = maze.MakeWithDoors(random, 9);
   EXPECT_LE(door_count, 1);
   EXPECT_EQ(static_cast<int>(CellsWithout(maze, {kWallKind, kEmptyKind}).size()),
@@ -248,7 +248,7 @@ TEST(MazeTest, HasAtMostAsManyDoorsAsForks) {
       << "start, exit, doors and their keys";
 }
 
-TEST(MazeTest, TakesNoDrawForDoorsWhereForksAreFewer) {
+TEST(MazeTest, TakesNoDrawForDoorsIfThereAreFewerForks) {
   RandomStream random(4);
   Maze maze(3);  // this one has no fork
   EXPECT_EQ(maze.MakeWithDoors(random, 2), 0);
@@ -256,7 +256,7 @@ TEST(MazeTest, TakesNoDrawForDoorsWhereForksAreFewer) {
   EXPECT_EQ(static_cast<int>(random.draws()), PartitionCount(3) + start_and_exit);
 }
 
-TEST(MazeTest, DoorsStandInForksAndNotBesideTheStart) {
+TEST(MazeTest, DoorsAreInForksAndNotBesideTheStart) {
   for (int seed = 0; seed < 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStream random(seed);
@@ -296,7 +296,7 @@ TEST(MazeTest, WithoutDeadEndsIsAsRecorded) {
                                        ".......#..."));
 }
 
-// The maze of level 1001 of heist's hard mode, likewise.
+// The maze of level 1001 of heist's hard mode, from a recording of Procgen 0.10.7.
 TEST(MazeTest, WithDoorsIsAsRecorded) {
   RandomStream random = StreamOfLevel(1001, 6);
   Maze maze(7);

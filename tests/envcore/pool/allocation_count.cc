@@ -10,7 +10,7 @@ std::atomic<int64_t> allocation_count = 0;
 
 }  // namespace
 
-// The array forms of the standard library come down to these.
+// The array forms of the standard library call these.
 void* operator new(size_t size) {
   allocation_count.fetch_add(1, std::memory_order_relaxed);
   void* memory = std::malloc(size == 0 ? 1 : size);

@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// How often this process has called operator new, on any thread. A program that links this replaces
-// the operator.
+// The number of calls of operator new in this process, on all threads. Linking this file replaces
+// operator new.
 int64_t AllocationCount();
 
 }  // namespace procgen

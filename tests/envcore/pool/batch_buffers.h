@@ -10,7 +10,7 @@
 
 namespace procgen {
 
-// The memory of a batch of n environments.
+// The buffers of a batch of n environments.
 struct BatchBuffers : BatchNumbers {
   std::vector<uint8_t> observations;
   std::vector<uint8_t> final_observations;

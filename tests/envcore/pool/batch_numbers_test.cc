@@ -7,7 +7,7 @@
 namespace procgen {
 namespace {
 
-TEST(BatchNumbersTest, MemoryIsLentOnlyWhereNoneIsGiven) {
+TEST(BatchNumbersTest, BuffersReplaceOnlyEmptyArrays) {
   BatchNumbers numbers;
   std::vector<uint8_t> terminated(8);
   Batch given;

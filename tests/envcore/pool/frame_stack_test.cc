@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// Frames of two bytes, both `value`.
+// Pushes a frame of two bytes with this value.
 void Push(FrameStack& stack, uint8_t value) {
   const absl::Span<uint8_t> frame = stack.Next();
   ASSERT_EQ(frame.size(), 2U);
@@ -26,7 +26,7 @@ std::vector<uint8_t> Shown(const FrameStack& stack, size_t depth) {
 
 TEST(FrameStackTest, BeginsEmpty) { EXPECT_TRUE(FrameStack(2, 3).empty()); }
 
-TEST(FrameStackTest, TheFirstFrameStandsInTheMissingPlaces) {
+TEST(FrameStackTest, TheFirstFrameFillsTheMissingPlaces) {
   FrameStack stack(2, 3);
   Push(stack, 1);
   EXPECT_FALSE(stack.empty());
@@ -35,7 +35,7 @@ TEST(FrameStackTest, TheFirstFrameStandsInTheMissingPlaces) {
   EXPECT_THAT(Shown(stack, 3), ElementsAre(1, 1, 1, 1, 2, 2));
 }
 
-TEST(FrameStackTest, TheOldestFrameGoesFirst) {
+TEST(FrameStackTest, TheOldestFrameIsReplacedFirst) {
   FrameStack stack(2, 3);
   for (uint8_t value = 1; value <= 7; ++value) {
     Push(stack, value);
@@ -43,7 +43,7 @@ TEST(FrameStackTest, TheOldestFrameGoesFirst) {
   EXPECT_THAT(Shown(stack, 3), ElementsAre(5, 5, 6, 6, 7, 7));
 }
 
-TEST(FrameStackTest, AClearedStackBeginsAnewWhereverItStood) {
+TEST(FrameStackTest, AClearedStackRestartsAtAnyPosition) {
   for (uint8_t before = 0; before < 7; ++before) {
     FrameStack stack(2, 3);
     for (uint8_t value = 0; value < before; ++value) {

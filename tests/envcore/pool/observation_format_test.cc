@@ -42,7 +42,7 @@ TEST(ObservationFormatTest, TheEndsOfTheRangesAreAllowed) {
   EXPECT_TRUE(CheckObservationFormat(FormatOf(512, Color::kRgb, Layout::kHwc, 1)).ok());
 }
 
-TEST(ObservationFormatTest, ValuesOutOfRangeAreRefused) {
+TEST(ObservationFormatTest, ValuesOutOfRangeAreRejected) {
   const auto message = [](const ObservationFormat& format) {
     const absl::Status status = CheckObservationFormat(format);
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);

@@ -23,7 +23,7 @@ void PaintArtFolder(const std::string& folder) {
     const auto path = std::filesystem::path(folder) / std::string(picture.path);
     std::filesystem::create_directories(path.parent_path());
     const bool any_size = picture.width_px == 0;
-    // Colours of neighbours in the list differ much.
+    // Neighbors in the list get very different colors.
     const uint32_t mixed = ++number * 2654435761U;
     const Rgba colour = {static_cast<uint8_t>(mixed >> 24), static_cast<uint8_t>(mixed >> 16),
                          static_cast<uint8_t>(mixed >> 8), 255};

@@ -5,9 +5,9 @@
 
 namespace procgen {
 
-// Fills a folder, which is made if need be, with art in the layout of Procgen 0.10.7: every picture
-// that a game can show, by its upstream name and in its size, but of one colour. A program that
-// loads it has all that it asks of a folder. Fails the test if the disk does.
+// Fills a folder, which is created if needed, with art in the layout of Procgen 0.10.7: one image
+// of a single color for every slot and background, with upstream's path and size.
+// SharedArt::LoadFolder accepts the folder. Fails the test on I/O errors.
 void PaintArtFolder(const std::string& folder);
 
 }  // namespace procgen

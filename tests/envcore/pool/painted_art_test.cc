@@ -1,4 +1,4 @@
-// Paints the folder that other tests, which know no engine, draw with; and shows that it is one.
+// Paints the folder that tests without the engine use, and checks that it is a valid art folder.
 
 #include "tests/envcore/pool/painted_art.h"
 
@@ -9,7 +9,7 @@
 namespace procgen {
 namespace {
 
-TEST(PaintedArtTest, FolderHasAllThatIsAskedOfOne) {
+TEST(PaintedArtTest, FolderHasEveryRequiredImage) {
   PaintArtFolder(PROCGEN_PAINTED_ART_DIR);
   EXPECT_THAT(SharedArt::LoadFolder(PROCGEN_PAINTED_ART_DIR), IsOk());
 }

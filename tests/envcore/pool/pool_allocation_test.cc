@@ -1,6 +1,6 @@
-// A step of a pool allocates nothing once all has been seen once: every allocation of the process
-// is counted while a pool plays the same again. Levels are made with allocations, so only steps
-// without a new level count.
+// A step allocates nothing once everything was drawn before. Counts all allocations of the process
+// while a pool repeats the same steps. Generating a level allocates, so steps with a new level are
+// not counted.
 
 #include <algorithm>
 #include <memory>
@@ -25,8 +25,8 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
   explicit PoolAllocationTest(const ObservationFormat& format = {})
       : format_(format), buffers_(kEnvCount, format.bytes()), actions_(kEnvCount) {}
 
-  // Plays the same steps twice and returns what the steps of the second time allocated, less those
-  // that brought a new level.
+  // Plays the same steps twice and returns the number of allocations in the second run, except in
+  // steps with a new level.
   int64_t AllocationsOfStepsSeenBefore(int32_t thread_count) {
     PoolOptions options;
     options.games = {GetParam()};
@@ -73,11 +73,11 @@ class PoolAllocationTest : public testing::TestWithParam<std::string> {
 
 TEST_P(PoolAllocationTest, AStepAllocatesNothing) { EXPECT_EQ(AllocationsOfStepsSeenBefore(0), 0); }
 
-// Which worker draws what is not the same each time, so that a worker may still have to make room
-// for a larger picture than it has drawn before; but not step by step.
+// The assignment of environments to workers varies. So a worker may enlarge a buffer for a scene
+// that it draws for the first time, but not in every step.
 constexpr int64_t kRoomMakingMax = kStepCount / 10;
 
-TEST_P(PoolAllocationTest, AStepByAWorkerPoolAllocatesNothing) {
+TEST_P(PoolAllocationTest, AStepOnAWorkerPoolAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 
@@ -91,7 +91,7 @@ class PoolStepAsyncAllocationTest : public PoolAllocationTest {
   }
 };
 
-TEST_P(PoolStepAsyncAllocationTest, AStepInTheBackgroundAllocatesNothing) {
+TEST_P(PoolStepAsyncAllocationTest, AnAsynchronousStepAllocatesNothing) {
   EXPECT_LE(AllocationsOfStepsSeenBefore(2), kRoomMakingMax);
 }
 

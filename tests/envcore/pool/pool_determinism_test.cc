@@ -1,5 +1,5 @@
-// Worker count, slicing, pool size and sharding change no bit of any result: for every game that is
-// there, in each of its modes.
+// Worker count, slices, pool size and shards change no bit of any result: for every game, in each
+// of its modes.
 
 #include <algorithm>
 #include <map>
@@ -48,8 +48,8 @@ std::vector<Played> AllThatCanBePlayed() {
   return all;
 }
 
-// The actions of environment i of the whole pool: the same whatever pool it is in. Now and then an
-// episode is ended.
+// The actions of environment i of the whole pool, independent of the pool it is in. Some end the
+// episode.
 std::vector<int32_t> ActionsOf(int32_t environment) {
   RandomStream random(environment);
   std::vector<int32_t> actions;
@@ -70,8 +70,8 @@ PoolOptions OptionsOf(const Played& played, int32_t env_count) {
   return options;
 }
 
-// All that the environments of `pool` answer, at the start and after each step, stepped in slices
-// of `slice`, the last slice first.
+// The results of all environments of `pool`, at the start and after each step. Steps in slices of
+// `slice` environments, the last slice first.
 std::vector<BatchBuffers> Play(Pool& pool, int32_t slice) {
   const int32_t env_count = pool.env_count();
   std::vector<std::vector<int32_t>> actions;
@@ -105,7 +105,7 @@ std::vector<BatchBuffers> Play(const PoolOptions& options, int32_t thread_count,
   return Play(**pool, slice);
 }
 
-// The rows [begin, begin + count) of each of the batches.
+// The rows [begin, begin + count) of each batch.
 template <typename T>
 std::vector<T> RowsOf(const std::vector<T>& values, size_t begin, size_t count, size_t width) {
   const auto start = values.begin() + static_cast<std::ptrdiff_t>(begin * width);
@@ -136,7 +136,7 @@ std::vector<BatchBuffers> RowsOf(const std::vector<BatchBuffers>& batches, size_
 
 class PoolDeterminismTest : public testing::TestWithParam<Played> {
  protected:
-  // What one worker answers for the whole pool.
+  // The results of the whole pool with one worker.
   static const std::vector<BatchBuffers>& Whole() {
     std::vector<BatchBuffers>& whole = whole_[GetParam().name];
     if (whole.empty()) {
@@ -149,7 +149,7 @@ class PoolDeterminismTest : public testing::TestWithParam<Played> {
   static inline std::map<std::string, std::vector<BatchBuffers>> whole_;
 };
 
-TEST_P(PoolDeterminismTest, TheSamePoolTwiceGivesTheSame) {
+TEST_P(PoolDeterminismTest, EqualPoolsGiveEqualResults) {
   EXPECT_TRUE(Play(OptionsOf(GetParam(), kEnvCount), 0, kEnvCount) == Whole());
 }
 
@@ -167,7 +167,7 @@ TEST_P(PoolDeterminismTest, PoolSizeChangesNothing) {
   EXPECT_TRUE(RowsOf(larger, 0, kEnvCount) == Whole());
 }
 
-TEST_P(PoolDeterminismTest, ShardsTogetherAreTheWhole) {
+TEST_P(PoolDeterminismTest, ShardsTogetherEqualTheWholePool) {
   for (const auto& [first, count] :
        std::vector<std::pair<int32_t, int32_t>>{{0, 2}, {2, 1}, {3, 3}}) {
     PoolOptions shard = OptionsOf(GetParam(), count);

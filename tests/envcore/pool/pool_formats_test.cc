@@ -1,5 +1,5 @@
-// Observations of other colours, layouts and sizes. The measure is a pool with the same seeds whose
-// frames are red, green and blue: grey frames and planes are made from those by their definition.
+// Observations of other colors, layouts and sizes. The measure is a pool with the same seeds whose
+// frames are red, green and blue: gray frames and planes are made from those by their definition.
 
 #include <cmath>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace {
 
 using Pixels = std::vector<uint8_t>;
 
-// `rgb`, uint8 [n, 3], in another format, by its definition.
+// Converts `rgb`, uint8 [n, 3], to another format, by the definition of the format.
 Pixels Converted(const Pixels& rgb, Color color, Layout layout) {
   Pixels converted;
   const size_t count = rgb.size() / 3;
@@ -37,7 +37,7 @@ Pixels Converted(const Pixels& rgb, Color color, Layout layout) {
 class PoolFormatTest
     : public testing::TestWithParam<std::tuple<std::string, int32_t, Color, Layout>> {};
 
-TEST_P(PoolFormatTest, FramesAreThoseOfRedGreenBlueInAnotherForm) {
+TEST_P(PoolFormatTest, FramesOfEveryFormatEqualConvertedRgbFrames) {
   const auto& [game, size_px, color, layout] = GetParam();
   ObservationFormat format;
   format.frame.size_px = size_px;
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, PoolFormatTest,
                                           testing::Values(Layout::kHwc, Layout::kChw)),
                          FormatName);
 
-// Means of blocks of `block` x `block` pixels of a square grey picture.
+// Means of blocks of `block` x `block` pixels of a square gray image.
 std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   const int blocks = size_px / block;
   std::vector<double> means(static_cast<size_t>(blocks) * static_cast<size_t>(blocks));
@@ -91,8 +91,8 @@ std::vector<double> BlockMeans(const Pixels& grey, int size_px, int block) {
   return means;
 }
 
-// Flat colours, so that nothing but places can differ.
-TEST(PoolSizeTest, AllSizesShowTheSamePlaces) {
+// Flat colors, so that only positions can differ.
+TEST(PoolSizeTest, ObjectsHaveTheSamePositionsAtAllSizes) {
   for (const GameSpec& game : GameCatalog()) {
     const auto view = [&](int32_t size_px) {
       PoolOptions options = OptionsOf({std::string(game.name)}, 1);
@@ -135,10 +135,10 @@ TEST(PoolSizeTest, LargeFramesAreDrawnAndNotRescaled) {
       alike += same ? 1 : 0;
     }
   }
-  EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one colour";
+  EXPECT_LT(alike, 64 * 64 / 2) << "blocks of 8 x 8 pixels of one color";
 }
 
-TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRefused) {
+TEST(PoolFormatErrorTest, ABatchOfAnotherSizeIsRejected) {
   ObservationFormat format;
   format.frame_stack = 2;
   const auto pool = FormattedPool("maze", format);

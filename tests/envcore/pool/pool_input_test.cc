@@ -1,4 +1,4 @@
-// Bad input to a step. The message says what was given and what is allowed, and nothing moves.
+// Invalid steps. The message gives the value and what is allowed, and no environment changes.
 
 #include <functional>
 #include <limits>
@@ -22,7 +22,7 @@ struct BadStep {
 
 class BadStepTest : public testing::TestWithParam<BadStep> {
  public:
-  // Spans of what a bad step points to.
+  // The data of the spans of invalid steps.
   static inline const std::vector<int32_t> kThree = {4, 4, 4};
   static inline const std::vector<int32_t> kFifteen = {4, 15, 4, 4};
   static inline const std::vector<int32_t> kMinusTwo = {4, 4, 4, -2};
@@ -36,7 +36,7 @@ class BadStepTest : public testing::TestWithParam<BadStep> {
       {.environment = 0, .level_seed = std::nullopt, .rand_seed = std::nullopt}};
 };
 
-TEST_P(BadStepTest, IsRefusedAndNothingMoves) {
+TEST_P(BadStepTest, IsRejectedAndChangesNothing) {
   const auto pool = MazePool();
   const auto untouched = MazePool();
   BatchBuffers buffers(kEnvCount);
@@ -54,7 +54,7 @@ TEST_P(BadStepTest, IsRefusedAndNothingMoves) {
               Stepped(*untouched, AllTake(kEndEpisodeAction)));
 }
 
-TEST_P(BadStepTest, IsRefusedBeforeStepAsyncReturns) {
+TEST_P(BadStepTest, IsRejectedBeforeStepAsyncReturns) {
   const auto pool = MadePool(OptionsOf({"maze"}), 1);
   BatchBuffers buffers(kEnvCount);
   const std::vector<int32_t> actions = AllTake(7);

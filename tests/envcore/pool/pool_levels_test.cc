@@ -1,4 +1,4 @@
-// Which levels the environments of a pool play when a sampler chooses them.
+// The levels that the environments of a pool play with a level sampler.
 
 #include <memory>
 #include <numeric>
@@ -37,7 +37,7 @@ std::vector<int32_t> LevelsNow(Pool& pool) {
   return buffers.level_seeds;
 }
 
-// Ends all episodes `count` times; the levels that each begins.
+// Ends all episodes `count` times and returns the levels that follow.
 Levels EndEpisodes(Pool& pool, int count) {
   Levels levels;
   BatchBuffers buffers(pool.env_count());
@@ -49,7 +49,7 @@ Levels EndEpisodes(Pool& pool, int count) {
   return levels;
 }
 
-TEST(PoolLevelsTest, AllLevelsAreOfTheListTheFirstToo) {
+TEST(PoolLevelsTest, AllLevelsAreFromTheListIncludingTheFirst) {
   const std::unique_ptr<Pool> pool = MadePool(SampledOptions(SamplerOf({70, 71, 72})));
   EXPECT_THAT(LevelsNow(*pool), Each(::testing::AnyOf(70, 71, 72)));
   for (const std::vector<int32_t>& levels : EndEpisodes(*pool, 20)) {
@@ -57,7 +57,7 @@ TEST(PoolLevelsTest, AllLevelsAreOfTheListTheFirstToo) {
   }
 }
 
-TEST(PoolLevelsTest, EqualSamplersChooseAlikeAndSeedsDoNot) {
+TEST(PoolLevelsTest, EqualSamplersChooseEquallyAndOtherSeedsDoNot) {
   std::vector<int32_t> list(1000);
   std::iota(list.begin(), list.end(), 0);
   const auto levels_of = [&](int64_t rand_seed, int64_t pool_seed) {
@@ -69,7 +69,7 @@ TEST(PoolLevelsTest, EqualSamplersChooseAlikeAndSeedsDoNot) {
   EXPECT_NE(levels_of(3, 0), levels_of(4, 0));
 }
 
-TEST(PoolLevelsTest, AShardChoosesAsTheWholeDoes) {
+TEST(PoolLevelsTest, AShardMakesTheChoicesOfTheWholePool) {
   PoolOptions options = SampledOptions(SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9}));
   const Levels whole = EndEpisodes(*MadePool(options), 10);
   options.first_env = 2;
@@ -94,7 +94,7 @@ TEST(PoolLevelsTest, APoolWithoutASamplerCanBeGivenOne) {
   EXPECT_THAT(EndEpisodes(*pool, 1), Each(Each(-80)));
 }
 
-TEST(PoolLevelsTest, AfterReplacingChoicesAreThoseOfANewPool) {
+TEST(PoolLevelsTest, AfterReplacementChoicesEqualThoseOfANewPool) {
   const auto list = SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9}, 5);
   const std::unique_ptr<Pool> made = MadePool(SampledOptions(list));
   Levels of_new = {LevelsNow(*made)};
@@ -107,7 +107,7 @@ TEST(PoolLevelsTest, AfterReplacingChoicesAreThoseOfANewPool) {
   EXPECT_EQ(EndEpisodes(*pool, 10), of_new);
 }
 
-TEST(PoolLevelsTest, ALevelThatIsToldComesFirst) {
+TEST(PoolLevelsTest, ANextLevelTakesPrecedence) {
   const std::unique_ptr<Pool> pool = MadePool(SampledOptions(SamplerOf({70})));
   BatchBuffers buffers(pool->env_count());
   const std::vector<int32_t> ends(static_cast<size_t>(pool->env_count()), kEndEpisodeAction);
@@ -125,7 +125,7 @@ TEST(PoolLevelsTest, InSequencesTheSamplerChoosesEachLevel) {
   EXPECT_THAT(EndEpisodes(*MadePool(options), 5), Each(Each(::testing::AnyOf(70, 71))));
 }
 
-TEST(PoolLevelsTest, RestoredStatesGoOnChoosingAsTheSavedOnes) {
+TEST(PoolLevelsTest, RestoredStatesContinueTheChoicesOfTheSavedOnes) {
   const auto list = SamplerOf({1, 2, 3, 4, 5, 6, 7, 8, 9});
   const std::unique_ptr<Pool> pool = MadePool(SampledOptions(list));
   EndEpisodes(*pool, 3);

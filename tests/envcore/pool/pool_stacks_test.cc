@@ -1,5 +1,5 @@
-// Observations that are stacks of frames. The measure is a pool with the same seeds and single
-// frames, of which a model keeps the last ones.
+// Observations with frame stacks, compared with a model: a pool with the same seeds and single
+// frames, and the last frames of each environment.
 
 #include <cstdint>
 #include <deque>
@@ -27,7 +27,7 @@ ObservationFormat StackOf(int32_t frame_stack) {
   return format;
 }
 
-// What stacks of frames must show, from what single ones show.
+// Computes frame stacks from single frames.
 class StackModel {
  public:
   StackModel(const BatchBuffers& observed, size_t depth) : depth_(depth), stacks_(kEnvCount) {
@@ -67,8 +67,8 @@ class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, Auto
   static std::string Game() { return std::get<0>(GetParam()); }
   static AutoresetMode Mode() { return std::get<1>(GetParam()); }
 
-  // Steps both pools, now and then ending episodes, resetting what must be, repeating actions and
-  // not looking, and compares.
+  // Steps both pools and compares. Some steps end episodes, reset environments, repeat actions or
+  // request no observations.
   void StepAndCompare(int step) {
     StepInput input = {.count = kEnvCount, .actions = actions_};
     std::vector<Reset> resets;
@@ -95,7 +95,7 @@ class PoolStackTest : public testing::TestWithParam<std::tuple<std::string, Auto
   }
 
  private:
-  // In one step or two, in the background or not.
+  // In one slice or two, synchronously or asynchronously.
   void StepInSlices(const StepInput& whole, const std::vector<Reset>& resets, const Batch& batch,
                     int step) {
     if (step % 2 == 0) {
@@ -204,10 +204,10 @@ TEST(PoolStackStateTest, ARestoredEnvironmentShowsItsFrameInAllPlaces) {
     EXPECT_EQ(frame(restored, place), frame(saved, 2));
   }
   EXPECT_EQ(RowOf(Observed(*pool).observations, bytes, 1), RowOf(before.observations, bytes, 1))
-      << "nobody else changes";
+      << "no other environment changes";
 }
 
-TEST(PoolStackStateTest, WhetherARestoredEnvironmentIsLookedAtBeforeItStepsChangesNothing) {
+TEST(PoolStackStateTest, ObservingARestoredEnvironmentBeforeItStepsChangesNothing) {
   for (const bool looks : {false, true}) {
     const auto pool = FormattedPool("bigfish", StackOf(3));
     Stepped(*pool, AllTake(5));
@@ -227,7 +227,7 @@ TEST(PoolStackStateTest, WhetherARestoredEnvironmentIsLookedAtBeforeItStepsChang
   }
 }
 
-TEST(PoolStackStateTest, StepsInTheBackgroundGiveTheSame) {
+TEST(PoolStackStateTest, AsynchronousStepsGiveTheSame) {
   const auto pool = FormattedPool("fruitbot", StackOf(4));
   PoolOptions options = pool->options();
   const auto parallel = MadePool(options, 2);

@@ -1,7 +1,7 @@
-// Every field of a snapshot set to extreme values, for every game in each of its modes: it is
-// refused with a reason and changes nothing, or the environment can be played and drawn on, and
-// saved and restored whenever it stands. Run under the sanitizers, this tells whether what a
-// snapshot may hold can break the engine.
+// Sets every field of a snapshot to extreme values, for every game in each of its modes. The
+// snapshot is either rejected with a reason and changes nothing, or the environment can be stepped,
+// drawn, saved and restored. Under the sanitizers, this shows whether a snapshot can break the
+// engine.
 
 #include <cmath>
 #include <limits>
@@ -28,9 +28,9 @@ using Json = nlohmann::ordered_json;
 using Pointer = Json::json_pointer;
 
 constexpr int kStepsBefore = 30;
-constexpr uint32_t kMutantCount = 300;  // of a game and mode
+constexpr uint32_t kMutantCount = 300;  // per game and mode
 #ifdef __SANITIZE_THREAD__
-// Looks for races, of which a play by one thread has none.
+// ThreadSanitizer looks for races, which a single thread does not have.
 constexpr int kStepsAfter = 5;
 #else
 constexpr int kStepsAfter = 200;
@@ -47,8 +47,8 @@ std::string Encoded(const Json& tree) {
   return FrameSnapshot(body);
 }
 
-// The fields of a tree; of the entries of a list only those of the first and the last.
-// NOLINTNEXTLINE(misc-no-recursion): as deep as a state
+// The fields of a tree; of a list only those of the first and the last entry.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as a snapshot
 void CollectFields(const Json& node, const Pointer& path, std::vector<Pointer>* fields) {
   if (!path.empty()) {
     fields->push_back(path);
@@ -65,7 +65,7 @@ void CollectFields(const Json& node, const Pointer& path, std::vector<Pointer>* 
   }
 }
 
-// What a field of the type of `value` can be set to.
+// The values to set a field of the type of `value` to.
 std::vector<Json> ExtremesOf(const Json& value) {
   if (value.is_boolean()) {
     return {!value.get<bool>(), 1};
@@ -114,7 +114,8 @@ std::vector<Json> ExtremesOf(const Json& value) {
   return {Json::object(), Json::array(), "", "maze", 0};
 }
 
-// Plays, and now and then saves; what was saved last can be restored, and is the same then.
+// Plays and saves repeatedly. The last snapshot can be restored, and saving again gives the same
+// bytes.
 void PlayOn(Pool& pool, int steps) {
   RandomStream random(3);
   std::vector<uint8_t> picture(kObservationBytes);
@@ -158,7 +159,7 @@ std::vector<Played> AllThatCanBePlayed() {
 
 class PoolStateMutationTest : public ::testing::TestWithParam<Played> {
  protected:
-  // Restores `tree`; where that works, plays on, and goes back to `snapshot`.
+  // Restores `tree`. If that succeeds, plays on. Then restores `snapshot`.
   static void Try(Pool& pool, const std::string& snapshot, const Json& tree) {
     const std::string mutant = Encoded(tree);
     const absl::Status status = pool.RestoreStates({{0, mutant}});
@@ -175,7 +176,7 @@ class PoolStateMutationTest : public ::testing::TestWithParam<Played> {
   }
 };
 
-// A snapshot of a level that was played for some steps.
+// A snapshot of a level after some steps.
 std::string PlayedSnapshot(Pool& pool) {
   RandomStream random(8);
   for (int step = 0; step < kStepsBefore; ++step) {
@@ -185,7 +186,7 @@ std::string PlayedSnapshot(Pool& pool) {
   return pool.SaveStates({0}).value()[0];
 }
 
-TEST_P(PoolStateMutationTest, WhatIsTakenCanBeSavedAndRestoredAfterAnySteps) {
+TEST_P(PoolStateMutationTest, AcceptedSnapshotsCanBeSavedAndRestoredAfterAnySteps) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   const std::string snapshot = PlayedSnapshot(*pool);
   int taken_count = 0;
@@ -200,7 +201,7 @@ TEST_P(PoolStateMutationTest, WhatIsTakenCanBeSavedAndRestoredAfterAnySteps) {
   EXPECT_GT(taken_count, 0);
 }
 
-TEST_P(PoolStateMutationTest, ExtremeValuesAreRefusedOrPlayable) {
+TEST_P(PoolStateMutationTest, ExtremeValuesAreRejectedOrPlayable) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   const std::string snapshot = PlayedSnapshot(*pool);
   const Json tree = Decoded(snapshot);

@@ -1,6 +1,6 @@
-// Restore-then-continue equals continue, for every game in each of its modes: environments are
-// saved at some steps, put into a pool with other options, size and worker count that is in the
-// midst of its own episodes, and both go on with the same actions.
+// Restore-then-continue equals continue, for every game in each of its modes. Environments are
+// saved at some steps and restored into a running pool with other options, size and worker count.
+// Then both pools continue with the same actions.
 
 #include <map>
 #include <memory>
@@ -30,7 +30,7 @@ struct Played {
   PoolOptions options;
 };
 
-// The options that change looks, sizes or the life of an environment, in turn.
+// Options that change the appearance, sizes or episodes of an environment, one set per variant.
 void Vary(int variant, PoolOptions* options) {
   EnvironmentOptions& environment = options->environment;
   environment.use_generated_assets = variant == 1;
@@ -85,7 +85,7 @@ std::vector<std::string> Saved(Pool& pool, const std::vector<int32_t>& environme
   return snapshots.ok() ? *snapshots : std::vector<std::string>(environments.size());
 }
 
-// What the first environments of a pool answer, after each of some steps.
+// The results of the first environments of a pool, after each of some steps.
 std::vector<BatchBuffers> Continued(Pool& pool, int64_t seed) {
   RandomStream random(seed);
   std::vector<BatchBuffers> answers;
@@ -102,7 +102,7 @@ std::vector<BatchBuffers> Continued(Pool& pool, int64_t seed) {
 
 class PoolStatesTest : public ::testing::TestWithParam<Played> {};
 
-TEST_P(PoolStatesTest, RestoredEnvironmentsContinueAsTheSavedOnes) {
+TEST_P(PoolStatesTest, RestoredEnvironmentsContinueLikeTheSavedOnes) {
   const std::unique_ptr<Pool> pool = MadePool(GetParam().options);
   PoolOptions other_options = OptionsOf(GetParam().options.games, kOtherCount);
   other_options.environment.rand_seed = 12345;
@@ -134,12 +134,12 @@ TEST(PoolSaveStatesTest, SavingChangesNothing) {
   EXPECT_EQ(Stepped(*saved, AllTake(7)), Stepped(*untouched, AllTake(7)));
 }
 
-TEST(PoolSaveStatesTest, IndicesOutOfRangeAreRefused) {
+TEST(PoolSaveStatesTest, IndicesOutOfRangeAreRejected) {
   EXPECT_THAT(MazePool()->SaveStates({0, 4}),
               StatusIs(absl::StatusCode::kInvalidArgument, "environment 4 is not in [0, 4)"));
 }
 
-TEST(PoolRestoreStatesTest, OneBadSnapshotLeavesAllAsTheyWere) {
+TEST(PoolRestoreStatesTest, OneInvalidSnapshotChangesNoEnvironment) {
   const auto pool = MazePool();
   std::string good = Saved(*pool, {3})[0];
   std::string bad = good;
@@ -151,7 +151,7 @@ TEST(PoolRestoreStatesTest, OneBadSnapshotLeavesAllAsTheyWere) {
   EXPECT_EQ(Saved(*pool, {0, 1, 2, 3}), before);
 }
 
-TEST(PoolRestoreStatesTest, AnEnvironmentIsRestoredOnceAtMost) {
+TEST(PoolRestoreStatesTest, AnEnvironmentNamedTwiceIsRejected) {
   const auto pool = MazePool();
   const std::string snapshot = Saved(*pool, {3})[0];
   EXPECT_THAT(
@@ -159,14 +159,14 @@ TEST(PoolRestoreStatesTest, AnEnvironmentIsRestoredOnceAtMost) {
       StatusIs(absl::StatusCode::kInvalidArgument, "environment 0 is to be restored twice"));
 }
 
-TEST(PoolRestoreStatesTest, OtherGamesAreRefused) {
+TEST(PoolRestoreStatesTest, SnapshotsOfOtherGamesAreRejected) {
   const std::string snapshot = Saved(*MazePool(), {0})[0];
   EXPECT_THAT(MadePool(OptionsOf({"miner"}))->RestoreStates({{1, snapshot}}),
               StatusIs(absl::StatusCode::kFailedPrecondition,
                        "environment 1: game is maze, the environment plays miner"));
 }
 
-TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
+TEST(PoolRestoreStatesTest, WithDisabledARestoredEndedEpisodeMustBeReset) {
   PoolOptions options = OptionsOf({"maze"});
   options.autoreset_mode = AutoresetMode::kNextStep;
   const auto ended = MadePool(options);
@@ -181,7 +181,7 @@ TEST(PoolRestoreStatesTest, AnEndedEpisodeMustBeResetWhereNothingElseDoes) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("environment 2")));
 }
 
-TEST(PoolCloneStatesTest, StatesCanBeExchanged) {
+TEST(PoolCloneStatesTest, StatesCanBeSwapped) {
   const auto pool = MazePool();
   const std::vector<std::string> before = Saved(*pool, {0, 1, 2, 3});
   ASSERT_THAT(pool->CloneStates({{0, 1}, {1, 0}, {0, 3}}), IsOk());
@@ -189,7 +189,7 @@ TEST(PoolCloneStatesTest, StatesCanBeExchanged) {
               testing::ElementsAre(before[1], before[0], before[2], before[0]));
 }
 
-TEST(PoolCloneStatesTest, EnvironmentsOfOtherGamesAreRefused) {
+TEST(PoolCloneStatesTest, EnvironmentsOfOtherGamesAreRejected) {
   const auto pool = MadePool(OptionsOf({"maze", "miner"}));
   EXPECT_THAT(pool->CloneStates({{0, 1}}),
               StatusIs(absl::StatusCode::kFailedPrecondition,

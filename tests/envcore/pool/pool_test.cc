@@ -29,12 +29,12 @@ void ExpectNoPool(const PoolOptions& options, absl::StatusCode code, const std::
   EXPECT_EQ(status.message(), message);
 }
 
-TEST(PoolCreateTest, RefusesOptionsOutOfRangeAndSaysWhatIsAllowed) {
+TEST(PoolCreateTest, RejectsOptionsOutOfRangeAndSaysWhatIsAllowed) {
   const auto invalid = absl::StatusCode::kInvalidArgument;
   ExpectNoPool(OptionsOf({}), invalid, "games is empty, must name at least one game");
   ExpectNoPool(OptionsOf({"maze"}, 0), invalid, "env_count is 0, must be at least 1");
   ExpectNoPool(OptionsOf({"maze", "miner"}, 3), invalid,
-               "there are 3 environments for 2 games, must be a multiple of it");
+               "there are 3 environments for 2 games, must be a multiple of the number of games");
   PoolOptions options = OptionsOf({"maze"});
   options.first_env = -1;
   ExpectNoPool(options, invalid, "first_env is -1, must be at least 0");
@@ -44,14 +44,14 @@ TEST(PoolCreateTest, RefusesOptionsOutOfRangeAndSaysWhatIsAllowed) {
                "total_env_count is 5, must be at least first_env + env_count = 6, or 0");
 }
 
-TEST(PoolCreateTest, RefusesEnvironmentNumbersThatDoNotFit) {
+TEST(PoolCreateTest, RejectsTooManyEnvironmentsInTheWholePool) {
   PoolOptions options = OptionsOf({"maze"}, 2);
   options.first_env = std::numeric_limits<int32_t>::max() - 1;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
-               "there are 2147483648 environments in the whole, must be at most 16777216");
+               "the whole pool has 2147483648 environments, must be at most 16777216");
 }
 
-TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
+TEST(PoolCreateTest, ReturnsErrorsOfEnvironmentOptions) {
   PoolOptions options = OptionsOf({"maze", "bigfish"});
   options.environment.distribution_mode = DistributionMode::kMemory;
   ExpectNoPool(options, absl::StatusCode::kInvalidArgument,
@@ -60,24 +60,24 @@ TEST(PoolCreateTest, PassesOnWhatAnEnvironmentRefuses) {
             absl::StatusCode::kNotFound);
 }
 
-TEST(PoolCreateTest, AShardNeedsNoWholeNumberOfGames) {
+TEST(PoolCreateTest, AShardNeedNotBeAMultipleOfTheGames) {
   PoolOptions options = OptionsOf({"maze", "miner"}, 1);
   options.first_env = 1;
   options.total_env_count = 4;
   EXPECT_EQ(MadePool(options)->env_count(), 1);
 }
 
-TEST(PoolCreateTest, EnvironmentsStandAtTheFirstStepOfTheirLevels) {
+TEST(PoolCreateTest, EnvironmentsStartAtTheFirstStepOfTheirLevels) {
   const BatchBuffers observed = Observed(*MazePool());
   EXPECT_THAT(observed.first, Each(1));
   EXPECT_THAT(observed.rewards, Each(0));
   EXPECT_THAT(observed.prev_level_seeds, Each(0));
   EXPECT_EQ(std::set<int32_t>(observed.level_seeds.begin(), observed.level_seeds.end()).size(),
             static_cast<size_t>(kEnvCount))
-      << "each draws its own";
+      << "each environment draws its own levels";
 }
 
-TEST(PoolCreateTest, EnvironmentsLevelStreamsDependOnRandSeedAndTheirNumberOnly) {
+TEST(PoolCreateTest, LevelSeedStreamsDependOnRandSeedAndIndexOnly) {
   RandomStream stream_seeds(7);
   PoolOptions options = OptionsOf({"maze"});
   options.environment.rand_seed = 7;
@@ -88,7 +88,7 @@ TEST(PoolCreateTest, EnvironmentsLevelStreamsDependOnRandSeedAndTheirNumberOnly)
   }
 }
 
-TEST(PoolCreateTest, JointGamesAreDealtInTurn) {
+TEST(PoolCreateTest, GamesAreAssignedInTurn) {
   const BatchBuffers joint = Observed(*MadePool(OptionsOf({"maze", "miner"})));
   const BatchBuffers mazes = Observed(*MazePool());
   const BatchBuffers miners = Observed(*MadePool(OptionsOf({"miner"})));
@@ -106,7 +106,7 @@ TEST(PoolCreateTest, JointGamesAreDealtInTurn) {
 
 // --- Steps.
 
-TEST(PoolStepTest, WritesOnlyWhatIsAskedFor) {
+TEST(PoolStepTest, WritesOnlyRequestedArrays) {
   const auto pool = MazePool();
   std::vector<float> rewards(kEnvCount, -1);
   Batch batch;
@@ -117,7 +117,7 @@ TEST(PoolStepTest, WritesOnlyWhatIsAskedFor) {
   EXPECT_THAT(Observed(*pool).episode_lengths, Each(2));
 }
 
-TEST(PoolStepTest, ASliceMovesNobodyElse) {
+TEST(PoolStepTest, ASliceChangesNoOtherEnvironment) {
   const auto pool = MazePool();
   BatchBuffers buffers(2);
   EXPECT_TRUE(
@@ -146,7 +146,7 @@ TEST(PoolStepTest, TheStepLimitTruncates) {
   EXPECT_THAT(buffers.episode_lengths, Each(500));
 }
 
-TEST(PoolStepTest, LastPicturesAreWrittenWhereAnEpisodeEndedOnly) {
+TEST(PoolStepTest, FinalObservationsAreWrittenOnlyForEndedEpisodes) {
   const auto pool = MazePool();
   const BatchBuffers before = Observed(*pool);
   BatchBuffers buffers(kEnvCount);
@@ -159,12 +159,12 @@ TEST(PoolStepTest, LastPicturesAreWrittenWhereAnEpisodeEndedOnly) {
   };
   EXPECT_THAT(row(buffers.final_observations, 0), Each(7));
   EXPECT_EQ(row(buffers.final_observations, 1), row(before.observations, 1))
-      << "a mouse at rest looks as it did";
+      << "the frame of a mouse at rest is unchanged";
   EXPECT_NE(row(buffers.observations, 1), row(before.observations, 1)) << "the new level";
   EXPECT_THAT(row(buffers.final_observations, 2), Each(7));
 }
 
-TEST(PoolStepTest, ResetsAndNextLevelsConcernTheirEnvironmentsOnly) {
+TEST(PoolStepTest, ResetsAndNextLevelsAffectOnlyTheirEnvironments) {
   const auto pool = MazePool();
   const BatchBuffers before = Observed(*pool);
   BatchBuffers buffers(kEnvCount);
@@ -200,7 +200,7 @@ TEST(PoolStepTest, ANextLevelWaitsForTheEpisodesEnd) {
   EXPECT_EQ(Stepped(*pool, AllTake(kEndEpisodeAction)).level_seeds[0], 22);
 }
 
-TEST(PoolStepTest, WithoutStepsOnlyTheResetsAreCarriedOut) {
+TEST(PoolStepTest, WithoutStepsOnlyTheResetsAreExecuted) {
   const auto pool = MazePool();
   Stepped(*pool, AllTake(kNoAction));
   const std::vector<Reset> resets = {
@@ -238,7 +238,7 @@ TEST(PoolStepTest, EndedEpisodesAwaitAResetWithDisabled) {
   EXPECT_THAT(Observed(*pool).episode_lengths, ElementsAre(2, 0, 2, 2));
 }
 
-TEST(PoolStepTest, AfterARefusedStepAnotherGoesOn) {
+TEST(PoolStepTest, ARejectedStepDoesNotPreventTheNext) {
   PoolOptions options = OptionsOf({"maze"});
   options.autoreset_mode = AutoresetMode::kDisabled;
   const auto pool = MadePool(options);
@@ -250,7 +250,7 @@ TEST(PoolStepTest, AfterARefusedStepAnotherGoesOn) {
 
 // --- One call at a time.
 
-// Keeps the only thread of a worker pool until it is told to let go.
+// Occupies the only thread of a worker pool until Open is called.
 class Gate : public ParallelJob {
  public:
   void Open() { gate_.Notify(); }
@@ -291,7 +291,7 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
   absl::Status refused;
   pool->StepAsync({.count = kEnvCount, .actions = actions}, other.Whole(),
                   [&refused](const absl::Status& status) { refused = status; });
-  EXPECT_EQ(refused.message(), "another call steps or reads this pool; repeat when it is done");
+  EXPECT_EQ(refused.message(), "another call steps or reads this pool; retry when it has returned");
   EXPECT_TRUE(other == blank);
   gate.Open();
   done.WaitForNotification();
@@ -299,7 +299,7 @@ TEST(PoolBusyTest, ASecondCallIsAbortedAndChangesNothing) {
   EXPECT_THAT(Observed(*pool).episode_lengths, Each(1));
 }
 
-TEST(PoolBusyTest, OfManyCallsAtOnceEachIsDoneWhollyOrNotAtAll) {
+TEST(PoolBusyTest, ConcurrentCallsAreDoneCompletelyOrNotAtAll) {
   auto workers = std::make_shared<WorkerPool>(2);
   auto pool = *Pool::Create(OptionsOf({"maze", "miner"}), workers);
   std::atomic<int> done_count = 0;
@@ -324,7 +324,7 @@ TEST(PoolBusyTest, OfManyCallsAtOnceEachIsDoneWhollyOrNotAtAll) {
   EXPECT_THAT(Observed(*pool).episode_lengths, Each(done_count.load()));
 }
 
-TEST(PoolStepAsyncTest, GivesWhatStepGives) {
+TEST(PoolStepAsyncTest, GivesTheResultsOfStep) {
   const auto async = MadePool(OptionsOf({"maze", "miner"}), 2);
   const auto sync = MadePool(OptionsOf({"maze", "miner"}));
   for (int i = 0; i < 20; ++i) {
@@ -338,7 +338,7 @@ TEST(PoolStepAsyncTest, GivesWhatStepGives) {
   }
 }
 
-TEST(PoolStepAsyncTest, MayStepThePoolAgainWhenItIsDone) {
+TEST(PoolStepAsyncTest, TheCallbackMayStepThePoolAgain) {
   constexpr int kStepCount = 200;
   const auto pool = MadePool(OptionsOf({"maze"}), 2);
   BatchBuffers buffers(kEnvCount);
@@ -380,7 +380,7 @@ TEST(PoolStepAsyncTest, OneEnvironmentIsSteppedBeforeItReturns) {
   }
 }
 
-TEST(PoolStepAsyncTest, ASingleEnvironmentMayEndThePoolWhenItIsDone) {
+TEST(PoolStepAsyncTest, TheCallbackOfASingleEnvironmentMayDestroyThePool) {
   auto workers = std::make_shared<WorkerPool>(1);
   auto pool = *Pool::Create(OptionsOf({"maze"}), workers);
   BatchBuffers buffers(1);
@@ -390,7 +390,7 @@ TEST(PoolStepAsyncTest, ASingleEnvironmentMayEndThePoolWhenItIsDone) {
   EXPECT_EQ(pool, nullptr);
 }
 
-TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
+TEST(PoolStepAsyncTest, TheCallbackMayDestroyThePool) {
   auto workers = std::make_shared<WorkerPool>(1);
   auto pool = *Pool::Create(OptionsOf({"maze"}), workers);
   BatchBuffers buffers(kEnvCount);
@@ -405,7 +405,7 @@ TEST(PoolStepAsyncTest, MayEndThePoolWhenItIsDone) {
   EXPECT_EQ(pool, nullptr);
 }
 
-TEST(PoolStepAsyncTest, PoolsOfOneWorkerPoolStepSideBySide) {
+TEST(PoolStepAsyncTest, PoolsOfOneWorkerPoolStepConcurrently) {
   auto workers = std::make_shared<WorkerPool>(2);
   std::vector<std::unique_ptr<Pool>> pools;
   std::vector<std::thread> threads;
@@ -431,18 +431,19 @@ TEST(PoolStepAsyncTest, PoolsOfOneWorkerPoolStepSideBySide) {
 
 // --- The human view.
 
-TEST(PoolRenderTest, DrawsAtTheSizesThatItAllows) {
+TEST(PoolRenderTest, DrawsAtAllAllowedSizes) {
   const auto pool = MazePool();
   const BatchBuffers before = Observed(*pool);
   for (const int32_t size_px : {kHumanViewSizePxMin, 100, 512}) {
     std::vector<uint8_t> frame(static_cast<size_t>(size_px) * static_cast<size_t>(size_px) * 3);
     EXPECT_TRUE(pool->Render(1, size_px, absl::MakeSpan(frame)).ok()) << size_px;
-    EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U) << "something is seen";
+    EXPECT_GT(std::set<uint8_t>(frame.begin(), frame.end()).size(), 2U)
+        << "the frame is not uniform";
   }
   EXPECT_TRUE(Observed(*pool) == before);
 }
 
-TEST(PoolRenderTest, RefusesWhatIsOutOfRange) {
+TEST(PoolRenderTest, RejectsArgumentsOutOfRange) {
   const auto pool = MazePool();
   std::vector<uint8_t> frame(64 * 64 * 3);
   const auto message = [&](int32_t environment, int32_t size_px) {

@@ -24,7 +24,7 @@ TEST(SharedArtTest, PoolsShareTheArtOfAGame) {
             SharedArt::Embedded()->Of(game, second->art()));
 }
 
-TEST(SharedArtTest, EverySlotOfEveryGameHasAPictureOfOurOwn) {
+TEST(SharedArtTest, EverySlotOfEveryGameHasABuiltInImage) {
   const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
   for (const GameSpec& spec : GameCatalog()) {
     const std::unique_ptr<Game> game = spec.make(GameOptions());
@@ -35,7 +35,7 @@ TEST(SharedArtTest, EverySlotOfEveryGameHasAPictureOfOurOwn) {
   }
 }
 
-TEST(SharedArtTest, EveryBackgroundHasAPictureOfOurOwn) {
+TEST(SharedArtTest, EveryBackgroundHasABuiltInImage) {
   const std::shared_ptr<const ArtPack> pack = ArtPack::Embedded();
   for (const BackgroundGroup group :
        {BackgroundGroup::kPlatform, BackgroundGroup::kSpace, BackgroundGroup::kTopdown,
@@ -46,7 +46,7 @@ TEST(SharedArtTest, EveryBackgroundHasAPictureOfOurOwn) {
   }
 }
 
-// A painted folder of the test's own.
+// A folder of painted art for one test.
 class PaintedFolder {
  public:
   PaintedFolder() { PaintArtFolder(path_); }
@@ -63,12 +63,12 @@ class PaintedFolder {
                           {{"/", "_"}}));
 };
 
-TEST(SharedArtTest, FolderThatLacksAPictureIsRefusedByItsName) {
+TEST(SharedArtTest, AFolderWithAMissingImageIsRejectedByName) {
   const PaintedFolder folder;
   std::filesystem::remove(folder.path() + "/misc_assets/fishTile_072.png");
   EXPECT_THAT(SharedArt::LoadFolder(folder.path()),
               StatusIs(absl::StatusCode::kNotFound,
-                       testing::HasSubstr("1 of 329 pictures cannot be used: "
+                       testing::HasSubstr("1 of 329 images are missing or invalid: "
                                           "misc_assets/fishTile_072.png is missing")));
 }
 
@@ -89,7 +89,7 @@ TEST(SharedArtTest, LoadedArtIsFreedWithItsLastPool) {
 
 class ArtOfAGameTest : public testing::TestWithParam<std::string> {};
 
-// Facts about art are rules: they never follow the pictures.
+// Art facts are rules: they do not depend on the images.
 TEST_P(ArtOfAGameTest, OtherArtChangesPixelsAndNothingElse) {
   constexpr int kSteps = 300;
   const PaintedFolder folder;

@@ -13,7 +13,7 @@
 
 namespace procgen {
 
-// Environments of a small pool.
+// Number of environments of a small pool.
 inline constexpr int32_t kEnvCount = 4;
 
 inline PoolOptions OptionsOf(std::vector<std::string> games, int32_t env_count = kEnvCount) {
@@ -32,7 +32,7 @@ inline std::unique_ptr<Pool> MadePool(const PoolOptions& options, int32_t thread
 
 inline std::unique_ptr<Pool> MazePool() { return MadePool(OptionsOf({"maze"})); }
 
-// A pool of one game with observations of another format.
+// A pool of one game with the given observation format.
 inline std::unique_ptr<Pool> FormattedPool(
     const std::string& game, const ObservationFormat& format,
     AutoresetMode autoreset_mode = AutoresetMode::kSameStep) {
@@ -43,7 +43,7 @@ inline std::unique_ptr<Pool> FormattedPool(
   return MadePool(options);
 }
 
-// The observation of environment i, or the frame at place i of a stack: `bytes` of them.
+// The observation of environment i, or frame i of a stack, of `bytes` bytes.
 inline std::vector<uint8_t> RowOf(const std::vector<uint8_t>& observations, size_t bytes,
                                   size_t i) {
   const auto start = observations.begin() + static_cast<std::ptrdiff_t>(i * bytes);

@@ -18,7 +18,7 @@ std::map<std::string, RequiredImage> ByPath() {
   return pictures;
 }
 
-TEST(UpstreamImagesTest, EverySlotOfEveryGameHasItsPictureInItsOneSize) {
+TEST(UpstreamImagesTest, EverySlotOfEveryGameRequiresItsImageInItsSize) {
   const auto pictures = ByPath();
   for (const GameSpec& spec : GameCatalog()) {
     const std::unique_ptr<Game> game = spec.make(GameOptions());

@@ -17,7 +17,7 @@ namespace {
 using ::testing::Each;
 using ::testing::Eq;
 
-// Counts how often each item is done.
+// Counts how often each item runs.
 class CountingJob : public ParallelJob {
  public:
   explicit CountingJob(int32_t item_count) : counts_(static_cast<size_t>(item_count)) {}
@@ -41,7 +41,7 @@ class CountingJob : public ParallelJob {
 
 class WorkerPoolSizesTest : public testing::TestWithParam<int32_t> {};
 
-TEST_P(WorkerPoolSizesTest, DoesEveryItemOnce) {
+TEST_P(WorkerPoolSizesTest, RunsEveryItemOnce) {
   WorkerPool workers(GetParam());
   for (const int32_t item_count : {1, 2, 7, 64, 1000}) {
     CountingJob job(item_count);
@@ -53,7 +53,7 @@ TEST_P(WorkerPoolSizesTest, DoesEveryItemOnce) {
   }
 }
 
-TEST_P(WorkerPoolSizesTest, AJobWithoutItemsIsDoneToo) {
+TEST_P(WorkerPoolSizesTest, AJobWithoutItemsCompletes) {
   WorkerPool workers(GetParam());
   CountingJob job(0);
   absl::Notification done;
@@ -62,7 +62,7 @@ TEST_P(WorkerPoolSizesTest, AJobWithoutItemsIsDoneToo) {
   done.WaitForNotification();
 }
 
-TEST_P(WorkerPoolSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtATime) {
+TEST_P(WorkerPoolSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverUsedConcurrently) {
   WorkerPool workers(GetParam());
   ASSERT_EQ(workers.worker_count(), GetParam() + 1);
   CountingJob job(500);
@@ -83,7 +83,7 @@ TEST_P(WorkerPoolSizesTest, WorkerNumbersAreBelowTheWorkerCountAndNeverSharedAtA
 
 INSTANTIATE_TEST_SUITE_P(Sizes, WorkerPoolSizesTest, testing::Values(0, 1, 2, 5));
 
-TEST(WorkerPoolTest, WithoutThreadsTheCallerDoesAllOfIt) {
+TEST(WorkerPoolTest, WithoutThreadsTheCallerRunsAllItems) {
   WorkerPool workers(0);
   CountingJob job(20);
   const std::thread::id caller = std::this_thread::get_id();
@@ -95,10 +95,10 @@ TEST(WorkerPoolTest, WithoutThreadsTheCallerDoesAllOfIt) {
   job.on_done = [&done] { done = true; };
   workers.SubmitAndParticipate(job, 20);
   EXPECT_TRUE(all_here);
-  EXPECT_TRUE(done) << "nobody else is left to finish it";
+  EXPECT_TRUE(done) << "no other worker can finish the job";
 }
 
-TEST(WorkerPoolTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
+TEST(WorkerPoolTest, ASingleItemRunsOnTheCallerAndWakesNoWorker) {
   WorkerPool workers(2);
   for (int round = 0; round < 200; ++round) {
     CountingJob job(1);
@@ -114,7 +114,7 @@ TEST(WorkerPoolTest, OneItemIsDoneByTheCallerAndNobodyIsWokenForIt) {
   }
 }
 
-TEST(WorkerPoolTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
+TEST(WorkerPoolTest, EachWorkerStartsWithItsOwnItemsWhereItEndedBefore) {
   constexpr int32_t kItemCount = 40;
   WorkerPool workers(1);
   CountingJob job(kItemCount);
@@ -125,7 +125,7 @@ TEST(WorkerPoolTest, EachWorkerBeginsWithItsOwnItemsWhereItEndedBefore) {
       std::vector<int32_t>& mine = items.at(static_cast<size_t>(worker));
       mine.push_back(item);
       if (mine.size() == 1) {
-        both_came.arrive_and_wait();  // so that nobody takes all before the other has come
+        both_came.arrive_and_wait();  // no worker takes all items before the other has started
       }
     };
     absl::Notification done;
@@ -203,7 +203,7 @@ TEST(WorkerPoolTest, AJobMayBeSubmittedAgainWhenItIsDone) {
   EXPECT_THAT(job.Counts(), Each(Eq(kRoundCount)));
 }
 
-TEST(WorkerPoolTest, AJobMayGoWhenItIsDone) {
+TEST(WorkerPoolTest, AJobMayBeDestroyedWhenItIsDone) {
   WorkerPool workers(3);
   constexpr int kJobCount = 50;
   absl::BlockingCounter left(kJobCount);
@@ -211,7 +211,7 @@ TEST(WorkerPoolTest, AJobMayGoWhenItIsDone) {
     auto* job = new CountingJob(5);
     job->on_done = [job, &left] {
       absl::BlockingCounter* counter = &left;
-      delete job;  // and with it this function and what it captured
+      delete job;  // also destroys this function and its captures
       counter->DecrementCount();
     };
     workers.Submit(*job, 5);
@@ -219,7 +219,7 @@ TEST(WorkerPoolTest, AJobMayGoWhenItIsDone) {
   left.Wait();
 }
 
-TEST(WorkerPoolTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
+TEST(WorkerPoolTest, WritesOfItemsAreVisibleWhenTheJobIsDone) {
   WorkerPool workers(3);
   std::vector<int> plain(300);
   CountingJob job(300);
@@ -240,7 +240,7 @@ TEST(WorkerPoolTest, WhatTheItemsWroteIsSeenWhenTheJobIsDone) {
   EXPECT_TRUE(complete);
 }
 
-TEST(WorkerPoolTest, JobsBegunAfterALongOneDoNotWaitForIt) {
+TEST(WorkerPoolTest, JobsAfterALongOneDoNotWaitForIt) {
   WorkerPool workers(2);
   absl::Notification gate;
   absl::Notification long_done;
@@ -258,7 +258,7 @@ TEST(WorkerPoolTest, JobsBegunAfterALongOneDoNotWaitForIt) {
   long_done.WaitForNotification();
 }
 
-TEST(WorkerPoolTest, AWorkerPoolWithoutWorkGoes) {
+TEST(WorkerPoolTest, AnIdleWorkerPoolCanBeDestroyed) {
   for (int i = 0; i < 20; ++i) {
     const WorkerPool workers(4);
     EXPECT_EQ(workers.thread_count(), 4);

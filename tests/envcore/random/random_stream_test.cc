@@ -45,21 +45,21 @@ TEST(RandomStreamTest, NOfMoreThanThereAreTakesNoDraw) {
   EXPECT_EQ(stream.draws(), 0U);
 }
 
-TEST(RandomStreamTest, DistinctDrawsAgainWhatItHad) {
+TEST(RandomStreamTest, DistinctRedrawsRepeatedValues) {
   RandomStream stream(3);
   const std::vector<int32_t> values = stream.Distinct(4, 4);
   EXPECT_THAT(values, ::testing::UnorderedElementsAre(0, 1, 2, 3));
   EXPECT_GE(stream.draws(), 4U);
 }
 
-TEST(RandomStreamTest, SplitDealsEveryUnit) {
+TEST(RandomStreamTest, SplitDistributesEveryUnit) {
   RandomStream stream(3);
   const std::vector<int32_t> bins = stream.Split(100, 7);
   EXPECT_EQ(bins.size(), 7U);
   EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0), 100);
 }
 
-// The stream that goes on as `stream` does, by way of a snapshot.
+// A stream restored from a snapshot of `stream`.
 RandomStream Restored(RandomStream& stream) {
   StateArchive saving;
   stream.VisitState(saving);
@@ -70,7 +70,7 @@ RandomStream Restored(RandomStream& stream) {
   return restored;
 }
 
-TEST(RandomStreamStateTest, ARestoredStreamGoesOnAfterFewDrawsAndAfterMany) {
+TEST(RandomStreamStateTest, ARestoredStreamContinuesAfterFewAndAfterManyDraws) {
   for (const int draws : {0, 5, 1 << 20, (1 << 20) + 1, 2000000}) {
     RandomStream stream(-5);
     for (int i = 0; i < draws; ++i) {
@@ -85,7 +85,7 @@ TEST(RandomStreamStateTest, ARestoredStreamGoesOnAfterFewDrawsAndAfterMany) {
   }
 }
 
-TEST(RandomStreamStateTest, AGeneratorThatIsNotWholeIsRefused) {
+TEST(RandomStreamStateTest, AnIncompleteGeneratorIsRejected) {
   StateArchive saving;
   uint64_t seed = 1;
   uint64_t draws = uint64_t{1} << 40;

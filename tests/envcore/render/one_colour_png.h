@@ -11,7 +11,7 @@
 
 namespace procgen {
 
-// A PNG file of this size, written by libpng, each of whose pixels is `pixel` as it is stored.
+// A PNG file of this size, written by libpng, with all pixels equal to the stored value `pixel`.
 inline std::string OneColourPng(int width, int height, const Rgba& pixel) {
   png_image image = {};
   image.version = PNG_IMAGE_VERSION;

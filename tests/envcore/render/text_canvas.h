@@ -55,7 +55,7 @@ inline Image ImageOf(const std::vector<std::string_view>& rows) {
   return image;
 }
 
-// A black frame and its memory. As text: the letters of ImageOf, '.' black, '?' any other colour.
+// A black frame and its memory. As text: the letters of ImageOf, '.' black, '?' any other color.
 class TextFrame {
  public:
   explicit TextFrame(int size_px)

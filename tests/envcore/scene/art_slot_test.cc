@@ -18,7 +18,7 @@ TEST(ArtSlotTest, SharedSlotsAreTheExplosionsAndTheTrail) {
   }
 }
 
-// The number of pictures decides a draw of every level.
+// The number of images decides a draw in every level.
 TEST(ArtSlotTest, BackgroundGroupsHaveTheSizesOfTheSpecification) {
   EXPECT_EQ(BackgroundsOf(BackgroundGroup::kPlatform).size(), 62U);
   EXPECT_EQ(BackgroundsOf(BackgroundGroup::kSpace).size(), 13U);

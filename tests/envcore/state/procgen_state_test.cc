@@ -1,4 +1,4 @@
-// The program procgen-state, run on snapshots of a real game and on what is none.
+// The program procgen-state, run on snapshots of a game and on invalid files.
 
 #include <fstream>
 #include <string>
@@ -47,7 +47,7 @@ TEST(ProcgenStateTest, ASnapshotIsPrintedWithItsFields) {
   EXPECT_THAT(outcome.output, HasSubstr("\n  \"options\": {\n    \"distribution_mode\": 1,\n"));
 }
 
-TEST(ProcgenStateTest, TheStandardInputIsReadToo) {
+TEST(ProcgenStateTest, TheStandardInputCanBeRead) {
   const std::string path = Written(MinerSnapshot());
   EXPECT_EQ(RunState(absl::StrCat("dump - < ", path)).output,
             RunState(absl::StrCat("dump ", path)).output);
@@ -61,7 +61,7 @@ TEST(ProcgenStateTest, AFileThatCannotBeReadIsNamed) {
   }
 }
 
-TEST(ProcgenStateTest, ADamagedSnapshotIsRefused) {
+TEST(ProcgenStateTest, ADamagedSnapshotIsRejected) {
   std::string snapshot = MinerSnapshot();
   snapshot.back() = static_cast<char>(snapshot.back() ^ 1);
   const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
@@ -69,22 +69,22 @@ TEST(ProcgenStateTest, ADamagedSnapshotIsRefused) {
   EXPECT_EQ(outcome.output, "procgen-state: the snapshot's checksum does not match its body\n");
 }
 
-TEST(ProcgenStateTest, ASnapshotOfAnotherVersionIsRefused) {
+TEST(ProcgenStateTest, ASnapshotOfAnotherVersionIsRejected) {
   std::string snapshot = MinerSnapshot();
   snapshot[4] = 9;
   const ProgramRun outcome = RunState(absl::StrCat("dump ", Written(snapshot)));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_EQ(outcome.output,
-            "procgen-state: the snapshot is of version 9, this engine knows version 1\n");
+            "procgen-state: the snapshot is of version 9, this engine supports version 1\n");
 }
 
-TEST(ProcgenStateTest, AnEmptyFileIsNoSnapshot) {
+TEST(ProcgenStateTest, AnEmptyFileIsRejected) {
   const ProgramRun outcome = RunState(absl::StrCat("dump ", Written("")));
   EXPECT_EQ(outcome.exit_status, 1);
   EXPECT_THAT(outcome.output, HasSubstr("the snapshot has 0 bytes"));
 }
 
-TEST(ProcgenStateTest, WrongArgumentsAreAnsweredWithTheUse) {
+TEST(ProcgenStateTest, WrongArgumentsPrintTheUsage) {
   for (const std::string arguments : {"", "dump", "dump a b", "load a"}) {
     const ProgramRun outcome = RunState(arguments);
     EXPECT_EQ(outcome.exit_status, 2) << arguments;
@@ -92,7 +92,7 @@ TEST(ProcgenStateTest, WrongArgumentsAreAnsweredWithTheUse) {
   }
 }
 
-TEST(ProcgenStateTest, HelpSaysHowItIsUsed) {
+TEST(ProcgenStateTest, HelpPrintsTheUsage) {
   const ProgramRun outcome = RunState("--help");
   EXPECT_EQ(outcome.exit_status, 0);
   EXPECT_THAT(outcome.output, HasSubstr("usage: procgen-state dump FILE\n"));

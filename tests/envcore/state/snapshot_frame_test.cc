@@ -11,17 +11,17 @@ using ::testing::_;
 using ::testing::HasSubstr;
 
 TEST(SnapshotFrameTest, TheHeaderIsMagicVersionLengthAndChecksum) {
-  // 0xcbf43926 is the CRC-32 of these nine digits, as every description of it says.
+  // 0xcbf43926 is the published CRC-32 of these nine digits.
   EXPECT_EQ(FrameSnapshot("123456789"),
             std::string("PGST\x01\x00\x00\x00\x09\x00\x00\x00\x26\x39\xf4\xcb", 16) + "123456789");
 }
 
-TEST(SnapshotFrameTest, WhatWasFramedIsUnframed) {
+TEST(SnapshotFrameTest, FramingRoundTrips) {
   EXPECT_EQ(*UnframeSnapshot(FrameSnapshot("body")), "body");
   EXPECT_EQ(*UnframeSnapshot(FrameSnapshot("")), "");
 }
 
-TEST(SnapshotFrameTest, EveryCutOffSnapshotIsLost) {
+TEST(SnapshotFrameTest, EveryTruncatedSnapshotIsDataLoss) {
   const std::string snapshot = FrameSnapshot("the body of it");
   for (size_t length = 0; length < snapshot.size(); ++length) {
     EXPECT_THAT(UnframeSnapshot(snapshot.substr(0, length)),
@@ -30,7 +30,7 @@ TEST(SnapshotFrameTest, EveryCutOffSnapshotIsLost) {
   }
 }
 
-TEST(SnapshotFrameTest, EveryFlippedBitIsSeen) {
+TEST(SnapshotFrameTest, EveryFlippedBitIsDetected) {
   const std::string snapshot = FrameSnapshot("the body of it");
   for (size_t bit = 0; bit < 8 * snapshot.size(); ++bit) {
     std::string flipped = snapshot;
@@ -44,12 +44,12 @@ TEST(SnapshotFrameTest, OtherVersionsAreNamed) {
   snapshot[4] = 9;
   EXPECT_THAT(UnframeSnapshot(snapshot),
               StatusIs(absl::StatusCode::kDataLoss,
-                       "the snapshot is of version 9, this engine knows version 1"));
+                       "the snapshot is of version 9, this engine supports version 1"));
 }
 
-TEST(SnapshotFrameTest, TooLongSnapshotsAreRefused) {
+TEST(SnapshotFrameTest, TooLongSnapshotsAreRejected) {
   EXPECT_THAT(UnframeSnapshot(std::string(kSnapshotBytesMax + 1, 'P')),
-              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("the longest has 1048576")));
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("must have at most 1048576")));
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ std::string SavedFloat(float value) {
   return Saved([&](StateArchive& archive) { archive.Float("x", value, -1e9F, 1e9F); });
 }
 
-TEST(StateArchiveTest, EveryTypeComesBack) {
+TEST(StateArchiveTest, EveryTypeIsRestored) {
   bool flag = true;
   int32_t number = -7;
   float real = 0.1F;
@@ -101,7 +101,7 @@ TEST(StateArchiveTest, EveryTypeComesBack) {
   EXPECT_EQ(balls[1].bounces, 0);
 }
 
-TEST(StateArchiveTest, FloatsComeBackToTheLastBit) {
+TEST(StateArchiveTest, FloatsAreRestoredExactly) {
   for (const float value : {-0.0F, 0.0F, std::numeric_limits<float>::denorm_min(), 1 / 3.0F,
                             std::nextafter(1.0F, 2.0F), 1e-30F, 999999.94F}) {
     float restored = 5;
@@ -113,7 +113,7 @@ TEST(StateArchiveTest, FloatsComeBackToTheLastBit) {
   }
 }
 
-TEST(StateArchiveTest, MinusZeroIsNotLeftOutWherePlainIsZero) {
+TEST(StateArchiveTest, MinusZeroIsNotOmittedWhenAbsentIsZero) {
   float value = -0.0F;
   const auto visit = [&](StateArchive& archive) { archive.Float("x", value, -1, 1, 0.0F); };
   const std::string snapshot = Saved(visit);
@@ -141,7 +141,7 @@ TEST(StateArchiveTest, AValueOutOfRangeCannotBeSaved) {
               StatusIs(absl::StatusCode::kInternal, "x is nan, must be in [-1, 1]"));
 }
 
-TEST(StateArchiveTest, AnArchiveThatSaturatesSavesTheNearestInRangeAndChangesWhatItVisits) {
+TEST(StateArchiveTest, ASaturatingArchiveClampsTheSnapshotAndTheVisitedObject) {
   int32_t below = -5;
   int32_t above = 12;
   float nan = std::numeric_limits<float>::quiet_NaN();
@@ -172,7 +172,7 @@ TEST(StateArchiveTest, AnArchiveThatSaturatesSavesTheNearestInRangeAndChangesWha
   EXPECT_EQ(above, 10);
 }
 
-TEST(StateArchiveTest, PathsLeadIntoGroupsAndLists) {
+TEST(StateArchiveTest, PathsNameGroupsAndLists) {
   std::vector<Ball> balls = {{.x = 0}, {.x = 9}};
   const std::string snapshot = Saved([&](StateArchive& archive) {
     archive.Group("game", [&] {
@@ -190,7 +190,7 @@ TEST(StateArchiveTest, PathsLeadIntoGroupsAndLists) {
             Invalid("game.balls[1].x is 9, must be in [0, 1]"));
 }
 
-TEST(StateArchiveTest, MissingUnknownAndMistypedFieldsAreRefused) {
+TEST(StateArchiveTest, MissingUnknownAndMistypedFieldsAreRejected) {
   const std::string snapshot = SavedInt(3);
   int32_t count = 0;
   bool flag = false;
@@ -199,10 +199,10 @@ TEST(StateArchiveTest, MissingUnknownAndMistypedFieldsAreRefused) {
   EXPECT_EQ(Restored(snapshot, [&](StateArchive& a) { a.Bool("count", flag); }),
             Invalid("count is not a boolean"));
   EXPECT_EQ(Restored(snapshot, [](StateArchive& /*archive*/) {}),
-            Invalid("the snapshot has 1 fields, this engine knows 0 of them"));
+            Invalid("the snapshot has 1 fields, this engine reads 0 of them"));
 }
 
-TEST(StateArchiveTest, ListsThatAreTooLongAreNotMade) {
+TEST(StateArchiveTest, TooLongListsAreNotAllocated) {
   std::vector<int32_t> numbers(10, 1);
   const std::string snapshot =
       Saved([&](StateArchive& archive) { archive.Ints("numbers", numbers, 10, 0, 1); });
@@ -222,8 +222,8 @@ TEST(StateArchiveTest, AfterAnErrorNothingIsVisited) {
   EXPECT_EQ(other, 5);
 }
 
-TEST(StateArchiveTest, BodiesThatAreNoGroupOfFieldsAreLost) {
-  // Nothing; a number; a list; half a group; nested without end; of 2^60 entries; a null field.
+TEST(StateArchiveTest, BodiesThatAreNotAGroupAreDataLoss) {
+  // Empty; a number; a list; half a group; infinitely nested; 2^60 entries; a null field.
   const std::string bodies[] = {"",
                                 "\x01",
                                 "\x80",
@@ -238,7 +238,7 @@ TEST(StateArchiveTest, BodiesThatAreNoGroupOfFieldsAreLost) {
   }
 }
 
-// A body of one group: its header says `announced` fields, and `present` follow it.
+// A body with one group: its header announces `announced` fields, and `present` fields follow.
 std::string GroupOfFields(uint32_t announced, uint32_t present) {
   std::string body = "\xba";
   for (int shift = 24; shift >= 0; shift -= 8) {
@@ -250,8 +250,8 @@ std::string GroupOfFields(uint32_t announced, uint32_t present) {
   return body;
 }
 
-// The fields themselves are absent: the header of the group is refused before any field is read.
-TEST(StateArchiveTest, GroupsOfTooManyFieldsAreRefusedByTheirHeader) {
+// The fields are missing: the header of the group is rejected before any field is read.
+TEST(StateArchiveTest, GroupsOfTooManyFieldsAreRejectedByTheirHeader) {
   EXPECT_EQ(StateArchive::Open(FrameSnapshot(GroupOfFields(200000, 0))).status(),
             absl::DataLossError("the snapshot's body is not a group of fields in CBOR: a group has "
                                 "200000 fields, at most 64 are allowed"));
@@ -259,11 +259,11 @@ TEST(StateArchiveTest, GroupsOfTooManyFieldsAreRefusedByTheirHeader) {
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr("a group has 65 fields")));
 }
 
-TEST(StateArchiveTest, GroupsOfAllFieldsThatAreAllowedAreRead) {
+TEST(StateArchiveTest, GroupsOfTheMaximumSizeAreRead) {
   EXPECT_THAT(StateArchive::Open(FrameSnapshot(GroupOfFields(64, 64))), IsOk());
 }
 
-TEST(StateArchiveTest, BodiesThatAreTooDeepOrTooLargeAreRefusedWithTheLimit) {
+TEST(StateArchiveTest, BodiesThatAreTooDeepOrTooLargeAreRejectedWithTheLimit) {
   EXPECT_THAT(
       StateArchive::Open(FrameSnapshot("\xa1\x61x" + std::string(8, '\x81') + "\x01")).status(),
       StatusIs(absl::StatusCode::kDataLoss, HasSubstr("nested more than 8 deep")));

@@ -25,7 +25,7 @@ std::string Contents(const std::string& path) {
   return contents.str();
 }
 
-// What reading a file with these contents says.
+// The result of reading a file with these contents.
 absl::StatusOr<Trace> ReadContents(const std::string& contents) {
   const std::string path =
       absl::StrCat(testing::TempDir(), "/",
@@ -63,7 +63,7 @@ TEST(TraceTest, ReadsWhatTheHeaderSays) {
   EXPECT_FALSE(trace->HasComparablePictures(true));
 }
 
-TEST(TraceTest, OnlyPicturesOfUpstreamArtNeedItToBeCompared) {
+TEST(TraceTest, OnlyObservationsOfUpstreamArtNeedItForComparison) {
   for (const auto& [file, need_art] : {std::pair("maze.easy.upstream-art.trace", true),
                                        std::pair("maze.easy.generated-pictures.trace", false),
                                        std::pair("maze.memory.mono-restrict.trace", false)}) {
@@ -86,28 +86,28 @@ TEST(TraceTest, ATruncatedFileSaysInWhichArrayItEnds) {
   ExpectDataLoss(contents.substr(0, contents.find('\n') + 10), "the file ends within array action");
 }
 
-TEST(TraceTest, AFileThatIsNoTraceSaysSo) {
-  ExpectDataLoss("", "the header is not a trace's");
-  ExpectDataLoss("PNG\n", "the header is not a trace's");
-  ExpectDataLoss("{}\n", "the header is not a trace's");
+TEST(TraceTest, AFileThatIsNotATraceIsRejected) {
+  ExpectDataLoss("", "invalid trace header");
+  ExpectDataLoss("PNG\n", "invalid trace header");
+  ExpectDataLoss("{}\n", "invalid trace header");
   ExpectDataLoss(Changed("procgen-trace-1", "procgen-trace-9"),
                  "format is \"procgen-trace-9\", must be procgen-trace-1");
 }
 
-TEST(TraceTest, ImpossibleNumbersAreRefused) {
+TEST(TraceTest, ImpossibleNumbersAreRejected) {
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":0)"),
                  "num_envs is 0, must be at least 1");
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":-4)"),
                  "num_envs is -4, must be at least 1");
   ExpectDataLoss(Changed(R"("steps":59)", R"("steps":-1)"), "steps is -1, must be at least 0");
-  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":58)"), "another number of rows");
+  ExpectDataLoss(Changed(R"("steps":59)", R"("steps":58)"), "wrong number of rows");
   ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u1",9223372036854775807])"),
                  "within array action, which has 9223372036854775807 rows of 1");
   ExpectDataLoss(Changed(R"(["action","u1",59])", R"(["action","u9",59])"),
                  "array action has type u9");
 }
 
-TEST(TraceTest, NumbersThatTheFileIsTooShortForTakeNoMemory) {
+TEST(TraceTest, ClaimedSizesBeyondTheFileTakeNoMemory) {
   ExpectDataLoss(Changed(R"("num_envs":1)", R"("num_envs":2147483647)"),
                  "ends within array action");
 }
@@ -118,10 +118,10 @@ TEST(TraceTest, ArraysThatAreMissingOrOfAnotherTypeAreNamed) {
                  "array reward has type i4, must be f4");
 }
 
-TEST(TraceTest, WhatIsWrittenIsReadAgain) {
+TEST(TraceTest, WritingAndReadingRoundTrips) {
   absl::StatusOr<Trace> trace = ReadTrace(kGolden);
   ASSERT_TRUE(trace.ok()) << trace.status();
-  // To the byte: the recordings were written by another program.
+  // Byte for byte: the recordings were written by another program.
   EXPECT_EQ(TraceFileOf(*trace), Contents(kGolden));
 
   trace->actions[3] = kEndEpisodeAction;
@@ -134,16 +134,16 @@ TEST(TraceTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(again->fingerprints, trace->fingerprints);
 }
 
-TEST(TraceTest, FingerprintsThatAreNoneAreRefused) {
+TEST(TraceTest, InvalidFingerprintsAreRejected) {
   const auto with = [](const std::string& fingerprints) {
     return Changed(R"("num_envs":1)",
                    absl::StrCat(R"("num_envs":1,"fingerprints":)", fingerprints));
   };
   EXPECT_TRUE(ReadContents(with(R"([["0123456789abcdef"]])")).ok());
-  ExpectDataLoss(with(R"([["0123456789abcde"]])"), R"("0123456789abcde" is no fingerprint)");
-  ExpectDataLoss(with(R"([["0123456789abcdeg"]])"), "is no fingerprint");
-  ExpectDataLoss(with("[]"), "fingerprints are of 0 environments, must be of 1");
-  ExpectDataLoss(with("[[7]]"), "the header is not a trace's");
+  ExpectDataLoss(with(R"([["0123456789abcde"]])"), R"("0123456789abcde" is not a fingerprint)");
+  ExpectDataLoss(with(R"([["0123456789abcdeg"]])"), "is not a fingerprint");
+  ExpectDataLoss(with("[]"), "fingerprints has 0 lists, must have 1");
+  ExpectDataLoss(with("[[7]]"), "invalid trace header");
 }
 
 TEST(TraceTest, AnUnknownModeIsNamed) {
@@ -151,14 +151,14 @@ TEST(TraceTest, AnUnknownModeIsNamed) {
                  R"(no distribution mode is named "medium")");
 }
 
-TEST(TraceTest, DigestsOfPicturesMustBeThereForEveryRow) {
+TEST(TraceTest, EveryRowNeedsObservationDigests) {
   const std::string contents = Contents(kGolden);
   const size_t header_size = contents.find('\n');
   const std::string header =
       absl::StrReplaceAll(contents.substr(0, header_size),
                           {{R"("prev_level_complete","u1",60])",
                             R"("prev_level_complete","u1",60],["observation_fnv1a","u4",2])"}});
-  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "another number of rows");
+  ExpectDataLoss(header + contents.substr(header_size) + "12345678", "wrong number of rows");
 }
 
 TEST(TraceTest, DigestsAreFnv1a) {

@@ -19,7 +19,7 @@ constexpr int kBallKind = 8;
 
 const Drawing kEmptyRoom = {"....", "....", "....", "...."};
 
-// Adds a ball on the agent; `name` is kept as its theme.
+// Adds a ball on the agent, with `name` as its theme.
 Entity& AddBall(World& world, int name) {
   Entity& ball = world.entities.emplace_back(
       Entity::Make(kBallKind, world.agent().x, world.agent().y, 0, 0, 0.5F, 0.5F));
@@ -27,7 +27,7 @@ Entity& AddBall(World& world, int name) {
   return ball;
 }
 
-// Rules that write down what meets what: "agent-2", "1-2" for entities, "cell(x,y)".
+// Rules that log contacts: "agent-2", "1-2" for entities, "cell(x,y)".
 class ContactsTest : public testing::Test {
  protected:
   ContactsTest() {
@@ -45,7 +45,7 @@ class ContactsTest : public testing::Test {
 
   ScriptedRules rules_;
   std::vector<std::string> log_;
-  std::vector<int> kinds_;  // of the cells that were met
+  std::vector<int> kinds_;  // of the cells that were touched
 };
 
 TEST_F(ContactsTest, EntitiesAreVisitedFromTheLastToTheFirst) {
@@ -78,7 +78,7 @@ TEST_F(ContactsTest, TheAgentMeetsMarkedEntitiesAndEntitiesDoNot) {
   EXPECT_THAT(log_, ElementsAre("agent-2", "2-0", "agent-1"));
 }
 
-TEST_F(ContactsTest, OneThatWasMarkedByAContactMeetsNoFurtherEntity) {
+TEST_F(ContactsTest, AnEntityMarkedByAContactMeetsNoFurtherEntity) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2);
@@ -105,7 +105,7 @@ TEST_F(ContactsTest, TheEntitysOwnMarginCounts) {
 
 TEST_F(ContactsTest, AddedEntitiesAreNotVisitedButCanBePartners) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
-  world.entities.reserve(8);  // the rules below keep a reference while they add
+  world.entities.reserve(8);  // the rules below hold a reference while they add
   AddBall(world, 1).meets_entities = true;
   AddBall(world, 2);
   rules_.on_agent_contact = [this, &world](Entity& other) {
@@ -118,7 +118,7 @@ TEST_F(ContactsTest, AddedEntitiesAreNotVisitedButCanBePartners) {
   EXPECT_THAT(log_, ElementsAre("agent-2", "agent-1", "1-9", "1-2", "1-0"));
 }
 
-TEST_F(ContactsTest, WhatTheAgentsContactChangesCountsForTheSameEntity) {
+TEST_F(ContactsTest, ChangesByTheAgentsContactAffectTheEntitysOtherContacts) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2).meets_entities = true;
@@ -169,7 +169,7 @@ TEST_F(ContactsTest, EntitiesThatAreNotSmartMeetNoCells) {
 
 // --- Removal.
 
-TEST(RemoveGoneTest, RemovesTheMarkedAndThoseOutsideAndKeepsTheOrder) {
+TEST(RemoveGoneTest, RemovesMarkedAndOutsideEntitiesAndKeepsTheOrder) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   AddBall(world, 1);
   AddBall(world, 2).marked = true;
@@ -181,7 +181,7 @@ TEST(RemoveGoneTest, RemovesTheMarkedAndThoseOutsideAndKeepsTheOrder) {
   EXPECT_EQ(world.entities[2].theme, 4);
 }
 
-TEST(RemoveGoneTest, KeepsWhatMayLeaveTheWorldUnlessItIsMarked) {
+TEST(RemoveGoneTest, KeepsEntitiesThatMayLeaveTheWorldUnlessMarked) {
   World world = DrawWorld(kEmptyRoom, 1.5F, 1.5F);
   for (const bool marked : {false, true}) {
     Entity& ball = AddBall(world, 1);

@@ -18,7 +18,7 @@ TEST(DirectionTest, TheOffsetIsAdded) {
   EXPECT_EQ(entity.rotation, -kHalfPi);
 }
 
-TEST(DirectionTest, WhatStandsStillKeepsItsRotation) {
+TEST(DirectionTest, AZeroDirectionKeepsTheRotation) {
   Entity entity;
   entity.rotation = 0.25F;
   TurnTo(entity, 0, 0, kPi);

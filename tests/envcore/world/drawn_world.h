@@ -10,10 +10,9 @@
 
 namespace procgen {
 
-// A world as text: rows from the top down, one character a cell. A picture reads as the world
-// looks: y points up.
+// A world as text: rows from the top down, one character per cell, so y points up.
 using Drawing = std::vector<std::string>;
-// What a character stands for: a kind of cell.
+// The meaning of each character: a kind of cell.
 using Legend = std::map<char, int>;
 
 inline const Legend& WallLegend() {
@@ -21,7 +20,7 @@ inline const Legend& WallLegend() {
   return legend;
 }
 
-// Gives `grid` the drawn cells; characters that the legend lacks become empty cells.
+// Fills `grid` with the drawn cells; characters that are not in the legend become empty cells.
 inline void DrawGrid(const Drawing& rows, const Legend& legend, Grid* grid) {
   const auto height = static_cast<int>(rows.size());
   grid->Reset(static_cast<int>(rows.front().size()), height, kEmptyKind);
@@ -34,7 +33,7 @@ inline void DrawGrid(const Drawing& rows, const Legend& legend, Grid* grid) {
   }
 }
 
-// The drawing of a grid; '?' for kinds that the legend lacks.
+// The drawing of a grid; '?' for kinds that are not in the legend.
 inline Drawing Drawn(const Grid& grid, const Legend& legend) {
   Drawing rows(static_cast<size_t>(grid.height()),
                std::string(static_cast<size_t>(grid.width()), '?'));

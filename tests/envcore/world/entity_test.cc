@@ -32,14 +32,14 @@ TEST(EntityTest, ExplosionsGrowAndExpire) {
   EXPECT_EQ(explosion.fading, 1);
 }
 
-TEST(EntityTest, TrailsGrowAndFadeForEver) {
+TEST(EntityTest, TrailsGrowAndFadeWithoutExpiring) {
   const Entity trail = AtRest(kTrailKind);
   EXPECT_EQ(trail.growth, 1.05F);
   EXPECT_EQ(trail.fading, 0.8F);
   EXPECT_EQ(trail.expiry, -1);
 }
 
-TEST(EntityTest, ExplosionShowsFivePicturesAndIsMarkedInItsFifthStep) {
+TEST(EntityTest, AnExplosionShowsFiveImagesAndIsMarkedInItsFifthStep) {
   Entity explosion = AtRest(kExplosionKind);
   for (const int image_kind : {55, 56, 57, 58}) {
     explosion.Step();
@@ -51,7 +51,7 @@ TEST(EntityTest, ExplosionShowsFivePicturesAndIsMarkedInItsFifthStep) {
   EXPECT_TRUE(explosion.marked);
 }
 
-TEST(EntityTest, OthersKeepTheirPicture) {
+TEST(EntityTest, OtherEntitiesKeepTheirImage) {
   Entity entity = AtRest(kExplosionKind + 1);
   entity.Step();
   EXPECT_EQ(entity.image_kind, kExplosionKind + 1);
@@ -67,7 +67,7 @@ TEST(EntityTest, MovesByItsVelocityBeforeFrictionSlowsIt) {
   EXPECT_EQ(entity.vy, -0.125F);
 }
 
-TEST(EntityTest, SmartOnesAreNotMovedAgain) {
+TEST(EntityTest, SmartEntitiesAreNotMovedAgain) {
   Entity entity = Entity::Make(7, 1, 2, 0.5F, 0.5F, 0.5F, 0.5F);
   entity.smart = true;
   entity.friction = 0.5F;

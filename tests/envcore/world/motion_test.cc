@@ -35,7 +35,7 @@ Entity& AddBall(World& world, float x, float y, float radius = 0.5F) {
   return ball;
 }
 
-TEST(MoveSmartTest, FreeWayIsGoneWholly) {
+TEST(MoveSmartTest, AFreePathIsMovedCompletely) {
   World world = DrawWorld(kRoom, 2.5F, 2.5F);
   ScriptedRules rules;
   world.agent().vx = 0.5F;
@@ -49,8 +49,8 @@ TEST(MoveSmartTest, FreeWayIsGoneWholly) {
 
 struct Direction {
   const char* name;
-  float vx, vy;  // cells a step
-  float x, y;    // where the cell's edge stops a box of half-size 0.4
+  float vx, vy;  // cells per step
+  float x, y;    // stopped by the cell's edge, with a box of half-size 0.4
 };
 
 class MoveSmartAgainstWallTest : public testing::TestWithParam<Direction> {};
@@ -86,8 +86,8 @@ INSTANTIATE_TEST_SUITE_P(Directions, MoveSmartAgainstWallTest,
                                          Direction{"Up", 0, 0.5F, 1.5F, 2 - 0.4F}),
                          [](const auto& info) { return info.param.name; });
 
-TEST(MoveSmartTest, SpeedKeepsTheShareOfSubStepsThatWereFree) {
-  // One of four sub-steps is free before the box meets the wall.
+TEST(MoveSmartTest, SpeedKeepsTheFractionOfFreeSubSteps) {
+  // One of four sub-steps is free before the box touches the wall.
   World world = DrawWorld({"...#", "...#", "...#"}, 2.4F, 1.5F);
   ScriptedRules rules;
   world.agent().vx = 0.5F;
@@ -96,8 +96,8 @@ TEST(MoveSmartTest, SpeedKeepsTheShareOfSubStepsThatWereFree) {
   EXPECT_EQ(world.agent().vx, 0.125F);
 }
 
-TEST(MoveSmartTest, CornersAreProbedALittleInsideOfTheBox) {
-  // The box's edge reaches 0.005 into the wall's rows; the probed corner does not.
+TEST(MoveSmartTest, CornersAreProbedSlightlyInsideTheBox) {
+  // The box extends 0.005 into the rows of the wall; the probed corner does not.
   World world = DrawWorld({"...", "..#"}, 1.5F, 1.395F);
   ScriptedRules rules;
   world.agent().vx = 0.4F;
@@ -105,7 +105,7 @@ TEST(MoveSmartTest, CornersAreProbedALittleInsideOfTheBox) {
   EXPECT_FLOAT_EQ(world.agent().x, 1.9F);
 }
 
-TEST(MoveSmartTest, FastOnesTakeMoreSubSteps) {
+TEST(MoveSmartTest, FastEntitiesTakeMoreSubSteps) {
   World world = DrawWorld({"......"}, 1, 0.5F);
   ScriptedRules rules;
   world.agent().vx = 2;
@@ -117,23 +117,23 @@ TEST(MoveSmartTest, FastOnesTakeMoreSubSteps) {
   EXPECT_EQ(world.agent().x, 3);
 }
 
-TEST(MoveSmartTest, MovesByNothingAreVertical) {
+TEST(MoveSmartTest, AMoveByZeroIsVertical) {
   World world = DrawWorld(kRoom, 2.5F, 2.5F);
   ScriptedRules rules;
   MoveSmart(world, rules, world.agent());
   EXPECT_THAT(rules.cell_questions,
               AllOf(SizeIs(2), Each(Field(&ScriptedRules::Question::axis, Axis::kVertical))))
-      << "one sub-step tells that the others change nothing either";
+      << "after one sub-step without effect the others are skipped";
 }
 
-TEST(MoveSmartTest, AtRestInAWallItIsPutOnTop) {
+TEST(MoveSmartTest, AnEntityAtRestInAWallIsPutOnTop) {
   World world = DrawWorld({"...", "###", "..."}, 1.5F, 1.5F);
   ScriptedRules rules;
   MoveSmart(world, rules, world.agent());
   EXPECT_EQ(world.agent().y, 2.4F);
 }
 
-TEST(MoveSmartTest, BlockedOnBothAxesItStopsAtOnce) {
+TEST(MoveSmartTest, AnEntityBlockedOnBothAxesStopsAtOnce) {
   World world = DrawWorld(kRoom, 2.5F, 2.5F);
   ScriptedRules rules;
   rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return true; };
@@ -143,7 +143,7 @@ TEST(MoveSmartTest, BlockedOnBothAxesItStopsAtOnce) {
   EXPECT_THAT(rules.cell_questions, SizeIs(2)) << "each move asks until one corner blocks";
 }
 
-TEST(MoveSmartTest, AsksUntilOneCornerBlocksAndOfAllCornersWhetherTheyReflect) {
+TEST(MoveSmartTest, TestsCornersUntilOneBlocksAndAllForReflection) {
   World world = DrawWorld({"#.", "#."}, 1, 1);  // walls under the left corners
   ScriptedRules rules;
   rules.cell_blocks = [](int /*kind*/, Axis /*axis*/) { return true; };
@@ -153,7 +153,7 @@ TEST(MoveSmartTest, AsksUntilOneCornerBlocksAndOfAllCornersWhetherTheyReflect) {
   EXPECT_EQ(rules.reflect_question_count, 2 * 2) << "corners over one kind are asked of together";
 }
 
-TEST(MoveSmartTest, TheVelocityThatAStopLeavesHoldsForTheRestOfTheWay) {
+TEST(MoveSmartTest, TheVelocityAfterAStopAppliesToTheRestOfThePath) {
   World world = DrawWorld(kRoom, 0.5F, 0.5F);
   world.grid.Set(3, 2, kWallKind);
   Entity& ball = AddBall(world, 2.25F, 2.5F);
@@ -174,7 +174,7 @@ TEST(MoveSmartTest, TheVelocityThatAStopLeavesHoldsForTheRestOfTheWay) {
   EXPECT_EQ(stops, 1);
 }
 
-TEST(MoveSmartTest, MarkedOnesDoNotMove) {
+TEST(MoveSmartTest, MarkedEntitiesDoNotMove) {
   World world = DrawWorld(kRoom, 2.5F, 2.5F);
   ScriptedRules rules;
   world.agent().vx = 0.5F;
@@ -221,7 +221,7 @@ TEST(MoveSmartTest, WithoutControlsTheAgentsFasterAxisComesFirst) {
   EXPECT_EQ(FirstAxisOfAgent(0, 0), Axis::kVertical);
 }
 
-TEST(MoveSmartTest, OthersFasterAxisComesFirst) {
+TEST(MoveSmartTest, TheFasterAxisOfOtherEntitiesComesFirst) {
   EXPECT_EQ(FirstAxisOfBall(0.2F, -0.1F, 1), Axis::kHorizontal);
   EXPECT_EQ(FirstAxisOfBall(0.1F, -0.2F, 0), Axis::kVertical);
 }
@@ -275,7 +275,7 @@ TEST(MoveSmartTest, ReflectedDownwardAndLeftwardToo) {
   EXPECT_EQ(ball.vy, 0.2F);
 }
 
-TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheShareOfOneSubStep) {
+TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheSpeedOfOneSubStep) {
   World world = DrawWorld({"...#"}, 0.5F, 0.5F);
   Entity& ball = AddBall(world, 2.4F, 0.5F, 0.4F);
   ball.vx = 0.5F;
@@ -289,7 +289,7 @@ TEST(MoveSmartTest, BlockedAndReflectedIsReflectedAndLosesTheShareOfOneSubStep) 
 
 // --- Other entities.
 
-TEST(MoveSmartTest, IsPushedOutOfWhatBlocksItAndStands) {
+TEST(MoveSmartTest, IsPushedOutOfABlockingEntityAndStops) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 2.6F, 1.5F);
   world.agent().vx = 0.5F;
@@ -300,7 +300,7 @@ TEST(MoveSmartTest, IsPushedOutOfWhatBlocksItAndStands) {
   EXPECT_EQ(world.agent().vx, 0);
 }
 
-TEST(MoveSmartTest, IsPushedOutUpwardWhenItFallsOnWhatBlocksIt) {
+TEST(MoveSmartTest, IsPushedUpwardWhenItFallsOnABlockingEntity) {
   World world = DrawWorld(kRoom, 1.5F, 2.6F, 0.5F);
   AddBall(world, 1.5F, 1.5F);
   world.agent().vy = -0.5F;
@@ -311,21 +311,21 @@ TEST(MoveSmartTest, IsPushedOutUpwardWhenItFallsOnWhatBlocksIt) {
   EXPECT_EQ(world.agent().vy, 0);
 }
 
-TEST(MoveSmartTest, PushedFarItMeetsWhatIsThere) {
+TEST(MoveSmartTest, AfterAFarPushItMeetsTheEntitiesThere) {
   World world = DrawWorld({"..........."}, 2.0F, 0.5F, 0.25F);
-  AddBall(world, 5.5F, 0.5F, 1.0F);  // stands where the other pushes it to, far from where it was
+  AddBall(world, 5.5F, 0.5F, 1.0F);  // where the other ball pushes the agent to
   AddBall(world, 1.75F, 0.5F, 2.5F);
   world.agent().vx = 0.01F;
   ScriptedRules rules;
   rules.entity_blocks = [](const Entity& other) { return other.kind == kBallKind; };
   MoveSmart(world, rules, world.agent());
-  // Out of the large one to 4.5, hence out of the small one to the left, back into the large one
-  // and out of it again: as often as pushes may be nested.
+  // Out of the large ball to 4.5, hence out of the small one to the left, into the large one and
+  // out again: as often as pushes may be nested.
   EXPECT_GT(rules.entity_question_count, 2);
   EXPECT_THAT(world.agent().x, AnyOf(FloatNear(4.5F, 1e-5F), FloatNear(4.25F, 1e-5F)));
 }
 
-TEST(MoveSmartTest, AmongManyThatAreNearItMeetsEach) {
+TEST(MoveSmartTest, MeetsEachOfManyNearbyEntities) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   constexpr int kBallCount = 40;
   for (int i = 0; i < kBallCount; ++i) {
@@ -353,7 +353,7 @@ TEST(MoveSmartTest, MarkedEntitiesDoNotBlock) {
   EXPECT_EQ(rules.entity_question_count, 0);
 }
 
-TEST(MoveSmartTest, EntitiesAreAskedFromTheLastToTheFirst) {
+TEST(MoveSmartTest, EntitiesAreTestedFromTheLastToTheFirst) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 1.6F, 1.5F).theme = 1;
   AddBall(world, 1.6F, 1.5F).theme = 2;
@@ -368,7 +368,7 @@ TEST(MoveSmartTest, EntitiesAreAskedFromTheLastToTheFirst) {
   EXPECT_THAT(asked, testing::ElementsAre(2, 1, 2, 1)) << "of each of the two moves";
 }
 
-// An entity with the agent's centre pushes by 0, which leads nowhere: each push meets it again.
+// A ball centered on the agent pushes by 0, so each push meets it again.
 TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   AddBall(world, 1.5F, 1.5F);
@@ -379,8 +379,8 @@ TEST(MoveSmartTest, PushesNestAtMostFiveDeep) {
   EXPECT_EQ(world.agent().x, 1.5F);
 }
 
-TEST(MoveSmartTest, APushMeetsCells) {
-  // The ball pushes the agent 0.7 to the left, into the wall, whose edge it is put at.
+TEST(MoveSmartTest, APushIsStoppedByCells) {
+  // The ball pushes the agent 0.7 to the left, into the wall. The agent stops at its edge.
   World world = DrawWorld({"#...."}, 1.5F, 0.5F, 0.5F);
   AddBall(world, 1.9F, 0.5F);
   world.agent().vx = 0.4F;
@@ -390,7 +390,7 @@ TEST(MoveSmartTest, APushMeetsCells) {
   EXPECT_EQ(world.agent().x, 1.5F);
 }
 
-TEST(MoveSmartTest, IsThrownBackFromAnEntityItReflectsFrom) {
+TEST(MoveSmartTest, IsReflectedByAnEntity) {
   World world = DrawWorld(kRoom, 4, 4);
   Entity& other = AddBall(world, 2.6F, 1.5F);
   other.kind = kBallKind + 1;
@@ -404,7 +404,7 @@ TEST(MoveSmartTest, IsThrownBackFromAnEntityItReflectsFrom) {
   EXPECT_EQ(ball.vx, -0.5F) << "this does not count as blocked";
 }
 
-TEST(MoveSmartTest, IsThrownBackUpward) {
+TEST(MoveSmartTest, IsReflectedUpward) {
   World world = DrawWorld(kRoom, 4, 4);
   Entity& other = AddBall(world, 1.5F, 1.5F);
   other.kind = kBallKind + 1;
@@ -419,7 +419,7 @@ TEST(MoveSmartTest, IsThrownBackUpward) {
 
 // --- Whole cells.
 
-TEST(MoveSmartTest, InWholeCellMotionItGoesOneCell) {
+TEST(MoveSmartTest, WholeCellMotionMovesOneCell) {
   World world = DrawWorld(kRoom, 1.5F, 1.5F, 0.5F);
   world.whole_cell_motion = true;
   world.agent().vx = -1;
@@ -429,7 +429,7 @@ TEST(MoveSmartTest, InWholeCellMotionItGoesOneCell) {
   EXPECT_EQ(world.agent().vx, -1);
 }
 
-TEST(MoveSmartTest, InWholeCellMotionItStaysBeforeAWallWithVelocityZero) {
+TEST(MoveSmartTest, WholeCellMotionStopsBeforeAWallWithVelocityZero) {
   World world = DrawWorld(kCell, 1.5F, 1.5F, 0.5F);
   world.whole_cell_motion = true;
   world.agent().vy = 1;

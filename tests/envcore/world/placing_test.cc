@@ -10,7 +10,7 @@ constexpr int kBallKind = 8;
 
 const Drawing kEmptyRoom = {"....", "....", "....", "...."};
 
-TEST(DrawCenterTest, TakesOneDrawAndKeepsInsideOfTheInterval) {
+TEST(DrawCenterTest, TakesOneDrawAndStaysInsideTheInterval) {
   RandomStream random(3);
   RandomStream same(3);
   const float expected = ((6.0F - 2.0F) - 2 * 0.5F) * same.Unit() + 0.5F + 2.0F;
@@ -25,7 +25,7 @@ TEST(DrawCenterTest, TakesTheMiddleWithoutADrawWhenItJustFitsOrDoesNot) {
   EXPECT_EQ(random.draws(), 0U);
 }
 
-TEST(SpawnInBoxTest, DrawsXThenYAndJoinsTheEndAtRest) {
+TEST(SpawnInBoxTest, DrawsXThenYAndAppendsAtRest) {
   World world = DrawWorld(kEmptyRoom, -9, -9);
   RandomStream random(3);
   RandomStream same(3);
@@ -48,7 +48,7 @@ TEST(SpawnInBoxTest, GivesUpAfterAHundredMoreAttempts) {
   EXPECT_EQ(world.entities.size(), 2U);
 }
 
-TEST(SpawnInBoxTest, AvoidsOtherEntitiesOnlyWhenAskedTo) {
+TEST(SpawnInBoxTest, AvoidsOtherEntitiesOnlyOnRequest) {
   World world = DrawWorld(kEmptyRoom, -9, -9);
   world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 10, 10));
   RandomStream random(3);
@@ -59,7 +59,7 @@ TEST(SpawnInBoxTest, AvoidsOtherEntitiesOnlyWhenAskedTo) {
   EXPECT_EQ(random.draws(), 2U + 202U);
 }
 
-TEST(SpawnInBoxTest, OverlapsWhatAvoidsCollisionsButNeverTheAgent) {
+TEST(SpawnInBoxTest, MayOverlapEntitiesThatAvoidCollisionsButNotTheAgent) {
   World world = DrawWorld(kEmptyRoom, -9, -9);
   world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 10, 10));
   world.entities.back().avoids_collisions = true;
@@ -75,7 +75,7 @@ TEST(SpawnInBoxTest, OverlapsWhatAvoidsCollisionsButNeverTheAgent) {
   EXPECT_EQ(random.draws(), 2U + 202U);
 }
 
-TEST(SpawnAtCellTest, StandsInTheMiddleOfTheCell) {
+TEST(SpawnAtCellTest, IsAtTheCenterOfTheCell) {
   World world = DrawWorld({"...", "...", "..."}, 0.5F, 0.5F);
   const Entity& ball = SpawnAtCell(world, kBallKind, 0.25F, 5);
   EXPECT_EQ(ball.x, 2.5F);
@@ -84,7 +84,7 @@ TEST(SpawnAtCellTest, StandsInTheMiddleOfTheCell) {
   EXPECT_EQ(ball.ry, 0.25F);
 }
 
-TEST(SpawnChildTest, TakesTheParentsPlaceAndItsVelocityIfAskedTo) {
+TEST(SpawnChildTest, TakesTheParentsPositionAndOptionallyItsVelocity) {
   World world = DrawWorld(kEmptyRoom, 1, 2);
   const Entity parent = Entity::Make(kBallKind, 1, 2, 0.5F, -0.5F, 0.5F, 0.5F);
   const Entity resting = SpawnChild(world, kBallKind, 0.1F, parent, false);
@@ -96,7 +96,7 @@ TEST(SpawnChildTest, TakesTheParentsPlaceAndItsVelocityIfAskedTo) {
   EXPECT_EQ(moving.vy, -0.5F);
 }
 
-// The parent is an entity of the world itself here, whose list may grow.
+// Here the parent is an entity of the world, whose list may be reallocated.
 TEST(SpawnChildTest, TheParentMayBeInTheWorld) {
   World world = DrawWorld(kEmptyRoom, 1, 2);
   world.entities.shrink_to_fit();
@@ -105,7 +105,7 @@ TEST(SpawnChildTest, TheParentMayBeInTheWorld) {
   EXPECT_EQ(child.y, 2);
 }
 
-TEST(SpawnDustTest, RisesFromTheFeetForNinePictures) {
+TEST(SpawnDustTest, RisesFromTheFeetForNineSteps) {
   World world = DrawWorld(kEmptyRoom, 1, 2);
   const Entity& dust = SpawnDust(world, world.agent());
   EXPECT_EQ(dust.kind, kTrailKind);
@@ -140,7 +140,7 @@ TEST(PlaceAgentAnewTest, GivesUpAfterAHundredAttempts) {
   EXPECT_EQ(random.draws(), 200U);
 }
 
-TEST(PlaceAgentAnewTest, TheOthersMarginCounts) {
+TEST(PlaceAgentAnewTest, TheMarginOfTheOtherEntityCounts) {
   World world = DrawWorld(kEmptyRoom, 0, 0);
   world.entities.push_back(Entity::Make(kBallKind, 2, 2, 0, 0, 0.1F, 0.1F));
   world.entities.back().contact_margin = 10;
@@ -156,7 +156,7 @@ TEST(OverlapsAnythingTest, TouchingIsNotOverlapping) {
   EXPECT_TRUE(OverlapsAnything(world, Entity::Make(kBallKind, 2.9F, 2, 0, 0, 0.5F, 0.5F)));
 }
 
-TEST(DistanceTest, IsBetweenCentres) {
+TEST(DistanceTest, IsBetweenCenters) {
   EXPECT_EQ(Distance(Entity::Make(1, 1, 1, 0, 0, 9, 9), Entity::Make(1, 4, 5, 0, 0, 9, 9)), 5);
 }
 

@@ -11,8 +11,8 @@
 
 namespace procgen {
 
-// Rules whose answers a test sets, and what the engine asked. By default walls and what lies
-// outside of the world block cells, and entities neither block nor reflect.
+// Rules with answers set by a test, and a log of the queries. By default walls and the outside of
+// the world block as cells, and entities neither block nor reflect.
 class ScriptedRules : public Rules {
  public:
   struct Question {

@@ -7,8 +7,8 @@ namespace {
 
 bool IsWall(int kind) { return kind == kWallKind; }
 
-// A world of 4 x 4 cells with one cell of wall at (1, 0), and a box of half-sizes 0.4 over it whose
-// feet are `height` above the wall.
+// A world of 4 x 4 cells with one wall cell at (1, 0). The bottom edge of a box of half-sizes 0.4
+// is `height` above the wall.
 class SupportTest : public testing::Test {
  protected:
   SupportTest() {
@@ -23,7 +23,7 @@ class SupportTest : public testing::Test {
   World world_;
 };
 
-TEST_F(SupportTest, IsFeltAHundredthOfACellBelowTheFeet) {
+TEST_F(SupportTest, ExtendsAHundredthOfACellBelowTheFeet) {
   EXPECT_TRUE(StandsAt(1.5F, 0));
   EXPECT_TRUE(StandsAt(1.5F, 0.009F));
   EXPECT_FALSE(StandsAt(1.5F, 0.011F));
@@ -34,14 +34,14 @@ TEST_F(SupportTest, OneEndOfTheFeetIsEnough) {
   EXPECT_TRUE(StandsAt(2.3F, 0));
 }
 
-TEST_F(SupportTest, EndsAHundredthOfACellInsideOfTheBox) {
+TEST_F(SupportTest, EndsAHundredthOfACellInsideTheBox) {
   EXPECT_FALSE(StandsAt(0.605F, 0));
   EXPECT_TRUE(StandsAt(0.615F, 0));
   EXPECT_TRUE(StandsAt(2.385F, 0));
   EXPECT_FALSE(StandsAt(2.395F, 0));
 }
 
-TEST_F(SupportTest, OutsideOfTheWorldIsOfTheOutOfBoundsKind) {
+TEST_F(SupportTest, OutsideTheWorldTheOutOfBoundsKindCounts) {
   const Entity on_bottom = Entity::Make(kAgentKind, 3.5F, 0.4F, 0, 0, 0.4F, 0.4F);
   EXPECT_FALSE(StandsOn(world_, on_bottom, IsWall));
   world_.out_of_bounds_kind = kWallKind;

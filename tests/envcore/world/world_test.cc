@@ -25,7 +25,7 @@ TEST(WorldTest, PointsLeftOfOrBelowTheOriginAreOutsideHoweverNear) {
   EXPECT_EQ(world.CellAtPoint(2, 0), kOutsideKind);
 }
 
-TEST(WorldTest, ABoxIsOutsideOnlyWhenNoneOfItTouchesTheWorld) {
+TEST(WorldTest, ABoxIsOutsideOnlyIfNoPartTouchesTheWorld) {
   const World world = DrawWorld({"...", "..."}, 1, 1);
   const auto is_outside = [&world](float x, float y) {
     return world.IsOutside(Entity::Make(1, x, y, 0, 0, 0.5F, 0.5F));

@@ -61,7 +61,7 @@ class HostileStatesTest : public ServiceTest {
 TEST_F(HostileStatesTest, BytesThatAreNoSnapshotAreLost) {
   EXPECT_THAT(Restore(""),
               StatusIs(absl::StatusCode::kDataLoss,
-                       "environment 1: the snapshot has 0 bytes, its header alone has 16"));
+                       "environment 1: the snapshot has 0 bytes, must have at least 16"));
   EXPECT_THAT(Restore(std::string(1000, 'x')),
               StatusIs(absl::StatusCode::kDataLoss, HasSubstr("do not begin with \"PGST\"")));
   EXPECT_THAT(Restore(good_ + "more"),
@@ -81,7 +81,7 @@ TEST_F(HostileStatesTest, AnotherVersionIsLost) {
   std::string newer = good_;
   newer[4] = 9;
   EXPECT_THAT(Restore(newer), StatusIs(absl::StatusCode::kDataLoss,
-                                       HasSubstr("of version 9, this engine knows version 1")));
+                                       HasSubstr("of version 9, this engine supports version 1")));
 }
 
 TEST_F(HostileStatesTest, AFieldThatIsMissingIsNamed) {
@@ -119,7 +119,7 @@ TEST_F(HostileStatesTest, ASnapshotLargerThanAnyIsLost) {
   ASSERT_THAT(pool, IsOk());
   EXPECT_THAT((*client)->RestoreStates(pool->name(),
                                        {StateOf(0, FrameSnapshot(std::string(2 << 20, 'x')))}),
-              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("the longest has 1048576")));
+              StatusIs(absl::StatusCode::kDataLoss, HasSubstr("must have at most 1048576")));
 }
 
 TEST_F(HostileStatesTest, EnvironmentsOutOfRangeOrNamedTwiceAreRefused) {

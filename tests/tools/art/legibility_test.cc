@@ -1,4 +1,4 @@
-// Measured with art of flat colours, whose distances are known.
+// Measured with flat colors, whose distances are known.
 
 #include "tools/art/legibility.h"
 
@@ -18,12 +18,12 @@ namespace {
 using ::testing::FloatNear;
 
 constexpr Rgba kWhite = {255, 255, 255, 255};
-constexpr Rgba kGrey = {119, 119, 119, 255};  // of half the lightness
+constexpr Rgba kGrey = {119, 119, 119, 255};  // half the lightness of white
 
 constexpr Part kMouse = {.name = "mouse", .role = Role::kAgent, .image_kinds = {0}};
 constexpr Part kCheese = {.name = "cheese", .role = Role::kPays, .image_kinds = {2}};
 
-// Art of maze in which mouse and cheese are flat squares, and the background, which is missing, is
+// Art of maze in which mouse and cheese are flat squares. The background is missing and therefore
 // black.
 class FlatArt {
  public:
@@ -59,7 +59,7 @@ TEST(LegibilityTest, FlatPartsAreAsFarApartAsTheirColors) {
   EXPECT_THAT(DistanceOf(likenesses, &parts[1], nullptr), FloatNear(50, 0.2F));
 }
 
-TEST(LegibilityTest, ThePairThatIsLeastApartComesFirst) {
+TEST(LegibilityTest, TheClosestPairComesFirst) {
   const Part parts[] = {kMouse, kCheese};
   const auto likenesses = FlatArt(kWhite, kWhite).Compare(parts);
   ASSERT_FALSE(likenesses.empty());
@@ -69,19 +69,20 @@ TEST(LegibilityTest, ThePairThatIsLeastApartComesFirst) {
   EXPECT_EQ(likenesses.front().first_window, likenesses.front().second_window);
 }
 
-TEST(LegibilityTest, PartsThatDifferInSizeAloneAreApart) {
+TEST(LegibilityTest, PartsThatDifferOnlyInSizeAreApart) {
   Part small_cheese = kCheese;
   small_cheese.width = 0.5F;
   small_cheese.height = 0.5F;
   const Part parts[] = {kMouse, small_cheese};
-  // 3 x 3 pixels and 1 x 1 pixel, white: 8 pixels differ, by 100 each, for each of the smaller.
+  // 3 x 3 pixels and 1 x 1 pixel, white: 8 pixels differ by 100 each; divided by the 1 pixel of the
+  // smaller.
   const auto likenesses = FlatArt(kWhite, kWhite).Compare(parts);
   EXPECT_THAT(DistanceOf(likenesses, &parts[0], &parts[1]), FloatNear(800, 1));
 }
 
 TEST(LegibilityTest, PartsThatAreNeverSeenOnTheSameBackdropAreNotCompared) {
   Part cheese = kCheese;
-  cheese.backdrops = {0};  // on a floor of mice
+  cheese.backdrops = {0};  // on a floor of mouse images
   const Part parts[] = {kMouse, cheese};
   const auto likenesses = FlatArt(kWhite, kGrey).Compare(parts);
   EXPECT_EQ(DistanceOf(likenesses, &parts[0], &parts[1]), -1);

@@ -1,4 +1,4 @@
-// The programs procgen-gallery and procgen-legibility: what they write, and what they refuse.
+// The programs procgen-gallery and procgen-legibility: their output and their errors.
 
 #include <fstream>
 #include <iterator>
@@ -29,7 +29,7 @@ std::string Contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The width and height that a PNG file tells.
+// The width and height in the header of a PNG file.
 std::string SizeOf(const std::string& path) {
   const std::string png = Contents(path);
   if (png.size() < 24 || png.compare(0, 8, "\x89PNG\r\n\x1a\n") != 0) {
@@ -48,9 +48,9 @@ TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output, HasSubstr("[ 1/1] bigfish"));
   EXPECT_THAT(run.output, HasSubstr("/procgen gallery/games.png\n"));
-  // Eight levels in two modes, each as people and as agents see it.
+  // Eight levels in two modes, each in the human and the agent's view.
   EXPECT_EQ(SizeOf(folder + "/bigfish.png"), "2476x1250");
-  // Three themes of fish beside one another; the agent above them.
+  // Three themes of fish side by side, and the agent above them.
   EXPECT_EQ(SizeOf(folder + "/bigfish_sprites.png"), "1366x642");
   EXPECT_EQ(SizeOf(folder + "/pictures/bigfish_hard_7_agent.png"), "64x64");
   EXPECT_EQ(SizeOf(folder + "/pictures/bigfish_hard_7_human.png"), "512x512");
@@ -58,19 +58,18 @@ TEST(ProcgenGalleryTest, WritesTheSheetsOfAGame) {
   EXPECT_NE(SizeOf(folder + "/games.png"), "no PNG");
 }
 
-TEST(ProcgenGalleryTest, WrongArgumentsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenGalleryTest, WrongArgumentsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Gallery("").exit_status, 2);
-  EXPECT_THAT(Gallery("").output,
-              HasSubstr("there are 0 arguments beside the flags, it is one: the folder"));
-  EXPECT_THAT(Gallery("one two").output, HasSubstr("there are 2 arguments"));
+  EXPECT_THAT(Gallery("").output, HasSubstr("expected 1 argument, the output folder, got 0"));
+  EXPECT_THAT(Gallery("one two").output, HasSubstr("got 2"));
   EXPECT_THAT(Gallery("/nowhere --games chess").output,
-              HasSubstr("game 'chess' is none of bigfish, bossfight, "));
+              HasSubstr("game 'chess' is not one of bigfish, bossfight, "));
   EXPECT_THAT(Gallery("/dev/null/sheets --games maze").output,
-              HasSubstr("cannot make the folder '/dev/null/sheets/pictures'"));
+              HasSubstr("cannot create the folder '/dev/null/sheets/pictures'"));
   EXPECT_THAT(Gallery("/nowhere --art_dir /no/art").output, HasSubstr("/no/art"));
 }
 
-TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {
+TEST(ProcgenLegibilityTest, PrintsATableWithTheClosestPairInBold) {
   const ProgramRun run = Legibility("--games maze");
   EXPECT_EQ(run.exit_status, 0);
   EXPECT_THAT(run.output, HasSubstr("\n## maze\n\n| distance | part |"));
@@ -80,14 +79,14 @@ TEST(ProcgenLegibilityTest, PrintsATableWithTheLeastPairInBold) {
                     HasSubstr("| wall | blocks | the backdrop | backdrop | 51.0 | – |")));
 }
 
-TEST(ProcgenLegibilityTest, APairBelowTheMinimumIsAFailure) {
+TEST(ProcgenLegibilityTest, APairBelowTheMinimumFails) {
   EXPECT_EQ(Legibility("--games maze --minimum 0.1").exit_status, 0);
   const ProgramRun run = Legibility("--games maze --minimum 1000");
   EXPECT_EQ(run.exit_status, 1);
   EXPECT_THAT(run.output, HasSubstr("6 pairs are below 1000\n"));
 }
 
-TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
+TEST(ProcgenLegibilityTest, WritesAnImageOfEachPair) {
   const TemporaryFolder temporary;
   const std::string folder = temporary.At("crops");
   EXPECT_EQ(Legibility(absl::StrCat("--games maze --crops ", folder)).exit_status, 0);
@@ -95,11 +94,12 @@ TEST(ProcgenLegibilityTest, WritesAPictureOfEachPair) {
   EXPECT_EQ(SizeOf(folder + "/maze_wall_the-backdrop.png"), "490x240");
 }
 
-TEST(ProcgenLegibilityTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenLegibilityTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Legibility("--minimum -1").exit_status, 2);
   EXPECT_THAT(Legibility("--minimum -1").output, HasSubstr("--minimum -1: must be at least 0"));
-  EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is none of bigfish"));
-  EXPECT_THAT(Legibility("maze").output, HasSubstr("argument 'maze': there are only flags"));
+  EXPECT_THAT(Legibility("--games chess").output, HasSubstr("game 'chess' is not one of bigfish"));
+  EXPECT_THAT(Legibility("maze").output,
+              HasSubstr("unexpected argument 'maze': only flags are allowed"));
 }
 
 }  // namespace

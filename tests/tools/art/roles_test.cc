@@ -17,7 +17,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAreArray;
 
-TEST(RolesTest, EachGameHasOneInAModeOfIts) {
+TEST(RolesTest, EachGameHasRolesInOneOfItsModes) {
   std::vector<absl::string_view> games;
   for (const Roles& roles : AllRoles()) {
     games.push_back(roles.game);
@@ -31,7 +31,7 @@ TEST(RolesTest, EachGameHasOneInAModeOfIts) {
   EXPECT_THAT(games, ElementsAreArray(catalog));
 }
 
-TEST(RolesTest, PartsAndBackdropsShowPicturesThatTheirGameHas) {
+TEST(RolesTest, PartsAndBackdropsShowImagesOfTheirGame) {
   for (const Roles& roles : AllRoles()) {
     const std::unique_ptr<Game> game = FindGame(roles.game)->make(GameOptions());
     std::vector<int> kinds = {kDotImage, kBackgroundBackdrop};
@@ -50,7 +50,7 @@ TEST(RolesTest, PartsAndBackdropsShowPicturesThatTheirGameHas) {
   }
 }
 
-TEST(RolesTest, PartsOfOneRoleNeedNotDifferUnlessTheyAreNamed) {
+TEST(RolesTest, OnlyNamedPartsOfOneRoleMustDiffer) {
   const Part agent = {.name = "agent", .role = Role::kAgent};
   const Part saw = {.name = "saw", .role = Role::kKills};
   const Part lava = {.name = "lava", .role = Role::kKills};

@@ -28,7 +28,7 @@ ReturnStatistics Play(const GameMode& game_mode, const RandomPlay& play) {
 
 const GameMode kCoinRun = {.game = FindGame("coinrun"), .mode = DistributionMode::kEasy};
 
-TEST(RandomBaselineTest, AnyNumberOfWorkersGetsTheSame) {
+TEST(RandomBaselineTest, ResultsDoNotDependOnTheNumberOfWorkers) {
   RandomPlay play = {.env_count = 4, .episodes_per_environment = 3, .worker_count = 1, .seed = 7};
   const ReturnStatistics alone = Play(kCoinRun, play);
   play.worker_count = 3;
@@ -38,7 +38,7 @@ TEST(RandomBaselineTest, AnyNumberOfWorkersGetsTheSame) {
   EXPECT_EQ(together.length_mean, alone.length_mean);
 }
 
-// The same play by hand: the length of the first episode of each environment.
+// The length of the first episode of each environment, from an independent loop.
 std::vector<int32_t> FirstEpisodeLengths(const GameMode& game_mode, size_t env_count) {
   PoolOptions options;
   options.games = {std::string(game_mode.game->name)};
@@ -71,8 +71,8 @@ TEST(RandomBaselineTest, LongFirstEpisodesCountAsMuchAsShortOnes) {
   EXPECT_EQ(Play(kCoinRun, play).length_mean, length_sum / 10);
 }
 
-// Of returns that are 10 or 0 with mean m, the variance is m (10 - m).
-TEST(RandomBaselineTest, TheErrorIsThatOfTheMean) {
+// If the returns are 10 or 0 with mean m, the variance is m (10 - m).
+TEST(RandomBaselineTest, ReportsTheStandardErrorOfTheMean) {
   const RandomPlay play = {
       .env_count = 10, .episodes_per_environment = 10, .worker_count = 1, .seed = 1};
   const ReturnStatistics statistics = Play(kCoinRun, play);
@@ -89,7 +89,7 @@ TEST(ProcgenRandomBaselineTest, PrintsARowForEachGameAndMode) {
   EXPECT_THAT(run.output, HasSubstr("| leaper | hard | "));
 }
 
-TEST(ProcgenRandomBaselineTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenRandomBaselineTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_THAT(RunProgram(PROCGEN_RANDOM_BASELINE " --episodes 0").output,
               HasSubstr("--episodes 0: both must be at least 1"));
   EXPECT_EQ(RunProgram(PROCGEN_RANDOM_BASELINE " --games pong").exit_status, 2);

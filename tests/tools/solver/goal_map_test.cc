@@ -43,7 +43,7 @@ TEST(GoalMapTest, AGoalCanBeACell) {
   EXPECT_EQ(GoalMap(kGuide).From(world).cells, 3);
 }
 
-TEST(GoalMapTest, ALockedGoalIsReachedByItsKey) {
+TEST(GoalMapTest, ALockedGoalIsReachedThroughItsKey) {
   World world = DrawWorld(kBend, 1.5F, 2.5F);
   Add(world, kGemKind, 3, 1);
   Add(world, kLockKind, 2, 2, /*theme=*/1);
@@ -51,12 +51,12 @@ TEST(GoalMapTest, ALockedGoalIsReachedByItsKey) {
   GoalMap map(kGuide);
   EXPECT_EQ(map.From(world).cells, 2);
   EXPECT_EQ(map.From(world).targets_left, 2);
-  world.entities.pop_back();  // The key is taken: the lock will open.
+  world.entities.pop_back();  // the key is taken: the lock will open
   EXPECT_EQ(map.From(world).cells, 3);
   EXPECT_EQ(map.From(world).targets_left, 1);
 }
 
-TEST(GoalMapTest, WallsWithoutAGapLeaveNoWay) {
+TEST(GoalMapTest, WallsWithoutAGapLeaveNoPath) {
   World world = DrawWorld({"..#.",  //
                            "..#.",  //
                            "...#"},

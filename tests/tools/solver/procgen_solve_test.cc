@@ -1,4 +1,4 @@
-// The program procgen-solve: what it prints, and its exit status.
+// The output and the exit status of procgen-solve.
 
 #include <fstream>
 #include <iterator>
@@ -20,13 +20,13 @@ ProgramRun Search(const std::string& flags) {
   return RunProgram(absl::StrCat(PROCGEN_SOLVE, " ", flags));
 }
 
-TEST(ProcgenSolveTest, TellsSolvedLevelsAndThoseWithoutAWay) {
+TEST(ProcgenSolveTest, ReportsSolvedAndUnsolvableLevels) {
   const ProgramRun run = Search("--games maze,jumper --first_level 4 --levels 2");
   EXPECT_EQ(run.exit_status, 0) << run.output;
   EXPECT_THAT(run.output,
               AllOf(HasSubstr("| maze | easy | 2 of 2 | 0 | 0 |"),
                     HasSubstr("| jumper | easy | 1 of 2 | 1 | 0 |"),
-                    HasSubstr("jumper easy: no way: lost in the first step, whatever the action: "
+                    HasSubstr("jumper easy: unsolvable: lost in the first step with every action: "
                               "5\n")));
 }
 
@@ -44,20 +44,21 @@ std::string WaysWithWorkers(int worker_count) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(ProcgenSolveTest, AnyNumberOfWorkersFindsTheSameWays) {
+TEST(ProcgenSolveTest, SolutionsDoNotDependOnTheNumberOfWorkers) {
   const std::string alone = WaysWithWorkers(1);
   EXPECT_THAT(alone, HasSubstr("\nleaper easy 5: "));
   EXPECT_EQ(WaysWithWorkers(3), alone);
 }
 
-TEST(ProcgenSolveTest, WrongFlagsAreAnsweredWithWhatIsAllowed) {
+TEST(ProcgenSolveTest, WrongFlagsAreRejectedWithWhatIsAllowed) {
   EXPECT_EQ(Search("--levels 0").exit_status, 2);
   EXPECT_THAT(Search("--workers 0").output, HasSubstr("--workers 0: must be at least 1"));
   EXPECT_THAT(Search("--games bigfish").output,
-              HasSubstr("game 'bigfish' is none of caveflyer, climber, coinrun"));
+              HasSubstr("game 'bigfish' is not one of caveflyer, climber, coinrun"));
   EXPECT_THAT(Search("--games maze --levels 1 --ways /nowhere/at.all").output,
               HasSubstr("cannot write to /nowhere/at.all"));
-  EXPECT_THAT(Search("maze").output, HasSubstr("argument 'maze': there are only flags"));
+  EXPECT_THAT(Search("maze").output,
+              HasSubstr("unexpected argument 'maze': only flags are allowed"));
 }
 
 }  // namespace

@@ -11,9 +11,9 @@ namespace {
 
 constexpr int64_t kBurstCountMax = 20000;
 constexpr int32_t kMazeLevel = 3;
-// A spike man stands where the agent begins.
+// A spike man stands where the agent starts.
 constexpr int32_t kJumperLostLevel = 5;
-// The way out of the first room is closed by bricks.
+// The exit of the first room is closed by bricks.
 constexpr int32_t kNinjaClosedLevel = 59;
 
 SearchResult SearchEasy(const std::string& game, int32_t level_seed,
@@ -28,7 +28,7 @@ bool CompletesEasyMaze(const std::vector<int32_t>& actions) {
 
 class EveryGuide : public testing::TestWithParam<Guide> {};
 
-TEST_P(EveryGuide, LeadsThroughTheFirstLevels) {
+TEST_P(EveryGuide, SolvesTheFirstLevels) {
   const GameSpec& game = *FindGame(GetParam().game);
   for (int32_t level_seed = 0; level_seed < 5; ++level_seed) {
     const SearchResult result =
@@ -42,7 +42,7 @@ TEST_P(EveryGuide, LeadsThroughTheFirstLevels) {
 INSTANTIATE_TEST_SUITE_P(SearchTest, EveryGuide, testing::ValuesIn(Guides()),
                          [](const auto& test) { return std::string(test.param.game); });
 
-TEST(SearchTest, EqualSearchesFindEqualWays) {
+TEST(SearchTest, EqualSearchesFindEqualSolutions) {
   const SearchResult result = SearchEasy("ninja", 1);
   const SearchResult again = SearchEasy("ninja", 1);
   EXPECT_EQ(result.actions, again.actions);
@@ -56,15 +56,15 @@ TEST(SearchTest, GivesUpAfterItsBursts) {
   EXPECT_THAT(result.actions, testing::IsEmpty());
 }
 
-TEST(SearchTest, ALevelThatIsLostInItsFirstStepIsTold) {
+TEST(SearchTest, ALevelLostInItsFirstStepIsReported) {
   EXPECT_EQ(SearchEasy("jumper", kJumperLostLevel).verdict, Verdict::kLostAtOnce);
 }
 
-TEST(SearchTest, ALevelWithoutAWayIsTold) {
+TEST(SearchTest, AClosedOffLevelIsReported) {
   EXPECT_EQ(SearchEasy("ninja", kNinjaClosedLevel).verdict, Verdict::kClosedOff);
 }
 
-TEST(CompletesLevelTest, TakesTheWholeWayAndNothingElse) {
+TEST(CompletesLevelTest, RequiresTheWholeSolutionAndNothingElse) {
   const std::vector<int32_t> way = SearchEasy("maze", kMazeLevel).actions;
   EXPECT_TRUE(CompletesEasyMaze(way));
   std::vector<int32_t> shorter = way;

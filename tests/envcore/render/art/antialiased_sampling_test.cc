@@ -28,7 +28,7 @@ TEST(AntialiasedSamplingTest, EdgesAreWeightedByCoverage) {
   EXPECT_EQ(frame.At(6, 3).red, 0);
 }
 
-TEST(AntialiasedSamplingTest, ColoursGoOverIntoOneAnother) {
+TEST(AntialiasedSamplingTest, ColorsAreInterpolated) {
   Image image(2, 1);
   image.At(0, 0) = {0, 0, 0, 255};
   image.At(1, 0) = {200, 200, 200, 255};
@@ -39,7 +39,7 @@ TEST(AntialiasedSamplingTest, ColoursGoOverIntoOneAnother) {
   EXPECT_EQ(frame.At(7, 4).red, 200);
 }
 
-TEST(AntialiasedSamplingTest, RotatedByAHalfCircleCoversTheSamePixels) {
+TEST(AntialiasedSamplingTest, AHalfTurnCoversTheSamePixels) {
   TextFrame frame(8);
   DrawAntialiased(Grey(4, 200), {2, 2, 4, 4}, std::numbers::pi_v<float>, 1, frame.frame());
   EXPECT_EQ(frame.At(2, 2).red, 200);
@@ -48,7 +48,7 @@ TEST(AntialiasedSamplingTest, RotatedByAHalfCircleCoversTheSamePixels) {
   EXPECT_LE(frame.At(6, 3).red, 1);
 }
 
-TEST(AntialiasedSamplingTest, WithoutASizeIsNotDrawn) {
+TEST(AntialiasedSamplingTest, EmptyRectanglesAreNotDrawn) {
   TextFrame frame(4);
   DrawAntialiased(Grey(4, 200), {1, 1, 0, 2}, 0, 1, frame.frame());
   DrawAntialiased(Grey(4, 200), {1, 1, 2, -2}, 1, 1, frame.frame());

@@ -23,7 +23,7 @@ constexpr ArtSlot kFish = {0, 0, "fish", "sea/fish.png", 6, 4};
 constexpr RequiredImage kFishPicture = {"sea/fish.png", 6, 4};
 constexpr Rgba kRed = {255, 0, 0, 255};
 
-// A folder of the test's own.
+// A temporary folder.
 class ArtFolderTest : public testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_ + "/sea"); }
@@ -42,7 +42,7 @@ class ArtFolderTest : public testing::Test {
                    testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
+TEST_F(ArtFolderTest, ImagesAreFoundBySlotAfterTheFolderIsDeleted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const auto pack = ReadArtFolder(folder_ + "/", {kFishPicture});
   ASSERT_THAT(pack, IsOk());
@@ -53,46 +53,49 @@ TEST_F(ArtFolderTest, PicturesAreFoundByTheirSlotsAlsoWhenTheFolderIsGone) {
   EXPECT_EQ(fish->level_count(), 1);
 }
 
-TEST_F(ArtFolderTest, FolderThatIsNotThereIsToldByName) {
+TEST_F(ArtFolderTest, AMissingFolderIsNamed) {
   EXPECT_THAT(ReadArtFolder(folder_ + "/sky", {kFishPicture}),
               StatusIs(absl::StatusCode::kNotFound,
                        AllOf(HasSubstr("/sky'"), HasSubstr("there is no such folder"))));
 }
 
-TEST_F(ArtFolderTest, MissingFilesAreNamedAtFirstAndCountedInTheEnd) {
+TEST_F(ArtFolderTest, TheFirstMissingFilesAreNamedAndTheOthersCounted) {
   Write("sea/fish.png", OneColourPng(6, 4, kRed));
   const std::vector<RequiredImage> required = {{"a.png"}, {"b.png"}, kFishPicture, {"c.png"},
                                                {"d.png"}, {"e.png"}, {"f.png"},    {"g.png"}};
-  EXPECT_THAT(StatusOfReading(required),
-              StatusIs(absl::StatusCode::kNotFound,
-                       AllOf(HasSubstr("7 of 8 pictures cannot be used: a.png is missing; b.png"),
-                             HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
-                             Not(HasSubstr("fish")))));
+  EXPECT_THAT(
+      StatusOfReading(required),
+      StatusIs(absl::StatusCode::kNotFound,
+               AllOf(HasSubstr("7 of 8 images are missing or invalid: a.png is missing; b.png"),
+                     HasSubstr("e.png is missing; and 2 more"), Not(HasSubstr("f.png")),
+                     Not(HasSubstr("fish")))));
 }
 
-TEST_F(ArtFolderTest, AnotherSizeIsToldBesideTheRightOne) {
+TEST_F(ArtFolderTest, AWrongSizeIsReportedWithTheRequiredOne) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({kFishPicture}),
               StatusIs(absl::StatusCode::kInvalidArgument,
                        HasSubstr("sea/fish.png is 4 x 6 pixels, must be 6 x 4")));
 }
 
-TEST_F(ArtFolderTest, PictureWithoutAWantedSizeMayHaveAny) {
+TEST_F(ArtFolderTest, AnImageWithoutARequiredSizeMayHaveAny) {
   Write("sea/fish.png", OneColourPng(4, 6, kRed));
   EXPECT_THAT(StatusOfReading({{"sea/fish.png"}}), IsOk());
 }
 
-TEST_F(ArtFolderTest, FileThatIsNoPngIsTold) {
+TEST_F(ArtFolderTest, AFileThatIsNotAPngIsReported) {
   Write("sea/fish.png", "a fish");
-  EXPECT_THAT(StatusOfReading({kFishPicture}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no PNG")));
+  EXPECT_THAT(
+      StatusOfReading({kFishPicture}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a PNG file")));
 }
 
-TEST_F(ArtFolderTest, FileThatIsCutOffIsTold) {
+TEST_F(ArtFolderTest, ATruncatedFileIsReported) {
   const std::string png = OneColourPng(6, 4, kRed);
   Write("sea/fish.png", png.substr(0, png.size() - 1));
-  EXPECT_THAT(StatusOfReading({kFishPicture}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound")));
+  EXPECT_THAT(
+      StatusOfReading({kFishPicture}),
+      StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a valid PNG")));
 }
 
 // A PNG file whose parts are sound, with `deflated` where its pixels should be.
@@ -117,36 +120,36 @@ std::string PngWith(const std::string& deflated, int width, int height) {
                       part("IDAT", deflated), part("IEND", ""));
 }
 
-TEST_F(ArtFolderTest, FileWhosePixelsCannotBeDecodedIsTold) {
+TEST_F(ArtFolderTest, AnUndecodableFileIsReported) {
   for (const std::string& deflated :
        {std::string(), std::string(300, 'x'), std::string("x\x9c\x03\x00\x00\x00\x00\x01", 8)}) {
     Write("sea/fish.png", PngWith(deflated, 6, 4));
     EXPECT_THAT(
         StatusOfReading({kFishPicture}),
-        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is no sound PNG")));
+        StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("sea/fish.png is not a valid PNG")));
   }
 }
 
-TEST_F(ArtFolderTest, PicturesTogetherMayHaveSoManyPixels) {
+TEST_F(ArtFolderTest, TheTotalNumberOfPixelsIsLimited) {
   std::vector<std::string> paths;
   std::vector<RequiredImage> required;
   for (int i = 0; i < 4; ++i) {
     paths.push_back(absl::StrCat("sea/", i, ".png"));
-    // Their pixels are never looked at: they would be a thousand times as large as the file.
+    // The file claims 67 million pixels, but contains 300 bytes of pixel data.
     Write(paths.back(), PngWith(std::string(300, 'x'), 8192, 8192));
   }
   for (const std::string& path : paths) {
     required.push_back({path});
   }
   EXPECT_THAT(StatusOfReading({required.back()}),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is no sound PNG")));
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("3.png is not a valid PNG")));
   EXPECT_THAT(StatusOfReading(required),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       HasSubstr("sea/3.png is 8192 x 8192 pixels, allowed: 256000000 pixels of "
-                                 "all pictures together")));
+                       HasSubstr("sea/3.png is 8192 x 8192 pixels; all images together can have "
+                                 "256000000 pixels")));
 }
 
-TEST_F(ArtFolderTest, FolderInPlaceOfAFileIsTold) {
+TEST_F(ArtFolderTest, AFolderInPlaceOfAFileIsReported) {
   std::filesystem::create_directories(folder_ + "/sea/fish.png");
   EXPECT_THAT(StatusOfReading({kFishPicture}), StatusIs(absl::StatusCode::kInvalidArgument,
                                                         HasSubstr("sea/fish.png cannot be read")));

@@ -19,14 +19,14 @@ std::string TranslucentPng() { return OneColourPng(1, 1, Rgba{200, 100, 50, 128}
 
 constexpr ArtSlot kSlot = {0, 3, "fish", "misc_assets/fish.png", 1, 1};
 
-TEST(ArtPackTest, FindsOwnPicturesByGameSlotAndTheme) {
+TEST(ArtPackTest, FindsImagesOfOurLayoutByGameSlotAndTheme) {
   const std::string png = TranslucentPng();
   const ArtPack pack(ArtLayout::kOwn, {{"bigfish/fish_3", png}});
   ASSERT_NE(pack.Sprite("bigfish", kSlot), nullptr);
   EXPECT_EQ(pack.Sprite("miner", kSlot), nullptr);
 }
 
-TEST(ArtPackTest, FindsUpstreamPicturesByTheirPath) {
+TEST(ArtPackTest, FindsImagesOfUpstreamsLayoutByPath) {
   const std::string png = TranslucentPng();
   const ArtPack pack(ArtLayout::kUpstream, {{"misc_assets/fish.png", png}});
   EXPECT_NE(pack.Sprite("bigfish", kSlot), nullptr);
@@ -41,14 +41,14 @@ TEST(ArtPackTest, SpritesArePremultipliedAndBackgroundsOpaque) {
             (Rgba{200, 100, 50, 255}));
 }
 
-TEST(ArtPackTest, BrokenFilesAreAsIfTheyWereMissing) {
+TEST(ArtPackTest, InvalidFilesCountAsMissing) {
   const std::string cut = TranslucentPng().substr(0, 50);
   const ArtPack pack(ArtLayout::kOwn, {{"a/fish_3", cut}, {"b/fish_3", "no PNG"}});
   EXPECT_EQ(pack.Sprite("a", kSlot), nullptr);
   EXPECT_EQ(pack.Sprite("b", kSlot), nullptr);
 }
 
-TEST(ArtPackTest, ThreadsThatAskAtOnceGetTheSamePicture) {
+TEST(ArtPackTest, ConcurrentRequestsGetTheSameImage) {
   const std::string png = TranslucentPng();
   const ArtPack pack(ArtLayout::kOwn, {{"bigfish/fish_3", png}});
   std::vector<const MipmappedImage*> pictures(8);
@@ -64,7 +64,7 @@ TEST(ArtPackTest, ThreadsThatAskAtOnceGetTheSamePicture) {
   EXPECT_THAT(pictures, ::testing::Each(pictures[0]));
 }
 
-TEST(ArtPackTest, EveryEmbeddedPictureCanBeDecoded) {
+TEST(ArtPackTest, EveryEmbeddedImageCanBeDecoded) {
   const std::vector<EmbeddedFile> files = EmbeddedArt();
   EXPECT_FALSE(files.empty());
   for (const EmbeddedFile& file : files) {

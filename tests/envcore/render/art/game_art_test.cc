@@ -17,7 +17,7 @@ constexpr int kBlocks[] = {7};
 
 GameArt MazeArt() { return {ArtPack::Embedded(), "maze", kSlots, 3848665378U, kBlocks}; }
 
-TEST(GameArtTest, ShowsThePackOrElseGeneratedPictures) {
+TEST(GameArtTest, FallsBackFromThePackToGeneratedImages) {
   const GameArt art = MazeArt();
   EXPECT_FALSE(art.SpriteOf(0, 0, false).generated);
   EXPECT_TRUE(art.SpriteOf(12, 0, false).generated);
@@ -30,7 +30,7 @@ TEST(GameArtTest, SharedSlotsServeKindsWithoutTheirOwn) {
   EXPECT_NE(art.SpriteOf(54, 0, false).picture, art.SpriteOf(55, 0, false).picture);
 }
 
-TEST(GameArtTest, ThemesThatAKindLacksShowThemeZero) {
+TEST(GameArtTest, MissingThemesShowThemeZero) {
   const GameArt art = MazeArt();
   EXPECT_EQ(art.SpriteOf(0, 4, false).picture, art.SpriteOf(0, 0, false).picture);
   EXPECT_EQ(art.SpriteOf(0, -1, false).picture, art.SpriteOf(0, 0, false).picture);
@@ -42,7 +42,7 @@ TEST(GameArtTest, OnlyBlockShapedKindsFillTheirCanvas) {
   EXPECT_FALSE(art.GeneratedOf(8, false).picture->opaque());
 }
 
-TEST(GameArtTest, MirroredTwiceIsTheSamePicture) {
+TEST(GameArtTest, MirroringTwiceGivesTheSameImage) {
   const GameArt art = MazeArt();
   const Image& plain = art.GeneratedOf(3, false).picture->level(0);
   const Image& mirrored = art.GeneratedOf(3, true).picture->level(0);
@@ -53,7 +53,7 @@ TEST(GameArtTest, MirroredTwiceIsTheSamePicture) {
   }
 }
 
-TEST(GameArtTest, ThreadsThatAskAtOnceGetTheSamePicture) {
+TEST(GameArtTest, ConcurrentRequestsGetTheSameImage) {
   const GameArt art = MazeArt();
   std::vector<const MipmappedImage*> pictures(8);
   std::vector<std::thread> threads;

@@ -35,7 +35,7 @@ TEST(MipmappedImageTest, ReducedPixelsAreMeansOfPremultipliedOnes) {
   EXPECT_EQ(picture.level(1).At(0, 0), (Rgba{100, 50, 0, 100}));
 }
 
-TEST(MipmappedImageTest, KnowsWhetherItIsOpaque) {
+TEST(MipmappedImageTest, ReportsWhetherItIsOpaque) {
   EXPECT_TRUE(MipmappedImage(ImageOf({"ab", "cd"}), Levels::kOne).opaque());
   EXPECT_FALSE(MipmappedImage(ImageOf({"ab", "c."}), Levels::kOne).opaque());
 }

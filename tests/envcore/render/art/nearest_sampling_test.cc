@@ -24,7 +24,7 @@ std::string Drawn(const MipmappedImage& picture, const ScreenRect& rect, float r
   return frame.Text();
 }
 
-TEST(NearestSamplingTest, IsStretchedIntoItsRectangle) {
+TEST(NearestSamplingTest, StretchesAnImageIntoTheRectangle) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, 2}), R"(
 ......
 .aabb.
@@ -35,7 +35,7 @@ TEST(NearestSamplingTest, IsStretchedIntoItsRectangle) {
 )");
 }
 
-TEST(NearestSamplingTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
+TEST(NearestSamplingTest, AnImageOfItsOwnSizeIsCopiedToTheNearestPixel) {
   EXPECT_EQ(Drawn(Abcd(), {2.4, 0.6, 2, 2}), R"(
 ......
 ..ab..
@@ -46,7 +46,7 @@ TEST(NearestSamplingTest, OfItsOwnSizeIsCopiedToTheNextPixel) {
 )");
 }
 
-TEST(NearestSamplingTest, IsCutAtTheFrame) {
+TEST(NearestSamplingTest, IsClippedToTheFrame) {
   EXPECT_EQ(Drawn(Abcd(), {-2, 4, 4, 4}), R"(
 ......
 ......
@@ -65,12 +65,12 @@ d.....
 )");
 }
 
-TEST(NearestSamplingTest, OfItsOwnSizeIsNotDrawnFromWithinTheLastPixelOn) {
+TEST(NearestSamplingTest, AnImageOfItsOwnSizeIsNotDrawnIfItStartsInsideTheLastPixel) {
   EXPECT_EQ(Drawn(Abcd(), {5.0, 0, 2, 2}).substr(0, 8), "\n.....a\n");
   EXPECT_EQ(Drawn(Abcd(), {5.1, 0, 2, 2}), TextFrame(6).Text());
 }
 
-TEST(NearestSamplingTest, WithoutASizeIsNotDrawn) {
+TEST(NearestSamplingTest, EmptyRectanglesAreNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 0, 4}), nothing);
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 4, -4}), nothing);
@@ -78,7 +78,7 @@ TEST(NearestSamplingTest, WithoutASizeIsNotDrawn) {
   EXPECT_EQ(Drawn(Abcd(), {1, 1, 1e-9, 1e-9}), nothing);
 }
 
-TEST(NearestSamplingTest, TinyRectanglesOverOnePixelCentreStayInThePicture) {
+TEST(NearestSamplingTest, TinyRectanglesOverOnePixelCenterStayInTheImage) {
   EXPECT_THAT(Drawn(Abcd(), {0.49999, 0.49999, 0.00002, 0.00002}), ::testing::SizeIs(43));
 }
 
@@ -115,7 +115,7 @@ TEST(NearestSamplingTest, LargeQuarterTurnIsClockwiseToo) {
   EXPECT_EQ(frame.At(18, 5).red, 0);
 }
 
-TEST(NearestSamplingTest, RotatedPicturesCoverAboutTheirArea) {
+TEST(NearestSamplingTest, RotatedImagesCoverAboutTheirArea) {
   for (const double side : {5.3, 31.7}) {
     for (int turn = 0; turn < 17; ++turn) {
       const float rotation = 0.1F + 0.37F * static_cast<float>(turn);
@@ -134,7 +134,7 @@ TEST(NearestSamplingTest, RotatedPicturesCoverAboutTheirArea) {
   }
 }
 
-TEST(NearestSamplingTest, RotatedPicturesFarOutsideAreNotDrawn) {
+TEST(NearestSamplingTest, RotatedImagesFarOutsideAreNotDrawn) {
   const std::string nothing = TextFrame(6).Text();
   EXPECT_EQ(Drawn(Abcd(), {-300, 2, 4, 4}, 0.7F), nothing);
   EXPECT_EQ(Drawn(Abcd(), {2, 300, 40, 40}, 0.7F), nothing);
@@ -157,7 +157,7 @@ TEST(NearestSamplingTest, GeneratedSpritesAreDrawnUprightAndUpsideDown) {
   EXPECT_EQ(rotated.Text(), Drawn(Abcd(), {1, 1, 4, 4}, kHalfTurn));
 }
 
-TEST(NearestSamplingTest, BackdropsReplaceWhatIsThere) {
+TEST(NearestSamplingTest, BackdropsReplaceThePixels) {
   TextFrame frame(6);
   DrawNearestBackdrop(Abcd(), {0, 0, 6, 6}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
@@ -170,10 +170,10 @@ cccddd
 )");
 }
 
-TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOnePicture) {
+TEST(NearestSamplingTest, ScaledBackdropsCoverTheSamePixelsFromOneImage) {
   const MipmappedImage picture(ImageOf({"aabb", "aabb", "ccdd", "ccdd"}), Levels::kAll);
   TextFrame frame(6);
-  // From 1.25 on, a length of 3.5 covers four columns; from 0.75 on, three rows.
+  // From 1.25, a length of 3.5 covers four columns; from 0.75, three rows.
   DrawNearestBackdrop(picture, {1.25, 0.75, 3.5, 3.5}, nullptr, frame.frame());
   EXPECT_EQ(frame.Text(), R"(
 ......
@@ -195,7 +195,7 @@ abb...
   EXPECT_NE(picture.KeptAt({.width = 4, .height = 4}), nullptr);
 }
 
-TEST(NearestSamplingTest, BackdropsTellWhatIsDone) {
+TEST(NearestSamplingTest, BackdropsMarkPixelsDone) {
   const MipmappedImage exact = Abcd();
   const MipmappedImage scales(ImageOf({"ab", "cd"}), Levels::kAll);
   for (const MipmappedImage* picture : {&exact, &scales}) {

@@ -11,7 +11,7 @@ namespace {
 
 std::string SmallPng() { return OneColourPng(3, 2, Rgba{10, 20, 30, 40}); }
 
-TEST(PngDecodingTest, CheckingTellsTheSizeThatDecodingGives) {
+TEST(PngDecodingTest, CheckingReturnsTheSizeOfTheDecodedImage) {
   const absl::StatusOr<PngSize> size = CheckPng(SmallPng());
   ASSERT_THAT(size, IsOk());
   EXPECT_EQ(size->width_px, 3);
@@ -22,14 +22,14 @@ TEST(PngDecodingTest, CheckingTellsTheSizeThatDecodingGives) {
   EXPECT_EQ(image->height(), 2);
 }
 
-TEST(PngDecodingTest, CheckingFindsEveryCut) {
+TEST(PngDecodingTest, CheckingDetectsEveryTruncation) {
   const std::string png = SmallPng();
   for (size_t size = 0; size < png.size(); ++size) {
     EXPECT_THAT(CheckPng(png.substr(0, size)), testing::Not(IsOk())) << size << " bytes";
   }
 }
 
-TEST(PngDecodingTest, CheckingFindsEveryChangedBitThatDecodingWouldMind) {
+TEST(PngDecodingTest, CheckingDetectsEveryChangedBitThatDecodingRejects) {
   const std::string png = SmallPng();
   for (size_t bit = 0; bit < png.size() * 8; ++bit) {
     std::string changed = png;
@@ -40,10 +40,10 @@ TEST(PngDecodingTest, CheckingFindsEveryChangedBitThatDecodingWouldMind) {
   }
 }
 
-TEST(PngDecodingTest, TooLargeSidesAreTold) {
+TEST(PngDecodingTest, TooLargeSidesAreRejected) {
   EXPECT_THAT(CheckPng(OneColourPng(kPngSizePxMax + 1, 1, Rgba{})),
               StatusIs(absl::StatusCode::kInvalidArgument,
-                       "is 8193 x 1 pixels, allowed: sides of 1 to 8192"));
+                       "is 8193 x 1 pixels, each side must be in [1, 8192]"));
 }
 
 }  // namespace

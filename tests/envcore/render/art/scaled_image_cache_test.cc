@@ -20,7 +20,7 @@ Image Checks(int side) {
   return image;
 }
 
-TEST(ScaledTest, TheSameSizeIsTheSamePicture) {
+TEST(ScaledTest, TheSameSizeGivesTheSameImage) {
   const Image source = ImageOf({"abc", "de.", "ghi"});
   const Image same = Scaled(source, {.width = 3, .height = 3});
   for (int y = 0; y < 3; ++y) {
@@ -30,22 +30,22 @@ TEST(ScaledTest, TheSameSizeIsTheSamePicture) {
   }
 }
 
-TEST(ScaledTest, PixelsAreMeansOfTheAreaThatTheyStandFor) {
+TEST(ScaledTest, PixelsAreMeansOfTheAreaTheyCover) {
   const Image half = Scaled(Checks(4), {.width = 2, .height = 2});
   EXPECT_EQ(half.At(1, 1), (Rgba{100, 50, 0, 100}));
-  // Two pixels of three: the first of the source, and half of the second.
+  // Two pixels from three: the second also gets half of the second source pixel.
   const Image two = Scaled(ImageOf({"a.a"}), {.width = 2, .height = 1});
   EXPECT_EQ(two.At(0, 0), (Rgba{65, 0, 0, 170}));
   EXPECT_EQ(two.At(1, 0), two.At(0, 0));
 }
 
-TEST(ScaledTest, LargerPicturesRepeatPixels) {
+TEST(ScaledTest, LargerImagesRepeatPixels) {
   const Image wide = Scaled(ImageOf({"ab"}), {.width = 4, .height = 2});
   EXPECT_EQ(wide.At(1, 1).red, 'a');
   EXPECT_EQ(wide.At(2, 0).red, 'b');
 }
 
-TEST(ScaledTest, NoColourIsAboveItsAlpha) {
+TEST(ScaledTest, NoColorIsAboveItsAlpha) {
   for (int angle = 0; angle < kAngleCount; ++angle) {
     const Image image = Scaled(Checks(7), {.width = 5, .height = 3, .angle = angle});
     for (int y = 0; y < image.height(); ++y) {
@@ -65,7 +65,7 @@ TEST(ScaledTest, AQuarterTurnIsClockwise) {
   EXPECT_EQ(rotated.At(0, 1).red, 'b');
 }
 
-TEST(ScaledTest, ARotatedPictureIsAsLargeAsItsCorners) {
+TEST(ScaledTest, ARotatedImageIsAsLargeAsItsCorners) {
   const Image rotated = Scaled(Checks(8), {.width = 10, .height = 10, .angle = kAngleCount / 8});
   EXPECT_EQ(rotated.width(), 15);
   EXPECT_EQ(rotated.height(), 15);
@@ -86,7 +86,7 @@ TEST(ScaledImageCacheTest, EachSizeIsMadeOnce) {
   EXPECT_EQ(pictures.Find({.width = 5, .height = 4, .angle = 1}), nullptr);
 }
 
-TEST(ScaledImageCacheTest, WhatIsKeptIsBounded) {
+TEST(ScaledImageCacheTest, KeptBytesAreBounded) {
   const Image source = Checks(9);
   const ScaledImageCache pictures;
   constexpr int kSide = 512;
@@ -94,7 +94,7 @@ TEST(ScaledImageCacheTest, WhatIsKeptIsBounded) {
   for (int width = 1; width <= kSide; ++width) {
     const ScaledSize size = {.width = width, .height = kSide};
     const auto made = pictures.Make(source, size);
-    EXPECT_EQ(made->image.width(), width) << "made all the same";
+    EXPECT_EQ(made->image.width(), width) << "kept or not";
     if (pictures.Find(size) != nullptr) {
       kept_bytes += int64_t{4} * width * kSide;
     }
@@ -105,7 +105,7 @@ TEST(ScaledImageCacheTest, WhatIsKeptIsBounded) {
   EXPECT_LE(kept_bytes, ScaledImageCache::kKeptBytesMax);
 }
 
-TEST(ScaledImageCacheTest, ThreadsGetTheSame) {
+TEST(ScaledImageCacheTest, ConcurrentRequestsGetTheSameImage) {
   constexpr int kThreadCount = 4;
   constexpr int kSide = 24;
   const Image source = Checks(9);

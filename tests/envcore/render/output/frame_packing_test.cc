@@ -9,8 +9,8 @@
 namespace procgen {
 namespace {
 
-// Lengths around the eight pixels that are packed at once.
-TEST(FramePackingTest, EveryPixelLosesItsAlpha) {
+// Tests lengths around the eight pixels that are packed at once.
+TEST(FramePackingTest, DropsTheAlphaOfEveryPixel) {
   for (size_t count = 0; count <= 67; ++count) {
     std::vector<Rgba> pixels;
     std::vector<uint8_t> expected;
@@ -48,7 +48,7 @@ TEST(FramePackingTest, UnpackedPixelsAreOpaque) {
   }
 }
 
-// Pixels with each channel's extremes, and many between.
+// Pixels with the extreme values of each channel, and values in between.
 std::vector<Rgba> ManyPixels() {
   std::vector<Rgba> pixels;
   for (const int red : {0, 1, 77, 128, 254, 255}) {
@@ -74,7 +74,7 @@ TEST(FramePackingTest, PlanesAreTheChannelsOneAfterTheOther) {
   }
 }
 
-TEST(FramePackingTest, GreyIsTheRoundedLumaInEitherLayout) {
+TEST(FramePackingTest, GrayIsTheRoundedLumaInEitherLayout) {
   const std::vector<Rgba> pixels = ManyPixels();
   for (const Layout layout : {Layout::kHwc, Layout::kChw}) {
     std::vector<uint8_t> grey(pixels.size());

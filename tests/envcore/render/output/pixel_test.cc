@@ -36,7 +36,7 @@ TEST(PixelTest, LayingOverReplacesWhatAnOpaquePixelCovers) {
   EXPECT_EQ(below, (Rgba{4, 5, 6, 255}));
 }
 
-TEST(PixelTest, ChannelsAreMultipliedAsOneAlone) {
+TEST(PixelTest, FourChannelsAreMultipliedLikeOne) {
   for (uint32_t c = 0; c < 256; ++c) {
     for (uint32_t a = 0; a < 256; ++a) {
       const auto channel = [c](uint32_t shift) { return static_cast<uint8_t>(c + shift); };
@@ -58,7 +58,7 @@ TEST(PixelTest, HalvesAreRoundedUp) {
   EXPECT_EQ(RoundPx(std::numeric_limits<double>::quiet_NaN()), -1000000000);
 }
 
-TEST(PixelTest, OpacityIsCutIntoSteps) {
+TEST(PixelTest, OpacityHas256Steps) {
   EXPECT_EQ(OpacityFactor(1), 255U);
   EXPECT_EQ(OpacityFactor(0.99999F), 254U);  // 255 of 256 steps
   EXPECT_EQ(OpacityFactor(0.5F), 127U);

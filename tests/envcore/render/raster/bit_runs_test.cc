@@ -8,7 +8,7 @@
 namespace procgen {
 namespace {
 
-TEST(BitRangeTest, IsCutToAWord) {
+TEST(BitRangeTest, IsClippedToAWord) {
   EXPECT_EQ(BitRange(-5, 3), 0b111U);
   EXPECT_EQ(BitRange(62, 99), uint64_t{3} << 62);
   EXPECT_EQ(BitRange(-9, 99), ~uint64_t{0});
@@ -23,7 +23,7 @@ std::string RunsOf(uint64_t bits) {
   return runs;
 }
 
-TEST(BitRunsTest, AreTheOnesSideBySide) {
+TEST(BitRunsTest, AreTheRunsOfOnes) {
   EXPECT_EQ(RunsOf(0), "");
   EXPECT_EQ(RunsOf(~uint64_t{0}), "0-64 ");
   EXPECT_EQ(RunsOf(0b1101110U), "1-4 5-7 ");

@@ -23,7 +23,7 @@ std::string Outline(const ScreenRect& rect, int size_px) {
   return canvas.Text();
 }
 
-TEST(EllipseTest, InsideHoldsThePixelsWhoseCentreIsInside) {
+TEST(EllipseTest, InsideHasThePixelsWhoseCentersAreInside) {
   constexpr int kSide = 40;
   const ScreenRect rect = {3.3, 5.7, 30.4, 22.9};
   std::string expected = "\n";
@@ -43,8 +43,8 @@ TEST(EllipseTest, InsideHoldsThePixelsWhoseCentreIsInside) {
   EXPECT_LE(different, 6) << drawn;  // the curves are flattened
 }
 
-// By hand: the runs X = 0 ... 1 at Y = 3, then X = 2 at Y = 2, X = 3 at Y = 1 and 0; the middle is
-// column 4 and row 4, so the outline is one pixel wider and higher than the rectangle.
+// Computed by hand: the runs X = 0 to 1 at Y = 3, X = 2 at Y = 2, X = 3 at Y = 1 and 0. The center
+// is column 4 and row 4, so the outline is one pixel wider and higher than the rectangle.
 TEST(EllipseTest, WholePixelsFollowTheMidpointMethod) {
   EXPECT_EQ(Outline({1, 1, 6, 6}, 8), R"(
 ........
@@ -71,7 +71,7 @@ TEST(EllipseTest, WithoutAnOutlineTheInsideKeepsItsBounds) {
 )");
 }
 
-TEST(EllipseTest, InFlatOnesTheInsideOfALaterRowCoversTheOutline) {
+TEST(EllipseTest, InFlatEllipsesTheInsideOfALaterRowCoversTheOutline) {
   std::string text = "\n........\n........\n........\n";
   const auto paint = [&text](char letter) {
     return [&text, letter](int row, int first, int end) {
@@ -90,7 +90,7 @@ iiiiiiii
 )");
 }
 
-// Not symmetric: how two pieces join depends on the direction that they are drawn in.
+// The outline is not symmetric: the connection of two pieces depends on the drawing direction.
 TEST(EllipseTest, OutlineIsClosed) {
   const std::string outline = Outline({1.3, 1.3, 7.4, 7.4}, 10);
   EXPECT_EQ(outline, R"(
@@ -107,14 +107,14 @@ TEST(EllipseTest, OutlineIsClosed) {
 )");
 }
 
-TEST(EllipseTest, WhatLiesOutsideIsCut) {
+TEST(EllipseTest, IsClippedToTheCanvas) {
   EXPECT_EQ(Inside({-20.5, -20.5, 41, 41}, 2), "\n##\n##\n");
   EXPECT_EQ(Inside({30.5, 0.5, 3, 3}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({30.5, 0.5, 3, 3}, 2), "\n..\n..\n");
   EXPECT_EQ(Inside({-30, 0, 3, 3}, 2), "\n..\n..\n");
 }
 
-TEST(EllipseTest, WithoutASizeThereIsNothing) {
+TEST(EllipseTest, EmptyRectanglesEmitNothing) {
   EXPECT_EQ(Inside({0.5, 0.5, 0, 1}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({0, 0, 1, -1}, 2), "\n..\n..\n");
   EXPECT_EQ(Outline({0, 0, std::nan(""), 1}, 2), "\n..\n..\n");

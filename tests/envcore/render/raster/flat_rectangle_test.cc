@@ -17,7 +17,7 @@ std::string Drawn(const ScreenRect& rect) {
   return frame.Text();
 }
 
-TEST(FlatRectangleTest, EdgesGoToTheNextPixelBorder) {
+TEST(FlatRectangleTest, EdgesAreRoundedToPixelBorders) {
   EXPECT_EQ(Drawn({0.5, 0.49, 1.0, 1.0}), R"(
 .a..
 ....
@@ -48,7 +48,7 @@ aaaa
 )");
 }
 
-TEST(FlatRectangleTest, TranslucentColoursAreLaidOver) {
+TEST(FlatRectangleTest, TranslucentColorsAreBlended) {
   TextFrame frame(1);
   DrawFlatAliased({0, 0, 1, 1}, {100, 0, 0, 255}, frame.frame());
   DrawFlatAliased({0, 0, 1, 1}, {255, 255, 255, 120}, frame.frame());
@@ -65,7 +65,7 @@ TEST(FlatRectangleTest, AntialiasedEdgesAreWeightedByCoverage) {
   EXPECT_EQ(frame.At(1, 0).red, 0);
 }
 
-TEST(FlatRectangleTest, MonochromeColoursFollowKindAndTheme) {
+TEST(FlatRectangleTest, MonochromeColorsFollowKindAndTheme) {
   EXPECT_EQ(MonochromeColor(0, 0), (Rgba{127, 255, 127, 255}));  // 29
   EXPECT_EQ(MonochromeColor(51, 0), (Rgba{191, 127, 63, 255}));  // 29 * 52 mod 64 = 36
   EXPECT_EQ(MonochromeColor(0, 1), (Rgba{255, 63, 63, 255}));    // 48

@@ -15,7 +15,7 @@ std::string Outside(const PixelSet& set, int row, int first, int end) {
   return runs;
 }
 
-TEST(PixelSetTest, OfTheEmptySetTheWholeRunIsOutside) {
+TEST(PixelSetTest, AWholeRunIsOutsideTheEmptySet) {
   EXPECT_EQ(Outside({}, 0, -3, 99), "0-64 ");
   EXPECT_EQ(Outside({}, 63, 63, 64), "63-64 ");
   EXPECT_EQ(Outside({}, 5, 7, 7), "");
@@ -31,7 +31,7 @@ TEST(PixelSetTest, ItsColumnsSplitTheRun) {
   EXPECT_EQ(Outside(set, 1, 0, 64), "0-64 ");
 }
 
-TEST(BackdropPixelsTest, WhatIsHiddenIsDoneWithoutBeingDrawn) {
+TEST(BackdropPixelsTest, HiddenPixelsAreDoneWithoutBeingDrawn) {
   BackdropPixels pixels;
   pixels.hidden.Add(1, BitRange(3, 5));
   std::string runs;

@@ -30,7 +30,7 @@ TEST(ThinLineTest, IsTheSameFromEitherEnd) {
   EXPECT_EQ(Line({1, 0}, {2, 4}), Line({2, 4}, {1, 0}));
 }
 
-TEST(ThinLineTest, OfOnePointIsOnePixel) {
+TEST(ThinLineTest, ALineOfOnePointIsOnePixel) {
   EXPECT_EQ(Line({2.4, 3.6}, {2.4, 3.6}), R"(
 .....
 .....
@@ -40,7 +40,7 @@ TEST(ThinLineTest, OfOnePointIsOnePixel) {
 )");
 }
 
-TEST(ThinLineTest, IsCutAtTheCanvas) {
+TEST(ThinLineTest, IsClippedToTheCanvas) {
   EXPECT_EQ(Line({-100, 2}, {100, 2}), R"(
 .....
 .....

@@ -40,7 +40,7 @@ cccccc
   EXPECT_EQ(rows_.layer(), &layer_);
 }
 
-TEST_F(CopyOnWriteRowsTest, WhatWasDrawnOnMaterializedRowsStays) {
+TEST_F(CopyOnWriteRowsTest, DrawingsOnMaterializedRowsPersist) {
   rows_.ShareAll(layer_, kSizePx);
   rows_.Materialize(2, 3, frame_.frame());
   *frame_.frame().At(0, 2) = {'x', 0, 0, 255};
@@ -55,7 +55,7 @@ ffffff
 )");
 }
 
-TEST_F(CopyOnWriteRowsTest, NothingIsSharedAnyMoreWhenItIsCleared) {
+TEST_F(CopyOnWriteRowsTest, NoRowIsSharedAfterClear) {
   rows_.ShareAll(layer_, kSizePx);
   rows_.Clear();
   EXPECT_EQ(rows_.shared(), 0U);

@@ -37,7 +37,7 @@ class RasteriserTest : public ::testing::Test {
     return frame[static_cast<size_t>(byte)];
   }
 
-  // The red of kind 0 in flat colours.
+  // The red of kind 0 in flat colors.
   static constexpr uint8_t kRed0 = 127;
 
   Rasteriser rasteriser_;
@@ -47,7 +47,7 @@ class RasteriserTest : public ::testing::Test {
 
 TEST_F(RasteriserTest, AnEmptySceneIsBlack) { EXPECT_THAT(AgentView(), ::testing::Each(0)); }
 
-TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
+TEST_F(RasteriserTest, PixelsOutsideTheBackgroundAreBlackAgain) {
   scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 8});
   EXPECT_THAT(AgentView(), ::testing::Not(::testing::Contains(0)));
   scene_.above_cells.clear();
@@ -69,8 +69,8 @@ TEST_F(RasteriserTest, WhatTheBackgroundLeavesFreeIsBlackAgain) {
   EXPECT_EQ(lit, 32 * 16) << "water is blue";
 }
 
-// Sprites that touch a few rows, many, or none; upright and rotated; and what lies over them.
-TEST_F(RasteriserTest, WithAStaticLayerPicturesAreTheSame) {
+// Sprites that touch no rows, a few or many; upright and rotated; with overlays.
+TEST_F(RasteriserTest, AStaticLayerChangesNoPixel) {
   scene_.art_style = ArtStyle::kPictures;
   scene_.background = {.shown = true, .group = BackgroundGroup::kWater};
   const std::vector<Overlay> overlays = {
@@ -100,7 +100,7 @@ TEST_F(RasteriserTest, WithAStaticLayerPicturesAreTheSame) {
   }
 }
 
-TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
+TEST_F(RasteriserTest, SpritesAreDrawnInTheirBox) {
   scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
   const std::vector<uint8_t> frame = AgentView();
   EXPECT_EQ(RedAt(frame, 3, 2), 0);
@@ -111,7 +111,7 @@ TEST_F(RasteriserTest, SpritesStandWhereTheirBoxIs) {
 }
 
 // A box of 2 x 1 cells of the 16 in view, with its upper left corner at (1, 0.5).
-TEST_F(RasteriserTest, SpritesAreDrawnAtTheSizeThatIsAskedFor) {
+TEST_F(RasteriserTest, SpritesScaleWithTheRequestedSize) {
   scene_.above_cells.push_back({.x = 2, .y = 15, .rx = 1, .ry = 0.5F});
   struct Box {
     int side, left, top, right, bottom;
@@ -157,7 +157,7 @@ TEST_F(RasteriserTest, EmptyAndHiddenCellsAreNotDrawn) {
   EXPECT_THAT(AgentView(), ::testing::Each(0));
 }
 
-TEST_F(RasteriserTest, OutsideOfTheWorldTheOutOfBoundsKindIsShown) {
+TEST_F(RasteriserTest, OutsideTheWorldTheOutOfBoundsKindIsShown) {
   Grid grid;
   grid.Reset(1, 1, kEmptyKind);
   scene_.cells.grid = &grid;
@@ -169,7 +169,7 @@ TEST_F(RasteriserTest, OutsideOfTheWorldTheOutOfBoundsKindIsShown) {
   EXPECT_EQ(RedAt(AgentView(), 6, 2), kRed0);
 }
 
-TEST_F(RasteriserTest, VelocityIsShownInGreyOnTop) {
+TEST_F(RasteriserTest, VelocityIsShownInGrayOnTop) {
   scene_.velocity = {.shown = true, .vx = 1, .vy = -3, .vx_max = 1, .vy_max = 1};
   const std::vector<uint8_t> frame = AgentView();
   EXPECT_EQ(RedAt(frame, 0, 0), 255);
@@ -180,7 +180,7 @@ TEST_F(RasteriserTest, VelocityIsShownInGreyOnTop) {
   EXPECT_EQ(RedAt(AgentView(), 26, 12), 0);
 }
 
-TEST_F(RasteriserTest, TiledSpritesAreCutIntoEqualParts) {
+TEST_F(RasteriserTest, TiledSpritesAreDividedIntoEqualParts) {
   scene_.art_style = ArtStyle::kGenerated;
   scene_.above_cells.push_back({.x = 8, .y = 8, .rx = 8, .ry = 2, .tile_ratio = 1});
   const std::vector<uint8_t> frame = AgentView();
@@ -191,7 +191,7 @@ TEST_F(RasteriserTest, TiledSpritesAreCutIntoEqualParts) {
   }
 }
 
-TEST_F(RasteriserTest, GeneratedBackgroundsAreToldApart) {
+TEST_F(RasteriserTest, GeneratedBackgroundsAreDistinguished) {
   RandomStream random(1);
   GeneratedArt level = GenerateBackground(random);
   scene_.background = {.shown = true, .generated = &level};
@@ -201,7 +201,7 @@ TEST_F(RasteriserTest, GeneratedBackgroundsAreToldApart) {
   EXPECT_NE(AgentView(), first);
 }
 
-TEST_F(RasteriserTest, PicturesDoNotDependOnWhatWasDrawnBefore) {
+TEST_F(RasteriserTest, FramesDoNotDependOnEarlierFrames) {
   RandomStream random(1);
   std::vector<GeneratedArt> levels;
   levels.reserve(12);

@@ -29,7 +29,7 @@ class StaticLayerCacheTest : public ::testing::Test {
     scene_.cells.last_row = 9;
   }
 
-  // Meets the scene until it is kept.
+  // Repeats the scene until the layer is kept.
   void Keep() {
     layer_.Meet(scene_);
     layer_.Meet(scene_);
@@ -44,7 +44,7 @@ class StaticLayerCacheTest : public ::testing::Test {
   TextFrame frame_{4};
 };
 
-TEST_F(StaticLayerCacheTest, WhatIsMetThriceIsKept) {
+TEST_F(StaticLayerCacheTest, ALayerSeenThreeTimesIsKept) {
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kDrawOnly);
   EXPECT_EQ(layer_.Meet(scene_), Use::kKeep);
@@ -57,7 +57,7 @@ TEST_F(StaticLayerCacheTest, WhatIsMetThriceIsKept) {
   EXPECT_THAT(layer_.Rows(2, 3), ElementsAre(0, 0, 0, 0, 0, 0, 0, 0, 0, 'k', 0, 0));
 }
 
-TEST_F(StaticLayerCacheTest, EveryChangeIsSeen) {
+TEST_F(StaticLayerCacheTest, EveryChangeIsDetected) {
   const std::vector<std::function<void()>> changes = {
       [&] { scene_.camera.center_x += 0.25F; },
       [&] { scene_.camera.cells = 9; },
@@ -86,14 +86,14 @@ TEST_F(StaticLayerCacheTest, EveryChangeIsSeen) {
   }
 }
 
-TEST_F(StaticLayerCacheTest, CellsOutOfViewAndSpritesAboveThemDoNotCount) {
+TEST_F(StaticLayerCacheTest, CellsOutOfViewAndSpritesAboveCellsAreIgnored) {
   Keep();
   grid_.Set(3, 1, 3);
   scene_.above_cells.push_back({});
   EXPECT_EQ(layer_.Meet(scene_), Use::kCopy);
 }
 
-TEST_F(StaticLayerCacheTest, PaintedBackgroundsAreNotKept) {
+TEST_F(StaticLayerCacheTest, GeneratedBackgroundsAreNotKept) {
   const GeneratedArt art;
   scene_.background.generated = &art;
   for (int i = 0; i < 5; ++i) {

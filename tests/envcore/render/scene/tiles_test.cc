@@ -16,7 +16,7 @@ std::vector<ScreenRect> TilesOf(const ScreenRect& rect, float ratio) {
   return tiles;
 }
 
-TEST(TilesTest, ABoxIsCutSideBySide) {
+TEST(TilesTest, ABoxIsDividedSideBySide) {
   const auto tiles = TilesOf({1, 2, 7, 2}, 1);
   ASSERT_THAT(tiles, SizeIs(3));
   EXPECT_FLOAT_EQ(static_cast<float>(tiles[1].x), 1 + 7.0F / 3);
@@ -25,7 +25,7 @@ TEST(TilesTest, ABoxIsCutSideBySide) {
   EXPECT_EQ(tiles[1].height, 2);
 }
 
-TEST(TilesTest, ANegativeRatioCutsOneBelowTheOther) {
+TEST(TilesTest, ANegativeRatioDividesDownward) {
   const auto tiles = TilesOf({1, 2, 2, 8}, -2);
   ASSERT_THAT(tiles, SizeIs(2));
   EXPECT_EQ(tiles[1].x, 1);
@@ -33,10 +33,10 @@ TEST(TilesTest, ANegativeRatioCutsOneBelowTheOther) {
   EXPECT_EQ(tiles[1].height, 4);
 }
 
-TEST(TilesTest, ABoxShorterThanATileIsOne) { EXPECT_THAT(TilesOf({0, 0, 1, 2}, 1), SizeIs(1)); }
+TEST(TilesTest, ABoxShorterThanATileIsOneTile) { EXPECT_THAT(TilesOf({0, 0, 1, 2}, 1), SizeIs(1)); }
 
-// A snapshot may hold walls of any breadth.
-TEST(TilesTest, ABoxWithoutBreadthIsCutIntoFewTiles) {
+// A snapshot can contain walls of any breadth.
+TEST(TilesTest, TheNumberOfTilesIsLimited) {
   EXPECT_THAT(TilesOf({0, 0, 64, 0}, 1), SizeIs(kTileCountMax));
   EXPECT_THAT(TilesOf({0, 0, 1e-30, 64}, -1), SizeIs(kTileCountMax));
   EXPECT_THAT(TilesOf({0, 0, 0, 0}, 1), SizeIs(1));
