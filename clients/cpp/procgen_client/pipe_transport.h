@@ -10,43 +10,44 @@
 
 namespace procgen_client {
 
-// The learner's side of procgen.v1.PipeTransport: two pipes that bear the messages of
-// a stream in place of gRPC. Threads: one may send while another receives; HangUp from any.
+// The client side of procgen.v1.PipeTransport: two pipes that carry the messages of a stream in
+// place of gRPC.
+// Threads: one may send while another receives; HangUp from any.
 class PipeTransport {
  public:
-  // Connects; null: that cannot be done from here, and gRPC's stream does as well.
-  // `response_bytes_max`: of responses.
+  // Opens the pipes; null if that fails, and the caller keeps using the gRPC stream.
+  // `response_bytes_max`: largest response that is accepted.
   static std::unique_ptr<PipeTransport> Open(const procgen::v1::PipeTransport& offer,
                                              int64_t response_bytes_max);
   ~PipeTransport();
   PipeTransport(const PipeTransport&) = delete;
   PipeTransport& operator=(const PipeTransport&) = delete;
 
-  // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why.
+  // Blocks while the pipe is full. False: the pipe has ended; gRPC's stream has the status.
   bool Send(const procgen::v1::StepPoolRequest& request);
-  // Waits for the next response. False: as for Send.
+  // Blocks until the next response. False: as Send, or is_damaged().
   bool Receive(procgen::v1::StepPoolResponse* response);
-  // After Receive: it has ended with what is no response.
+  // Whether Receive returned false because of a malformed response.
   bool is_damaged() const { return is_damaged_; }
-  // Sends nothing more: the stream ends when what was sent is answered.
+  // Closes the request pipe: the stream ends when all requests sent are answered.
   void HangUp() const;
 
  private:
   explicit PipeTransport(int64_t response_bytes_max) : response_bytes_max_(response_bytes_max) {}
-  // Receives the ends of the pipes.
+  // Receives the file descriptors of the pipes.
   bool TakeEnds(int socket);
-  // Waits until there is room for a request. False: the pipes have ended.
+  // Blocks until the request pipe is writable. False: the pipes have ended.
   bool AwaitRoom() const;
-  // Waits until `count` bytes are there from begin_ on.
+  // Blocks until buffer_ has `count` bytes from begin_ on. False: the pipe has ended.
   bool Fill(size_t count);
 
   const int64_t response_bytes_max_;
   bool is_damaged_ = false;
   int requests_ = -1;
-  // Their reading end, from which nobody reads here: while it is open, who writes gets no SIGPIPE.
+  // Read end of the request pipe, never read: while it is open, writing raises no SIGPIPE.
   int requests_read_ = -1;
   int responses_ = -1;
-  std::string outgoing_;      // length and message; its memory is kept
+  std::string outgoing_;      // length and message; reused for each request
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;

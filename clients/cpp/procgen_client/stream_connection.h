@@ -13,27 +13,28 @@
 
 namespace procgen_client {
 
-// One call of StepPool; a StepStream has one after the other.
+// One StepPool call. A StepStream opens a new one for each connection.
 struct StreamConnection {
   grpc::ClientContext context;
   std::unique_ptr<
       grpc::ClientReaderWriter<procgen::v1::StepPoolRequest, procgen::v1::StepPoolResponse>>
       stream;
-  // Bears the messages after attach; null: the stream does.
+  // Carries the messages after attach; null: the gRPC stream does.
   std::unique_ptr<PipeTransport> pipes;
 
-  // False: it has ended.
+  // Both return false if the stream has ended.
   bool Write(const procgen::v1::StepPoolRequest& request) const;
   bool Read(procgen::v1::StepPoolResponse* response) const;
-  // Reads the next response that may be the answer to request `number`; false: it has ended.
-  // Errors: DATA_LOSS what came is no response, or too many that answer nothing.
+  // Reads the next response, skipping those of unknown kinds that answer no request. False: the
+  // stream has ended. Errors: DATA_LOSS a malformed response, or too many of unknown kinds;
+  // `number` is the request for the message.
   absl::StatusOr<bool> ReadAnswer(int64_t number, procgen::v1::StepPoolResponse* response) const;
 };
 
-// The context of a connection, which it keeps alive.
+// The context of a connection; the pointer keeps the connection alive.
 std::shared_ptr<grpc::ClientContext> ContextOf(const std::shared_ptr<StreamConnection>& connection);
 
-// AwaitEnd of call_end.h for a connection.
+// As AwaitEnd in call_end.h, for a connection.
 absl::Status AwaitEnd(const std::shared_ptr<StreamConnection>& connection, grpc::Status* end);
 
 }  // namespace procgen_client
