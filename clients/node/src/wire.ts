@@ -1,7 +1,7 @@
-// Reads the answers of StepPool without copying pictures. On the wire each array of a batch is the little-endian array
-// itself (proto/README.md, "On the wire"): a view of the received bytes will do for pictures, and one copy for numbers,
-// whose views would have to be aligned. What is written in another way than a server of today writes it (unpacked, or in
-// several pieces: both allowed by Protocol Buffers) goes the long way through the generated message.
+// Reads StepPool responses without copying observations. On the wire each array of a batch is the
+// little-endian array (proto/README.md, "On the wire"). Observations are views of the received
+// bytes; numeric arrays are copied once for alignment. Fields in another valid form (unpacked, or
+// in several pieces) are read through the generated message.
 
 import { fromBinary } from "@bufbuild/protobuf";
 import { BinaryReader, WireType } from "@bufbuild/protobuf/wire";
@@ -19,7 +19,8 @@ export function isPart(response: Response): response is Part {
   return "arrays" in response;
 }
 
-class OtherwiseWritten extends Error {}
+// The response has another form than this reader expects.
+class UnexpectedForm extends Error {}
 
 const makers = {
   rewards: (bytes: ArrayBuffer) => new Float32Array(bytes),
@@ -47,14 +48,14 @@ const { firstEnv: firstField, envCount: countField, last: lastField } = BatchSch
 
 const empty = new Uint8Array(0);
 
-// Reads a serialised StepPoolResponse: a Part if it bears a batch, else the message itself.
+// Parses a serialized StepPoolResponse: returns a Part if it contains a batch, else the message.
 export function readResponse(received: Uint8Array): Response {
-  // Without the ways of a Buffer, whose slices are no copies.
+  // A Uint8Array, because slice() of a Buffer does not copy.
   const message = new Uint8Array(received.buffer, received.byteOffset, received.length);
   try {
     return readBatchResponse(message);
   } catch (error) {
-    if (!(error instanceof OtherwiseWritten || error instanceof RangeError)) {
+    if (!(error instanceof UnexpectedForm || error instanceof RangeError)) {
       throw error;
     }
     const response = fromBinary(StepPoolResponseSchema, message);
@@ -62,7 +63,7 @@ export function readResponse(received: Uint8Array): Response {
   }
 }
 
-// The slow and obvious way, by the generated message.
+// Converts the generated message, with copies.
 export function partOf(sequenceNumber: bigint, batch: BatchMessage): Part {
   const { firstEnv, envCount, last } = batch;
   const arrays: BatchArrays = {
@@ -93,11 +94,11 @@ function readBatchResponse(message: Uint8Array): Part {
     } else if (number === batchField.number && type === WireType.LengthDelimited && batch === undefined) {
       batch = reader.bytes();
     } else {
-      throw new OtherwiseWritten();
+      throw new UnexpectedForm();
     }
   }
   if (batch === undefined) {
-    throw new OtherwiseWritten();
+    throw new UnexpectedForm();
   }
   return readBatch(batch, sequenceNumber);
 }
@@ -111,7 +112,7 @@ function readBatch(batch: Uint8Array, sequenceNumber: number): Part {
     const name = arrayNames.get(number);
     if (name !== undefined) {
       if (type !== WireType.LengthDelimited || pieces.has(name)) {
-        throw new OtherwiseWritten();
+        throw new UnexpectedForm();
       }
       pieces.set(name, reader.bytes());
     } else if (number === firstField.number) {
@@ -121,7 +122,7 @@ function readBatch(batch: Uint8Array, sequenceNumber: number): Part {
     } else if (number === lastField.number) {
       part.last = reader.bool();
     } else {
-      reader.skip(type, number); // A field of a later server, which clients ignore.
+      reader.skip(type, number); // An unknown field, which clients ignore.
     }
   }
   return { ...part, arrays: arraysOf(pieces) };
@@ -135,7 +136,7 @@ function arraysOf(pieces: ReadonlyMap<keyof BatchArrays, Uint8Array>): BatchArra
   for (const name of Object.keys(makers) as NumberArray[]) {
     const bytes = (pieces.get(name) ?? empty).slice();
     if (flags.has(name) && bytes.some((flag) => flag > 1)) {
-      throw new OtherwiseWritten(); // A longer varint, or one that is not 0 or 1.
+      throw new UnexpectedForm(); // A longer varint, or a value other than 0 and 1.
     }
     arrays[name] = makers[name](bytes.buffer as ArrayBuffer);
   }
