@@ -1,36 +1,38 @@
 package procgenclient
 
-// Batch is how n environments stand after a request. Row i is environment FirstEnv + i of the pool. F is the bytes
-// of one observation, m the number of rows whose episode ended in this step.
+// Batch is the answer to a request: the values of n environments. Row i is environment FirstEnv + i
+// of the pool. F is the bytes of one observation, m the number of rows whose episode ended in this
+// step.
 //
-// Observations and FinalObservations are slices of the received message, which nobody writes again. Where an answer came in
-// several responses they are joined, and what came encoded is decoded.
+// Observations and FinalObservations are slices of the received message, which is not reused.
+// Several responses are joined, and encoded observations decoded, into new slices.
 //
-// Of a pool that shares memory they are the server's memory itself, valid until Release; after that the server draws into
-// them again, or they are no memory at all.
+// With shared memory they are slices of the server's memory, valid until Release. After that the
+// server overwrites the memory, or it is unmapped.
 type Batch struct {
 	SequenceNumber   int64   // Number of the request that this answers.
 	FirstEnv         int     // Index in the pool of row 0.
 	ObservationShape []int32 // Shape of one observation, e.g. [64, 64, 3].
 
-	Rewards           []float32 // Of this step, the old episode's where one ended   [n]
-	First             []bool    // A new episode has begun                           [n]
-	Terminated        []bool    // The game (or action -1) ended the episode         [n]
-	Truncated         []bool    // The time limit ended the episode                  [n]
-	LevelSeeds        []int32   // Level in the observation                          [n]
-	PrevLevelSeeds    []int32   // Level that was stepped                            [n]
-	PrevLevelComplete []bool    // That level was completed by this step             [n]
-	EpisodeReturns    []float32 // Of the ended or running episode                   [n]
-	EpisodeLengths    []int32   // Of the same, in steps                             [n]
-	Fingerprints      []uint64  // Hashes of episodes that ended, in order           [m]
-	FinalObservations []byte    // Last ones of those, if asked for                  [m * F]
-	Observations      []byte    // What the agents see; empty without pictures       [n * F]
+	Rewards           []float32 // Reward of this step, of the old episode if one ended   [n]
+	First             []bool    // A new episode has started                              [n]
+	Terminated        []bool    // The game (or action -1) ended the episode              [n]
+	Truncated         []bool    // The time limit ended the episode                       [n]
+	LevelSeeds        []int32   // Seed of the level in the observation                   [n]
+	PrevLevelSeeds    []int32   // Seed of the level that was stepped                     [n]
+	PrevLevelComplete []bool    // This step completed that level                         [n]
+	EpisodeReturns    []float32 // Return of the ended or current episode                 [n]
+	EpisodeLengths    []int32   // Length of the same episode, in steps                   [n]
+	Fingerprints      []uint64  // Hashes of the ended episodes, in order                 [m]
+	FinalObservations []byte    // Last observations of the ended episodes, if requested  [m * F]
+	Observations      []byte    // Observations; empty with Blind                         [n * F]
 
-	held *heldBatch // nil: the values came in responses, or it was released.
+	held *heldBatch // nil without shared memory, and after Release.
 }
 
-// Release gives a batch of shared memory back; its Observations and FinalObservations are nil then. Other batches need no
-// release. Any goroutine, one at a time.
+// Release releases a batch of shared memory: the server may overwrite it, and Observations and
+// FinalObservations become nil. It does nothing for other batches. It may be called from any
+// goroutine, one at a time.
 func (b *Batch) Release() {
 	if b.held == nil {
 		return
@@ -40,10 +42,10 @@ func (b *Batch) Release() {
 	b.held = nil
 }
 
-// EnvCount is the number of rows, n.
+// EnvCount returns the number of rows, n.
 func (b *Batch) EnvCount() int { return len(b.Rewards) }
 
-// Observation is that of a row.
+// Observation returns the observation of a row, [F], without a copy.
 func (b *Batch) Observation(row int) []byte {
 	size := elements(b.ObservationShape)
 	return b.Observations[row*size : (row+1)*size]
@@ -54,13 +56,13 @@ type part struct {
 	Batch
 	count  int
 	last   bool
-	shared *sharedPart // nil: the values are in the response.
+	shared *sharedPart // nil without shared memory.
 }
 
-// Where the values are in shared memory.
+// The batch of shared memory that contains the values.
 type sharedPart struct {
 	number               int32
-	observations, finals bool // Were written.
+	observations, finals bool // Whether they were written.
 }
 
 func elements(shape []int32) int {
@@ -71,7 +73,7 @@ func elements(shape []int32) int {
 	return product
 }
 
-// Joins the responses to one request, which were checked as they came.
+// Joins the validated responses to one request.
 func assemble(parts []*part, shape []int32) *Batch {
 	whole := &parts[0].Batch
 	whole.ObservationShape = shape

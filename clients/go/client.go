@@ -1,5 +1,6 @@
-// Package procgenclient steps pools of Procgen environments on a Procgen Server. Messages are the contract's
-// (procgenclient/procgenv1, whose comments are the manual); README.md shows how it is used.
+// Package procgenclient steps pools of Procgen environments on a Procgen Server. Requests and
+// responses are the messages of proto/procgen/v1, generated into procgenclient/procgenv1 with their
+// documentation. README.md has examples.
 package procgenclient
 
 import (
@@ -18,16 +19,18 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// Options is what a client connects with; the zero value will do.
+// Options configures Connect. The zero value selects the defaults.
 type Options struct {
-	// How long a pool's stream whose connection broke tries to go on, each time; the server keeps its answers meanwhile.
-	// Negative: a broken connection ends the stream, and the server keeps nothing. 0: 60 seconds.
+	// ReconnectTimeout is the time that a pool's stream tries to resume after a broken connection. The
+	// server keeps its answers meanwhile. Negative: a broken connection ends the stream, and the
+	// server keeps nothing. 0: 60 seconds.
 	ReconnectTimeout time.Duration
-	// For a server that speaks TLS or asks who calls. nil: what the environment says (CredentialsFromEnvironment).
+	// Credentials are the TLS certificates and the token. nil: CredentialsFromEnvironment.
 	Credentials *Credentials
 }
 
-// Client is a connection to a server, over which pools are made and stepped. Its methods may be called from any goroutine.
+// Client is a connection to a server. It creates pools and returns existing ones. Its methods may
+// be called from any goroutine.
 type Client struct {
 	address          string
 	connection       *grpc.ClientConn
@@ -41,8 +44,9 @@ type Client struct {
 	clusters         pb.ClusterServiceClient
 }
 
-// Connect connects to a server: "localhost:50051", "unix:/run/procgen.sock". One that is just starting is waited for, for 10
-// seconds unless ctx says otherwise; UNAVAILABLE: none answered.
+// Connect connects to a server: "localhost:50051", "unix:/run/procgen.sock". It waits for a server
+// that is starting, until the deadline of ctx or for 10 seconds, and returns UNAVAILABLE if none
+// answers.
 func Connect(ctx context.Context, address string, options Options) (*Client, error) {
 	shown := CredentialsFromEnvironment()
 	if options.Credentials != nil {
@@ -84,24 +88,25 @@ func Connect(ctx context.Context, address string, options Options) (*Client, err
 	return client, nil
 }
 
-// Address is what it is connected to.
+// Address returns the address passed to Connect.
 func (c *Client) Address() string { return c.address }
 
-// Close closes the connection; pools stay on the server until they are deleted.
+// Close closes the connection. Pools stay on the server until they are deleted or their lease
+// expires.
 func (c *Client) Close() error { return c.connection.Close() }
 
-// Catalog is what the server offers: games, modes, options, actions, limits. It does not change while the server runs, so it
-// was asked for once, on connecting.
+// Catalog returns what the server offers: games, modes, options, actions, limits. It is constant
+// while the server runs, and fetched once by Connect.
 func (c *Client) Catalog() *pb.Catalog { return c.catalog }
 
-// Load tells how busy the server is at this moment.
+// Load returns the current load of the server.
 func (c *Client) Load(ctx context.Context) (*pb.Load, error) {
 	load, err := c.catalogs.GetLoad(c.with(ctx), &pb.GetLoadRequest{})
 	return load, fromRPC(ctx, err)
 }
 
-// CreatePool makes a pool; every environment stands at the first step of its first level. poolID: the last part of its
-// name; empty: the server chooses.
+// CreatePool creates a pool; every environment is at the first step of its first level. poolID is
+// the last part of its name; empty: the server chooses one.
 func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpec, options PoolOptions) (*Pool, error) {
 	message, err := c.pools.CreatePool(c.with(ctx), &pb.CreatePoolRequest{PoolId: poolID, Spec: spec})
 	if err != nil {
@@ -117,7 +122,7 @@ func (c *Client) CreatePool(ctx context.Context, poolID string, spec *pb.PoolSpe
 	return newPool(c, message, options)
 }
 
-// GetPool gives a pool that is there already.
+// GetPool returns an existing pool.
 func (c *Client) GetPool(ctx context.Context, name string, options PoolOptions) (*Pool, error) {
 	message, err := c.pools.GetPool(c.with(ctx), &pb.GetPoolRequest{Name: name})
 	if err != nil {
@@ -129,7 +134,7 @@ func (c *Client) GetPool(ctx context.Context, name string, options PoolOptions) 
 	return newPool(c, message, options)
 }
 
-// ListPools tells what pools the caller owns, oldest first.
+// ListPools returns the caller's pools, oldest first.
 func (c *Client) ListPools(ctx context.Context) ([]*pb.Pool, error) {
 	var pools []*pb.Pool
 	request := &pb.ListPoolsRequest{}
@@ -146,13 +151,13 @@ func (c *Client) ListPools(ctx context.Context) ([]*pb.Pool, error) {
 	return nil, wrong("a list of pools of more than %d pages, expected: an end", poolPagesMax)
 }
 
-// DeletePool ends a pool and frees its environments; a stream that is attached to it ends with ABORTED.
+// DeletePool deletes a pool and frees its environments. An attached stream ends with ABORTED.
 func (c *Client) DeletePool(ctx context.Context, name string) error {
 	_, err := c.pools.DeletePool(c.with(ctx), &pb.DeletePoolRequest{Name: name})
 	return fromRPC(ctx, err)
 }
 
-// What each call bears.
+// Adds the metadata of each call.
 func (c *Client) with(ctx context.Context) context.Context {
 	if c.metadata == nil {
 		return ctx
@@ -169,22 +174,22 @@ func (c *Client) firstCatalog(ctx context.Context) (*pb.Catalog, error) {
 		return nil, fromRPC(ctx, err)
 	}
 	if len(catalog.Games) == 0 {
-		return nil, newError(codes.Internal, "the server at %s tells of no games", c.address)
+		return nil, newError(codes.Internal, "the server at %s has a catalog without games", c.address)
 	}
 	return catalog, nil
 }
 
-// Why the connection fails, in gRPC's words.
+// Returns gRPC's error text for the failed connection.
 func (c *Client) reason() string {
 	ctx, cancel := context.WithTimeout(context.Background(), reasonTimeout)
 	defer cancel()
 	if _, err := c.catalogs.GetCatalog(c.with(ctx), &pb.GetCatalogRequest{}); err != nil {
 		return fromRPC(context.Background(), err).(*Error).Message
 	}
-	return "it has just begun to"
+	return "it has just started to answer"
 }
 
-// For gRPC a unix socket is an address that the dialer knows.
+// Returns gRPC's target for an address. Unix sockets are passed to the dialer below.
 func target(address string) string {
 	if strings.HasPrefix(address, "unix:") {
 		return "passthrough:///" + address
@@ -203,16 +208,16 @@ func dialOptions(address string, shown Credentials) ([]grpc.DialOption, error) {
 	}
 	options := []grpc.DialOption{
 		security,
-		// Attach tells the server how large responses may be, and far less is usual. This is what one that does not care
-		// can make this process take.
+		// Attach.response_bytes_max bounds responses far below this. It only protects against a server
+		// that ignores it.
 		grpc.WithDefaultCallOptions(
 			grpc.MaxCallRecvMsgSize(256<<20), grpc.MaxCallSendMsgSize(1<<30), grpc.ForceCodec(codec{})),
-		// A whole response is on its way at once, and not a window of 64 KiB after the other.
+		// Room for a whole response; the default window is 64 KiB.
 		grpc.WithInitialWindowSize(8 << 20),
 		grpc.WithInitialConnWindowSize(8 << 20),
-		// A connection that is silent is asked for a sign of life, so that a dead one is found.
+		// Keepalive pings detect a dead connection.
 		grpc.WithKeepaliveParams(keepalive.ClientParameters{Time: keepaliveTime, Timeout: keepaliveTimeout}),
-		// A server that is just starting is found soon.
+		// Finds a server that is starting soon after it listens.
 		grpc.WithConnectParams(grpc.ConnectParams{
 			Backoff: backoff.Config{
 				BaseDelay: channelBackoffMin, Multiplier: 1.6, Jitter: 0.2, MaxDelay: channelBackoffMax,

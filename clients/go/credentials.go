@@ -10,21 +10,23 @@ import (
 	"google.golang.org/grpc/codes"
 )
 
-// Credentials is how a client knows its server, and what it shows to it. Certificates and keys are paths of PEM files.
+// Credentials are the TLS certificates and the token of a client. Certificates and keys are paths
+// of PEM files.
 type Credentials struct {
-	// Certificates that vouch for the server. Given: TLS is spoken. Empty: plain text.
+	// CA contains the server's CA certificates. Set: the client uses TLS. Empty: plain text.
 	CA string
-	// The client's own, for servers that ask for one; with Key and CA.
+	// Certificate is the client certificate, for servers that require one. It requires Key and CA.
 	Certificate string
-	// The key of Certificate.
+	// Key is the key of Certificate.
 	Key string
-	// Bears out who calls, for servers with tokens. Without TLS it is sent to this machine only (loopback, unix sockets),
-	// unless TokenInPlainText.
+	// Token is for servers that require one. Without TLS it is sent to this machine only (loopback,
+	// unix sockets), unless TokenInPlainText.
 	Token            string
 	TokenInPlainText bool
 }
 
-// CredentialsFromEnvironment is what PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN (the token itself) say.
+// CredentialsFromEnvironment reads PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN (the
+// token itself). Each is optional.
 func CredentialsFromEnvironment() Credentials {
 	return Credentials{
 		CA:          os.Getenv("PROCGEN_SERVER_CA"),
@@ -34,19 +36,19 @@ func CredentialsFromEnvironment() Credentials {
 	}
 }
 
-// What TLS is spoken with to address; nil: plain text.
+// Returns the TLS configuration for address; nil: plain text.
 func (c Credentials) tlsConfig(address string) (*tls.Config, error) {
 	if (c.Certificate == "") != (c.Key == "") {
-		return nil, invalid("a client's certificate or its key is given alone; give both or none")
+		return nil, invalid("a client certificate or its key is given alone; give both or none")
 	}
 	if c.CA == "" {
 		if c.Certificate != "" {
-			return nil, invalid("a client's certificate is given without certificates that vouch for the server; give CA, " +
-				"or set PROCGEN_SERVER_CA")
+			return nil, invalid("a client certificate is given without the server's CA certificates; give CA, or set " +
+				"PROCGEN_SERVER_CA")
 		}
 		if c.Token != "" && !c.TokenInPlainText && !isThisMachine(address) {
-			return nil, invalid("the token would go to %s in plain text; give certificates that vouch for the server (CA, or "+
-				"PROCGEN_SERVER_CA), or say TokenInPlainText", address)
+			return nil, invalid("the token would go to %s in plain text; give the server's CA certificates (CA, or "+
+				"PROCGEN_SERVER_CA), or set TokenInPlainText", address)
 		}
 		return nil, nil
 	}
@@ -56,7 +58,7 @@ func (c Credentials) tlsConfig(address string) (*tls.Config, error) {
 	}
 	config := &tls.Config{RootCAs: x509.NewCertPool(), MinVersion: tls.VersionTLS12}
 	if !config.RootCAs.AppendCertsFromPEM(pem) {
-		return nil, invalid("CA is %s, in which there is no certificate", c.CA)
+		return nil, invalid("CA is %s, which contains no certificate", c.CA)
 	}
 	if c.Certificate != "" {
 		own, err := tls.LoadX509KeyPair(c.Certificate, c.Key)
@@ -68,7 +70,7 @@ func (c Credentials) tlsConfig(address string) (*tls.Config, error) {
 	return config, nil
 }
 
-// Whether nobody else can listen on the way to address.
+// Whether address is loopback or a unix socket, where plain text is safe.
 func isThisMachine(address string) bool {
 	if strings.HasPrefix(address, "unix:") {
 		return true
@@ -77,7 +79,7 @@ func isThisMachine(address string) bool {
 	if err != nil {
 		return false
 	}
-	// By its exact form: "127.0.0.1.example.com" is a name.
+	// Parses the whole host: "127.0.0.1.example.com" is a name.
 	ip := net.ParseIP(host)
 	return strings.EqualFold(host, "localhost") || ip != nil && ip.IsLoopback()
 }

@@ -9,11 +9,11 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-const blockSide = 8      // Of a block, in rows and pixels.
-const sizePxDefault = 64 // Of a picture.
+const blockSide = 8      // Side of a block, in rows and pixels.
+const sizePxDefault = 64 // Side of a frame.
 const decoderMemoryMin = 1 << 20
 
-// The decoder for a pool's observations; nil where they come as they are.
+// Returns the decoder for a pool's observations; nil if they are not encoded.
 func decoderFor(pool *pb.Pool) (*ObservationDecoder, error) {
 	switch pool.Spec.Encoding {
 	case pb.Encoding_ENCODING_UNSPECIFIED, pb.Encoding_ENCODING_RAW:
@@ -22,24 +22,24 @@ func decoderFor(pool *pb.Pool) (*ObservationDecoder, error) {
 	return NewObservationDecoder(pool)
 }
 
-// ObservationDecoder decodes observations that a server sends compressed (PoolSpec.encoding); the comment of Encoding in
-// procgen/v1/pools.proto defines the bytes. It needs all encoded observations of a learner's answers, each once, in the order
-// of their sequence numbers, and remembers each environment's last one. After an error nothing has changed. Pools use it by
-// themselves.
+// ObservationDecoder decodes ENCODING_DELTA_ZSTD; the comment of Encoding in procgen/v1/pools.proto
+// defines the bytes. Observations must be decoded once each, in the order of sequence numbers,
+// without gaps. The decoder keeps the last observation of each environment, and is unchanged after
+// an error. A Pool uses one by itself.
 type ObservationDecoder struct {
 	rows, columns, pixelBytes, stack int
 
 	zstd  *zstd.Decoder
-	ages  []byte // That is next, of each environment.
-	shown []byte // The last observation of each.
-	basis []byte // What one follows from.
+	ages  []byte // The next age of each environment; 0: only a key frame may follow.
+	shown []byte // The last observation of each environment, [N * F].
+	basis []byte // Scratch: the observation that a delta refers to, [F].
 }
 
-// NewObservationDecoder is for a pool as the server told it.
+// NewObservationDecoder returns a decoder for a pool. INVALID_ARGUMENT: an unknown encoding.
 func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
 	spec := pool.Spec
 	if spec.Encoding != pb.Encoding_ENCODING_DELTA_ZSTD {
-		return nil, invalid("encoding is %v; decoded is ENCODING_DELTA_ZSTD", spec.Encoding)
+		return nil, invalid("encoding is %v, allowed: ENCODING_DELTA_ZSTD", spec.Encoding)
 	}
 	format := spec.GetObservationFormat()
 	sizePx := int(format.GetSizePx())
@@ -59,16 +59,18 @@ func NewObservationDecoder(pool *pb.Pool) (*ObservationDecoder, error) {
 	d.shown = make([]byte, int(spec.EnvCount)*observationBytes)
 	d.basis = make([]byte, observationBytes)
 	var err error
-	// The library wants room for more than the content, and at least so much.
+	// The library needs more memory than the content, and at least decoderMemoryMin.
 	memoryMax := uint64(d.contentBytesMax(len(d.ages)) + decoderMemoryMin)
 	d.zstd, err = zstd.NewReader(nil, zstd.WithDecoderConcurrency(1), zstd.WithDecoderMaxMemory(memoryMax))
 	return d, err
 }
 
-// Decode decodes the observations of the environments [first, first + count).
+// Decode decodes the observations of the environments [first, first + count), [count * F].
+// INVALID_ARGUMENT: environments out of range. DATA_LOSS: malformed bytes. FAILED_PRECONDITION: a
+// gap, earlier observations are missing or these were decoded before.
 func (d *ObservationDecoder) Decode(first, count int, encoded []byte) ([]byte, error) {
 	if first < 0 || count < 1 || first+count > len(d.ages) {
-		return nil, invalid("environments %d and %d from there; the pool has %d", first, count, len(d.ages))
+		return nil, invalid("%d environments from %d, the pool has %d", count, first, len(d.ages))
 	}
 	bytes, err := d.frameContent(encoded, d.contentBytesMax(count))
 	if err != nil {
@@ -113,17 +115,17 @@ func (d *ObservationDecoder) contentBytesMax(count int) int {
 func (d *ObservationDecoder) frameContent(frame []byte, bytesMax int) ([]byte, error) {
 	var header zstd.Header
 	if err := header.Decode(frame); err != nil || header.Skippable || !header.HasFCS {
-		return nil, damaged("no frame of zstd that tells the size of its content")
+		return nil, damaged("no zstd frame with a content size")
 	}
 	if header.FrameContentSize > uint64(bytesMax) {
-		return nil, damaged("content of %d bytes, there can be %d at most", header.FrameContentSize, bytesMax)
+		return nil, damaged("content of %d bytes, expected: at most %d", header.FrameContentSize, bytesMax)
 	}
 	content, err := d.zstd.DecodeAll(frame, make([]byte, 0, header.FrameContentSize))
 	if err != nil {
-		return nil, damaged("not one whole frame of zstd: %v", err)
+		return nil, damaged("not one complete zstd frame: %v", err)
 	}
 	if uint64(len(content)) != header.FrameContentSize {
-		return nil, damaged("content of %d bytes, the frame tells %d", len(content), header.FrameContentSize)
+		return nil, damaged("content of %d bytes, expected: %d", len(content), header.FrameContentSize)
 	}
 	return content, nil
 }
@@ -135,8 +137,8 @@ func (d *ObservationDecoder) read(first, count int, bytes []byte) (*content, err
 	}
 	for i, age := range c.ages {
 		if expected := d.ages[first+i]; age != 0 && age != expected {
-			return nil, newError(codes.FailedPrecondition, "encoded observations: environment %d is at age %d, after what was "+
-				"decoded before it would be %d or 0: answers are missing or came twice", first+i, age, expected)
+			return nil, newError(codes.FailedPrecondition, "encoded observations: environment %d has age %d, expected: %d or 0; "+
+				"answers are missing or came twice", first+i, age, expected)
 		}
 		if advance := c.advance(i); advance >= d.stack || age == 0 && advance != 0 {
 			return nil, damaged("a stack of %d moves by %d", d.stack, advance)
@@ -145,25 +147,26 @@ func (d *ObservationDecoder) read(first, count int, bytes []byte) (*content, err
 	return c, d.checkInside(c)
 }
 
-// Sees that nothing is mended beyond the picture, where blocks of the last row and column may be smaller.
+// Checks that nothing outside the plane is patched; blocks in the last row and column may be
+// smaller.
 func (d *ObservationDecoder) checkInside(c *content) error {
-	changed, mended := 0, 0
+	changed, patched := 0, 0
 	for i := range c.ages {
 		for block := 0; block < d.blockCount(); block++ {
 			if !c.isChanged(i, block) {
 				continue
 			}
 			_, _, height, width := d.place(block)
-			rows := c.mendedRows[changed]
+			rows := c.patchedRows[changed]
 			changed++
 			if rows>>height != 0 {
-				return damaged("a row is mended that the picture has not")
+				return damaged("a row outside the observation is patched")
 			}
 			for row := bits.OnesCount8(rows); row > 0; row-- {
-				mask := c.masks[mended]
-				mended++
+				mask := c.masks[patched]
+				patched++
 				if mask == 0 || mask>>width != 0 {
-					return damaged("no pixel is mended in a row, or one that the picture has not")
+					return damaged("a patched row has no patched pixel, or one outside the observation")
 				}
 			}
 		}
@@ -202,7 +205,7 @@ func (d *ObservationDecoder) decodeBlock(block int, c *content, observation []by
 			copy(to[x*d.pixelBytes:], from[pixel:pixel+d.pixelBytes])
 		}
 		if rows>>y&1 != 0 {
-			c.mendRow(to)
+			c.patchRow(to)
 		}
 	}
 }

@@ -2,16 +2,17 @@ package procgenclient
 
 import "math/bits"
 
-// The tables of an encoded answer's content (procgen/v1/pools.proto, Encoding), and how far blocks have been read.
+// The tables of a zstd frame's content (procgen/v1/pools.proto, Encoding), and the read position in
+// those of the blocks.
 type content struct {
-	ages       []byte
-	advances   []byte
-	changed    []byte
-	down       []byte
-	right      []byte
-	mendedRows []byte
-	masks      []byte
-	values     []byte
+	ages        []byte
+	advances    []byte
+	changed     []byte
+	down        []byte
+	right       []byte
+	patchedRows []byte
+	masks       []byte
+	values      []byte
 
 	pixelBytes int
 	mapBytes   int
@@ -40,20 +41,20 @@ func readContent(bytes []byte, count, stack, blockCount, pixelBytes int) (*conte
 	lastBits := blockCount - (c.mapBytes-1)*8
 	for i := c.mapBytes - 1; i < len(c.changed); i += c.mapBytes {
 		if c.changed[i]>>lastBits != 0 {
-			return nil, damaged("a block changes that the picture has not")
+			return nil, damaged("a block outside the observation changes")
 		}
 	}
 	blocks := countBits(c.changed)
 	c.down = take(blocks)
 	c.right = take(blocks)
-	c.mendedRows = take(blocks)
-	c.masks = take(countBits(c.mendedRows))
+	c.patchedRows = take(blocks)
+	c.masks = take(countBits(c.patchedRows))
 	c.values = take(countBits(c.masks) * pixelBytes)
 	if ends {
-		return nil, damaged("they end in the midst of a table")
+		return nil, damaged("truncated within a table")
 	}
 	if len(bytes) > 0 {
-		return nil, damaged("there are %d bytes too many", len(bytes))
+		return nil, damaged("%d bytes too many", len(bytes))
 	}
 	return c, nil
 }
@@ -72,11 +73,11 @@ func (c *content) isChanged(row, block int) bool {
 func (c *content) nextBlock() (down, right int, rows byte) {
 	block := c.block
 	c.block++
-	return int(int8(c.down[block])), int(int8(c.right[block])), c.mendedRows[block]
+	return int(int8(c.down[block])), int(int8(c.right[block])), c.patchedRows[block]
 }
 
-// Puts the next values where the next mask says, in a row of a block.
-func (c *content) mendRow(row []byte) {
+// Writes the next values at each set bit of the next mask, in a row of a block.
+func (c *content) patchRow(row []byte) {
 	mask := c.masks[c.mask]
 	c.mask++
 	for ; mask != 0; mask >>= 1 {

@@ -8,10 +8,10 @@ import (
 	"google.golang.org/grpc/status"
 )
 
-// Error is what goes wrong between this client and a server: the status code of gRPC and the server's own message, which
-// says what was given and what is allowed. What the client can tell by itself is the same type, without asking the server,
-// so that a mistake does not cost the stream. status.Code(err) gives its code; a call that its context ended is, by
-// errors.Is, also context.Canceled or context.DeadlineExceeded.
+// Error is an error of the server or of this client: gRPC's status code and a message that contains
+// the value given and the values allowed. The client validates requests before sending, because an
+// error of the server would end the stream. status.Code(err) returns the code. errors.Is reports
+// context.Canceled or context.DeadlineExceeded for a call that its context ended.
 type Error struct {
 	Code    codes.Code
 	Message string
@@ -20,10 +20,10 @@ type Error struct {
 
 func (e *Error) Error() string { return fmt.Sprintf("%v: %s", e.Code, e.Message) }
 
-// Unwrap gives the context's error, if that ended the call.
+// Unwrap returns the context's error, if that ended the call.
 func (e *Error) Unwrap() error { return e.cause }
 
-// GRPCStatus lets status.Code and status.FromError see the code.
+// GRPCStatus returns the status for status.Code and status.FromError.
 func (e *Error) GRPCStatus() *status.Status { return status.New(e.Code, e.Message) }
 
 func newError(code codes.Code, format string, arguments ...interface{}) *Error {
@@ -34,7 +34,7 @@ func invalid(format string, arguments ...interface{}) *Error {
 	return newError(codes.InvalidArgument, format, arguments...)
 }
 
-// The Error for one of gRPC's, of a call under ctx.
+// Converts an error of gRPC, of a call under ctx, to an Error.
 func fromRPC(ctx context.Context, err error) error {
 	if err == nil {
 		return nil
@@ -48,5 +48,5 @@ func fromRPC(ctx context.Context, err error) error {
 
 func fromContext(ctx context.Context) *Error {
 	of := status.FromContextError(ctx.Err())
-	return &Error{Code: of.Code(), Message: "given up: " + ctx.Err().Error(), cause: ctx.Err()}
+	return &Error{Code: of.Code(), Message: "cancelled: " + ctx.Err().Error(), cause: ctx.Err()}
 }

@@ -6,20 +6,21 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// Pictures of environments, for people: once, or as they change.
+// Frames of environments for people: rendered once, or streamed.
 
-// What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+// Upper bound of a response of frames without the pixels, in bytes: once, and for each frame.
 const framesOverheadBytes = 4096
 const frameOverheadBytes = 64
 
-// What is watched where nobody tells what: so many environments, and so many pixels wide.
+// Defaults of Watch: number of environments, and size in pixels.
 const watchedDefault = 16
 const watchedSizePxDefault = 256
 
-// Render draws environments for people (all, unless told which), in squares of sizePx pixels, 16 to 2048: RGB, top row first.
+// Render renders environments (none given: all) for people: RGB, top row first, sizePx pixels a
+// side, 16 to 2048.
 func (p *Pool) Render(ctx context.Context, sizePx int32, environments ...int32) ([]*pb.Frame, error) {
 	if sizePx < 16 || sizePx > 2048 {
-		return nil, invalid("sizePx is %d; it is in [16, 2048]", sizePx)
+		return nil, invalid("sizePx is %d, allowed: 16 to 2048", sizePx)
 	}
 	if len(environments) == 0 {
 		environments = firstEnvs(p.EnvCount())
@@ -48,20 +49,21 @@ func (p *Pool) Render(ctx context.Context, sizePx int32, environments ...int32) 
 	return frames, nil
 }
 
-// WatchOptions is what is watched, and how; the zero value will do.
+// WatchOptions configures Watch. The zero value selects the defaults.
 type WatchOptions struct {
-	// Environments in the order wanted, at most 64. Empty: the first 16.
+	// Environments to watch, in this order, at most 64. Empty: the first 16.
 	Environments []int32
-	// Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. 0: 256.
+	// SizePx is the side of the square frames in pixels, in [16, 2048]; 64: the agent's observation,
+	// pixel by pixel. 0: 256.
 	SizePx int32
-	// Moments in a second at most, above 0 and at most 60. 0: 15.
+	// FramesPerSecondMax is the maximum number of responses per second, in (0, 60]. 0: 15.
 	FramesPerSecondMax float32
 }
 
-// Watch shows environments while somebody steps them, and never slows who does: it calls `yield` with frames (RGB, top row
-// first) of how they are now, and then of how they are after something has changed, at a bounded rate. What changes while
-// `yield` is busy is left out, but for the latest. It ends with nil when `yield` gives false, with ABORTED when the pool is gone,
-// and with UNAVAILABLE when the server stops or the connection breaks.
+// Watch calls yield with frames of environments (RGB, top row first) now, and again after each
+// change, at a bounded rate, without slowing the learner. While yield runs, intermediate frames are
+// skipped. Watch returns nil when yield returns false, ABORTED when the pool is deleted or its
+// lease expires, and UNAVAILABLE when the server stops or the connection breaks.
 func (p *Pool) Watch(ctx context.Context, options WatchOptions, yield func(*pb.WatchPoolResponse) bool) error {
 	environments, sizePx := options.Environments, options.SizePx
 	if len(environments) == 0 {
@@ -106,8 +108,8 @@ func frameBytes(sizePx int32) int {
 	return 3*int(sizePx)*int(sizePx) + frameOverheadBytes
 }
 
-// The largest response of so many frames: no more than they take, as a server may have a low limit. 0: what it sends by
-// default.
+// Returns the largest response of `count` frames: no more than needed, because a server may have a
+// low limit. 0: the default.
 func framesBytesMax(count int, sizePx int32) int64 {
 	bytes := framesOverheadBytes + count*frameBytes(sizePx)
 	if bytes <= responseBytesDefault {

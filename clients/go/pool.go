@@ -12,81 +12,90 @@ import (
 const actionMin = -1
 const actionMax = 14
 
-// What a server sends at most in one response unless told otherwise. In bytes.
+// Default of the server's largest response, in bytes.
 const responseBytesDefault = 4 << 20
 
-// What a response for one environment has besides an observation and a final one, at most. In bytes.
+// Upper bound of a response for one environment without its observations, in bytes.
 const rowOverheadBytes = 1024
 
-// Chunks smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
+// Bounds of the default chunk count: smaller chunks, in bytes of observations, cost more than they
+// save; more chunks save nothing.
 const chunkBytesMin = 2 << 20
 const defaultChunkCountMax = 4
 
-// PoolOptions is how a pool is held; the zero value will do.
+// PoolOptions configures the stream of a pool. The zero value selects the defaults.
 type PoolOptions struct {
-	// How many requests may be unanswered. 0: 2.
+	// RequestsInFlightMax is the maximum number of unanswered requests. 0: 2.
 	RequestsInFlightMax int32
-	// In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. 0: as many as
-	// pay.
+	// ChunkCount is the number of responses to a step of the whole pool (Step.chunk_count), 1 to 64.
+	// 0: one for each 2 MiB of observations, 1 to 4.
 	ChunkCount int32
-	// Of a pool that shares memory: how many batches may be unreleased, besides those of unanswered requests. 0: 2.
+	// HeldBatchesMax is, with shared memory, the maximum number of unreleased batches, in addition to
+	// those of unanswered requests. 0: 2.
 	HeldBatchesMax int32
 }
 
-// AttachOptions is how a pool is taken; the zero value will do.
+// AttachOptions configures Attach. The zero value selects the defaults.
 type AttachOptions struct {
-	// End another client's stream, if there is one.
+	// TakeOver ends another client's stream, if one is attached. Otherwise that is
+	// FAILED_PRECONDITION.
 	TakeOver bool
-	// Largest response that the server may send, in bytes. 0: 4 MiB, or what one environment's answer takes.
+	// ResponseBytesMax is the largest response, in bytes. 0: 4 MiB, or more if one environment needs
+	// it.
 	ResponseBytesMax int64
 }
 
-// StepOptions is what may be said of a step; the zero value will do.
+// StepOptions configures a step. The zero value selects the defaults.
 type StepOptions struct {
-	// Index of the slice's first environment; it has as many as there are actions.
+	// FirstEnv is the index of the first environment of the slice, which has as many as there are
+	// actions.
 	FirstEnv int
-	// No pictures are drawn or sent, which is many times faster.
+	// Blind: observations are not rendered or sent, which is many times faster.
 	Blind bool
-	// The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends. 0: 1.
+	// RepeatCount is the number of times that the action is taken, in [1, 1000]. An environment stops
+	// early when it completes its level or its episode ends. 0: 1.
 	RepeatCount int32
-	// Where an episode ends, its last picture is answered, too. Only of use with AUTORESET_MODE_SAME_STEP.
+	// FinalObservations: also return the last observation of each episode that ends. Useful with
+	// AUTORESET_MODE_SAME_STEP only.
 	FinalObservations bool
-	// Level seeds by environment, to be played after the present levels.
+	// NextLevels contains the seed of the next level by environment.
 	NextLevels map[int32]int32
-	// Environments that begin a new episode in place of being stepped.
+	// Resets are environments that start a new episode in place of being stepped.
 	Resets []*pb.Reset
 }
 
-// Slice is a part of a pool; the zero value is all of it.
+// Slice is a range of a pool's environments. The zero value is the whole pool.
 type Slice struct {
+	// FirstEnv is the index of the first environment.
 	FirstEnv int
-	// 0: all from the first to the pool's last.
+	// EnvCount is the number of environments. 0: all from FirstEnv to the end of the pool.
 	EnvCount int
-	// No pictures.
+	// Blind: without observations.
 	Blind bool
 }
 
-// Pool is a number of environments that are stepped as one batch.
+// Pool is a set of environments that are stepped as one batch.
 //
-// The simple way is Step. To keep both sides busy, send ahead: SendStep and Receive are the two halves of Step, and up to
-// RequestsInFlightMax requests may be unanswered; answers come in the order of the requests.
+// Step sends a request and waits for its answer. To keep both sides busy, send ahead: SendStep and
+// Receive are the two halves of Step. Up to RequestsInFlightMax requests may be unanswered, and
+// answers arrive in order.
 //
-// The first request attaches to the pool: no other client can step it until Detach. Where the connection breaks, the pool
-// attaches again by itself and sends again what is unanswered: nothing is seen of it but a pause. After an error of the
-// server the stream is over, answers that were still owed are lost, and the next request attaches anew; the environments
-// stand as they did before the request at fault. A context that ends while an answer is waited for ends the stream, too, but
-// what was sent is carried out; the next request takes the pool over from it.
+// The first request attaches to the pool: no other client can step it until Detach. After a broken
+// connection the pool attaches again and resends unanswered requests. An error of the server ends
+// the stream, and outstanding answers are lost. The environments are then in the state before the
+// failed request, and the next request attaches again. If a context ends during Receive, the stream
+// ends, but requests that were sent are executed. The next request takes the pool over.
 //
-// One goroutine at a time; meanwhile others may Watch.
+// A Pool must be used by one goroutine at a time, except for Watch.
 type Pool struct {
 	client     *Client
 	message    *pb.Pool
-	inFlight   int32 // That may be.
+	inFlight   int32 // Maximum number of unanswered requests.
 	chunkCount int32
 	heldMax    int32
 	stream     *stream
-	memory     *sharedMemory // Of its streams, if it shares any.
-	// The last stream was given up, which the server may not have noticed yet.
+	memory     *sharedMemory // nil without shared memory.
+	// The last stream was cancelled, which the server may not have detected yet.
 	abandoned bool
 }
 
@@ -100,27 +109,28 @@ func newPool(client *Client, message *pb.Pool, options PoolOptions) (*Pool, erro
 		pool.chunkCount = int32(clamp(pool.EnvCount()*int(message.ObservationBytes)/chunkBytesMin, 1, defaultChunkCountMax))
 	}
 	if pool.chunkCount < 1 || pool.chunkCount > 64 {
-		return nil, invalid("ChunkCount is %d; it is in [1, 64], or 0", pool.chunkCount)
+		return nil, invalid("ChunkCount is %d, allowed: 0 to 64", pool.chunkCount)
 	}
 	return pool, nil
 }
 
-// Name is the pool's resource name, e.g. "pools/7".
+// Name returns the pool's resource name, e.g. "pools/7".
 func (p *Pool) Name() string { return p.message.Name }
 
-// Spec is what the pool was made with, every default filled in (also a rand_seed that the server drew).
+// Spec returns the spec of the pool, every default filled in, including a rand_seed that the server
+// drew.
 func (p *Pool) Spec() *pb.PoolSpec { return p.message.Spec }
 
-// EnvCount is the number of environments, N.
+// EnvCount returns the number of environments, N.
 func (p *Pool) EnvCount() int { return int(p.message.Spec.EnvCount) }
 
-// ObservationShape is that of one environment's observation, [64, 64, 3] by default.
+// ObservationShape returns the shape of one environment's observation, [64, 64, 3] by default.
 func (p *Pool) ObservationShape() []int32 { return p.message.ObservationShape }
 
-// RequestsInFlightMax is how many requests may be unanswered.
+// RequestsInFlightMax returns the maximum number of unanswered requests.
 func (p *Pool) RequestsInFlightMax() int { return int(p.inFlight) }
 
-// InFlight is the number of requests whose answers were not received yet.
+// InFlight returns the number of unanswered requests.
 func (p *Pool) InFlight() int {
 	if p.stream == nil {
 		return 0
@@ -128,8 +138,8 @@ func (p *Pool) InFlight() int {
 	return len(p.stream.unanswered)
 }
 
-// Step steps each environment of a slice, and waits for the answer. Actions are in [-1, 15); -1 does nothing and ends the
-// episode.
+// Step steps a slice of len(actions) environments and waits for the answer. Actions are in [-1,
+// 15); -1 does nothing and ends the episode.
 func (p *Pool) Step(ctx context.Context, actions []int32, options StepOptions) (*Batch, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err
@@ -140,8 +150,8 @@ func (p *Pool) Step(ctx context.Context, actions []int32, options StepOptions) (
 	return p.Receive(ctx)
 }
 
-// Observe tells how a slice stands and changes nothing: how a learner gets the first observations.
-// Rewards and ends are those of the last step again, not to be added up.
+// Observe returns the current values of a slice, e.g. the first observations, and changes nothing.
+// Rewards and episode ends repeat those of the last step: do not sum them.
 func (p *Pool) Observe(ctx context.Context, slice Slice) (*Batch, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err
@@ -152,7 +162,7 @@ func (p *Pool) Observe(ctx context.Context, slice Slice) (*Batch, error) {
 	return p.Receive(ctx)
 }
 
-// Reset begins new episodes in some environments of a slice (nil: all of it), and tells how it stands.
+// Reset starts new episodes in some environments of a slice (nil: all), and returns the slice.
 func (p *Pool) Reset(ctx context.Context, resets []*pb.Reset, slice Slice) (*Batch, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err
@@ -173,7 +183,8 @@ func (p *Pool) Reset(ctx context.Context, resets []*pb.Reset, slice Slice) (*Bat
 	return p.Receive(ctx)
 }
 
-// SetLevelSampler replaces what chooses the levels; takes effect at each environment's next episode.
+// SetLevelSampler replaces the pool's level sampler, from each environment's next choice of a
+// level.
 func (p *Pool) SetLevelSampler(ctx context.Context, sampler *pb.LevelSampler) error {
 	if err := p.requireNothingInFlight(); err != nil {
 		return err
@@ -186,26 +197,26 @@ func (p *Pool) SetLevelSampler(ctx context.Context, sampler *pb.LevelSampler) er
 	return err
 }
 
-// SendStep sends the request of Step; Receive gives the answer. FAILED_PRECONDITION: RequestsInFlightMax requests are
-// unanswered; nothing was sent.
+// SendStep sends the request of Step; Receive returns the answer. FAILED_PRECONDITION:
+// RequestsInFlightMax requests are unanswered; nothing was sent.
 func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOptions) error {
 	if err := p.checkSlice(options.FirstEnv, len(actions), "actions"); err != nil {
 		return err
 	}
 	for i, action := range actions {
 		if action < actionMin || action > actionMax {
-			return invalid("actions[%d] is %d; actions are %d ... %d", i, action, actionMin, actionMax)
+			return invalid("actions[%d] is %d, allowed: %d to %d", i, action, actionMin, actionMax)
 		}
 	}
 	if options.RepeatCount < 0 || options.RepeatCount > 1000 {
-		return invalid("RepeatCount is %d; it is in [1, 1000], or 0", options.RepeatCount)
+		return invalid("RepeatCount is %d, allowed: 0 to 1000", options.RepeatCount)
 	}
 	step := &pb.Step{
 		Slice: &pb.Slice{
 			FirstEnv: int32(options.FirstEnv),
 			EnvCount: int32(len(actions)),
 		},
-		Actions:               append([]int32(nil), actions...), // It may be sent again.
+		Actions:               append([]int32(nil), actions...), // A copy, because it may be resent.
 		RepeatCount:           options.RepeatCount,
 		Observation:           observation(options.Blind),
 		WithFinalObservations: options.FinalObservations,
@@ -220,7 +231,7 @@ func (p *Pool) SendStep(ctx context.Context, actions []int32, options StepOption
 	return p.send(ctx, &pb.StepPoolRequest{Request: &pb.StepPoolRequest_Step{Step: step}})
 }
 
-// SendObserve sends the request of Observe.
+// SendObserve sends the request of Observe; Receive returns the answer.
 func (p *Pool) SendObserve(ctx context.Context, slice Slice) error {
 	of, err := p.slice(slice)
 	if err != nil {
@@ -239,7 +250,7 @@ func (p *Pool) Receive(ctx context.Context) (*Batch, error) {
 	return assemble(parts, p.ObservationShape()), nil
 }
 
-// Attach takes the pool for this object. Never necessary: the first request does so.
+// Attach attaches to the pool. Optional: the first request does it.
 func (p *Pool) Attach(ctx context.Context, options AttachOptions) error {
 	if p.stream != nil {
 		return nil
@@ -263,7 +274,8 @@ func (p *Pool) Attach(ctx context.Context, options AttachOptions) error {
 	return nil
 }
 
-// Detach lets the pool go, so that another client can attach. Requests in flight are carried out; their answers are lost.
+// Detach ends the stream, so that another client can attach. Unanswered requests are executed;
+// their answers are lost.
 func (p *Pool) Detach(ctx context.Context) {
 	if p.stream != nil {
 		p.stream.close(ctx)
@@ -275,7 +287,8 @@ func (p *Pool) Detach(ctx context.Context) {
 	}
 }
 
-// Delete detaches, and ends the pool. Batches of shared memory stay valid until they are released.
+// Delete detaches and deletes the pool. Batches of shared memory stay valid until they are
+// released.
 func (p *Pool) Delete(ctx context.Context) error {
 	p.Detach(ctx)
 	if p.memory != nil {
@@ -293,10 +306,10 @@ func (p *Pool) send(ctx context.Context, request *pb.StepPoolRequest) error {
 	if err := p.Attach(ctx, AttachOptions{}); err != nil {
 		return err
 	}
-	if p.memory != nil && p.memory.heldCount()+p.InFlight() >= int(p.memory.told.BatchCount) {
+	if p.memory != nil && p.memory.heldCount()+p.InFlight() >= int(p.memory.message.BatchCount) {
 		return newError(codes.FailedPrecondition, "%d batches of %s are unreleased and %d requests unanswered, of %d batches: "+
-			"release some, or hold it with a larger HeldBatchesMax", p.memory.heldCount(), p.Name(), p.InFlight(),
-			p.memory.told.BatchCount)
+			"release some, or use a larger HeldBatchesMax", p.memory.heldCount(), p.Name(), p.InFlight(),
+			p.memory.message.BatchCount)
 	}
 	p.stream.send(request)
 	return nil
@@ -321,12 +334,12 @@ func (p *Pool) requireNothingInFlight() error {
 	return nil
 }
 
-// 0, for what servers send by default, or more where that has no room for a row.
+// Returns 0, the server's default, or more if one environment needs it.
 func (p *Pool) responseBytesMax() int64 {
 	observationBytes := int64(p.message.ObservationBytes)
 	sent := observationBytes
 	if p.Spec().Encoding != pb.Encoding_ENCODING_RAW {
-		sent = sent * 3 / 2 // An encoded one may take half as much again; a final one is never encoded.
+		sent = sent * 3 / 2 // Upper bound of an encoded one; a final one is never encoded.
 	}
 	row := sent + observationBytes + rowOverheadBytes
 	if row <= responseBytesDefault {
@@ -347,7 +360,7 @@ func (p *Pool) slice(of Slice) (*pb.Slice, error) {
 
 func (p *Pool) checkSlice(first, count int, what string) error {
 	if first < 0 || first >= p.EnvCount() {
-		return invalid("FirstEnv is %d; %s has environments 0 ... %d", first, p.Name(), p.EnvCount()-1)
+		return invalid("FirstEnv is %d; %s has environments 0 to %d", first, p.Name(), p.EnvCount()-1)
 	}
 	if count < 1 || first+count > p.EnvCount() {
 		return invalid("%d %s from environment %d; %s has %d environments", count, what, first, p.Name(), p.EnvCount())

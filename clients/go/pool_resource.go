@@ -10,14 +10,16 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// What can be asked of a pool from beside its stream. These calls happen between two requests of whoever steps it. Those that
-// save, restore or clone states are FAILED_PRECONDITION while requests of its own are unanswered.
+// A pool's calls beside the stream. The server executes each between two requests of the pool's
+// stream. Those that save, restore or clone states return FAILED_PRECONDITION while requests of
+// this Pool are unanswered.
 
-// What a state has in a request besides its own bytes, at most: a tag and a length.
+// Upper bound of a state's overhead in a request, in bytes: a tag and a length.
 const stateOverheadBytes = 8
 
-// SaveStates takes snapshots of environments (all, unless told which), in the order asked for. An environment that is put
-// into one goes on as this one does, bit for bit, in any pool of the same game on any server.
+// SaveStates returns snapshots of environments (none given: all), in this order. A snapshot can be
+// restored in any environment of the same game on any server, which then continues identically, bit
+// for bit.
 func (p *Pool) SaveStates(ctx context.Context, environments ...int32) ([]*pb.State, error) {
 	if err := p.requireNothingInFlight(); err != nil {
 		return nil, err
@@ -42,8 +44,9 @@ func (p *Pool) SaveStates(ctx context.Context, environments ...int32) ([]*pb.Sta
 	}
 }
 
-// RestoreStates puts environments (State.Environment) into saved states. All or nothing, as long as they fit one request of
-// the server; more are sent in several, and those before one that is refused are restored.
+// RestoreStates restores snapshots in the environments State.Environment. All or nothing if they
+// fit in one request (Limits.request_bytes_max). Otherwise several requests are sent, and those
+// before an error stay restored.
 func (p *Pool) RestoreStates(ctx context.Context, states []*pb.State) error {
 	if err := p.requireNothingInFlight(); err != nil {
 		return err
@@ -67,15 +70,17 @@ func (p *Pool) RestoreStates(ctx context.Context, states []*pb.State) error {
 	return nil
 }
 
-// CloneSource is where states are cloned from; the zero value is the same pool.
+// CloneSource is the source of CloneStates. The zero value is the same pool.
 type CloneSource struct {
-	// Name of the pool that is read. Empty: the same (on another server: the one of the same name).
+	// Pool is the name of the source pool. Empty: the same pool (with Server: the pool of the same
+	// name there).
 	Pool string
-	// Address of its server, as this pool's server can reach it. Empty: the same.
+	// Server is the address of its server, as this pool's server reaches it. Empty: the same server.
 	Server string
 }
 
-// CloneStates puts environments of this pool into the states of others. All or nothing; all are read before any is written.
+// CloneStates copies states to environments of this pool. All or nothing; all sources are read
+// before any target is written.
 func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb.ClonePair) error {
 	if err := p.requireNothingInFlight(); err != nil {
 		return err
@@ -86,9 +91,9 @@ func (p *Pool) CloneStates(ctx context.Context, source CloneSource, pairs ...*pb
 	return fromRPC(ctx, err)
 }
 
-// GetEpisode tells what happened in an episode of an environment, the last that ended (EPISODE_SELECTOR_LAST) or the one under
-// way (EPISODE_SELECTOR_CURRENT), so that it can be played again: the comments of Episode (proto/procgen/v1/states.proto) say
-// how. FAILED_PRECONDITION: none has ended yet, or the next has not begun.
+// GetEpisode returns an episode of an environment: the last that ended (EPISODE_SELECTOR_LAST) or
+// the current one (EPISODE_SELECTOR_CURRENT). Episode in proto/procgen/v1/states.proto documents
+// how to replay it. FAILED_PRECONDITION: no episode has ended yet, or the next has not started.
 func (p *Pool) GetEpisode(ctx context.Context, environment int32, selector pb.EpisodeSelector) (*pb.Episode, error) {
 	episode, err := p.client.states.GetEpisode(p.client.with(ctx),
 		&pb.GetEpisodeRequest{Pool: p.Name(), Environment: environment, Selector: selector})
@@ -98,7 +103,7 @@ func (p *Pool) GetEpisode(ctx context.Context, environment int32, selector pb.Ep
 	return episode, fromRPC(ctx, err)
 }
 
-// Renew begins the pool's lease anew: its time to live while nobody steps it. lease: its length from now on; 0: as it is.
+// Renew restarts the pool's lease. lease is its new duration; 0: unchanged.
 func (p *Pool) Renew(ctx context.Context, lease time.Duration) error {
 	request := &pb.RenewPoolRequest{Name: p.Name()}
 	if lease != 0 {

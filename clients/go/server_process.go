@@ -11,18 +11,19 @@ import (
 	"google.golang.org/grpc/codes"
 )
 
-// ServerProcess is a procgen-server that is started on this machine, and stopped by Stop. Its log lines are thrown away.
+// ServerProcess is a local procgen-server process. Its log lines are discarded.
 type ServerProcess struct {
-	// Where it listens, for Connect.
+	// Address is where it listens, for Connect.
 	Address string
-	// The process itself.
+	// Process is the operating system's process.
 	Process *os.Process
 
 	exited chan error
 }
 
-// StartServer starts a program ("": what PROCGEN_SERVER_BINARY says, else procgen-server in PATH), on a port of loopback
-// that the system chooses unless a flag says otherwise, and waits until it listens.
+// StartServer starts a server and waits until it listens. binary is the program; empty:
+// PROCGEN_SERVER_BINARY, else procgen-server in PATH. It listens on a free port of 127.0.0.1 unless
+// a flag sets another address. UNAVAILABLE: it cannot be started, or has ended.
 func StartServer(binary string, flags ...string) (*ServerProcess, error) {
 	if binary == "" {
 		binary = os.Getenv("PROCGEN_SERVER_BINARY")
@@ -40,7 +41,7 @@ func StartServer(binary string, flags ...string) (*ServerProcess, error) {
 	}
 	server := &ServerProcess{Process: command.Process, exited: make(chan error, 1)}
 	late := time.AfterFunc(startTimeout, func() { _ = command.Process.Kill() })
-	// It writes the address that it is bound to on its standard output, and nothing else.
+	// Its standard output is one line with the address.
 	line, err := bufio.NewReader(output).ReadString('\n')
 	late.Stop()
 	go func() { server.exited <- command.Wait() }()
@@ -51,12 +52,13 @@ func StartServer(binary string, flags ...string) (*ServerProcess, error) {
 	return server, nil
 }
 
-// Stop asks it to drain and end, and waits; kills it after a while. The error tells how it ended, if not well.
+// Stop stops the server: SIGTERM, and SIGKILL after 15 seconds. It returns an error unless the exit
+// status is 0.
 func (s *ServerProcess) Stop() error {
 	_ = s.Process.Signal(syscall.SIGTERM)
 	late := time.AfterFunc(stopTimeout, func() { _ = s.Process.Kill() })
 	defer late.Stop()
 	err := <-s.exited
-	s.exited <- err // For who stops it again.
+	s.exited <- err // For further calls.
 	return err
 }

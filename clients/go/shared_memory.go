@@ -11,7 +11,7 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// The arrays of a batch, and what their elements are.
+// Element types of the arrays of a batch.
 var sharedElements = map[string]pb.ElementType{
 	"rewards":             pb.ElementType_ELEMENT_TYPE_FLOAT32,
 	"first":               pb.ElementType_ELEMENT_TYPE_BOOL,
@@ -37,56 +37,57 @@ var elementBytes = map[pb.ElementType]int64{
 
 type sharedArray struct{ offset, rowBytes int64 }
 
-// The memory that a pool shares (proto: SharedMemory), and which batches of it are held. It is mapped for good once a
-// batch of it is not released when the pool lets it go: slices of it may be in use.
+// The memory that a pool shares (SharedMemory in step.proto), and the batches of it that are held.
+// It stays mapped after the pool has gone until all batches are released, because slices of it may
+// be in use.
 type sharedMemory struct {
-	told   *pb.SharedMemory
-	arrays map[string]sharedArray
-	bytes  []byte
+	message *pb.SharedMemory
+	arrays  map[string]sharedArray
+	bytes   []byte
 
-	mutex    sync.Mutex // Of what follows: batches are released from any goroutine.
+	mutex    sync.Mutex // Guards the fields below: batches are released from any goroutine.
 	held     map[int32]bool
 	released []int32
-	mapped   [][]byte // Also what was mapped before the file grew.
-	left     bool     // By the pool.
+	mapped   [][]byte // All mappings, also those from before the file grew.
+	left     bool     // The pool does not use it any more.
 }
 
-// A batch that the server does not write until it is released.
+// A batch that the server does not overwrite until it is released.
 type heldBatch struct {
 	memory *sharedMemory
 	number int32
 }
 
-// Maps what the server tells of; `before` is what was mapped by earlier streams of the pool, or nil, and stays so after an
-// error.
-func mapShared(told *pb.SharedMemory, pool *pb.Pool, before *sharedMemory) (*sharedMemory, error) {
-	if before != nil && before.told.Path != told.Path {
-		return before, newError(codes.Aborted, "the server shares %s, and what was attached to before shares %s: it is another "+
-			"pool of the same name", told.Path, before.told.Path)
+// Maps the shared memory. `before` is the mapping of earlier streams of the pool, or nil, which is
+// returned unchanged after an error.
+func mapShared(message *pb.SharedMemory, pool *pb.Pool, before *sharedMemory) (*sharedMemory, error) {
+	if before != nil && before.message.Path != message.Path {
+		return before, newError(codes.Aborted, "the server shares %s, and the pool of the same name shared %s before: it is "+
+			"another pool", message.Path, before.message.Path)
 	}
-	if before != nil && before.told.BatchCount == told.BatchCount {
+	if before != nil && before.message.BatchCount == message.BatchCount {
 		return before, nil
 	}
 	memory := before
 	if memory == nil {
 		memory = &sharedMemory{held: map[int32]bool{}}
 	}
-	arrays, err := readArrays(told, pool)
+	arrays, err := readArrays(message, pool)
 	if err != nil {
 		return before, err
 	}
-	bytes, err := mapFile(told.Path, told.SizeBytes)
+	bytes, err := mapFile(message.Path, message.SizeBytes)
 	if err != nil {
 		return before, newError(codes.FailedPrecondition, "cannot map the pool's shared memory %s: %v; it can be mapped on the "+
-			"server's machine (and in its container), by its user; elsewhere make the pool with TRANSPORT_STREAM", told.Path, err)
+			"server's machine (and in its container), by its user; elsewhere make the pool with TRANSPORT_STREAM", message.Path, err)
 	}
-	memory.told, memory.arrays, memory.bytes = told, arrays, bytes
+	memory.message, memory.arrays, memory.bytes = message, arrays, bytes
 	memory.mapped = append(memory.mapped, bytes)
 	return memory, nil
 }
 
 func mapFile(path string, sizeBytes int64) ([]byte, error) {
-	// Opening a pipe must not wait for somebody to write to it.
+	// O_NONBLOCK: opening a FIFO must not block.
 	file, err := os.OpenFile(path, os.O_RDONLY|syscall.O_NONBLOCK, 0)
 	if err != nil {
 		return nil, err
@@ -96,27 +97,27 @@ func mapFile(path string, sizeBytes int64) ([]byte, error) {
 	if err != nil {
 		return nil, err
 	}
-	// What lies behind the end of a file cannot be read, and ends who tries.
+	// Reading a mapping beyond the end of the file raises SIGBUS.
 	if !facts.Mode().IsRegular() || facts.Size() < sizeBytes {
-		return nil, fmt.Errorf("it has %d bytes and is no file of %d", facts.Size(), sizeBytes)
+		return nil, fmt.Errorf("it has %d bytes, expected: a regular file of %d", facts.Size(), sizeBytes)
 	}
 	return syscall.Mmap(int(file.Fd()), 0, int(sizeBytes), syscall.PROT_READ, syscall.MAP_SHARED)
 }
 
-// Where each array is, which has a row for each environment of the pool.
-func readArrays(told *pb.SharedMemory, pool *pb.Pool) (map[string]sharedArray, error) {
+// Returns the position of each array. Each has a row for each environment of the pool.
+func readArrays(message *pb.SharedMemory, pool *pb.Pool) (map[string]sharedArray, error) {
 	wrong := func(what string) (map[string]sharedArray, error) {
-		return nil, newError(codes.Internal, "the server's shared memory %s %s", told.Path, what)
+		return nil, newError(codes.Internal, "the server's shared memory %s %s", message.Path, what)
 	}
-	if told.BatchCount < 1 || told.BatchBytes < 1 || told.SizeBytes/int64(told.BatchCount) != told.BatchBytes ||
-		told.SizeBytes%told.BatchBytes != 0 {
-		return wrong("is not told as a whole")
+	if message.BatchCount < 1 || message.BatchBytes < 1 || message.SizeBytes/int64(message.BatchCount) != message.BatchBytes ||
+		message.SizeBytes%message.BatchBytes != 0 {
+		return wrong("has inconsistent sizes")
 	}
 	arrays, envCount := map[string]sharedArray{}, int64(pool.Spec.EnvCount)
-	for _, array := range told.Arrays {
+	for _, array := range message.Arrays {
 		kind, known := sharedElements[array.Field]
 		if !known {
-			continue // Of a later server.
+			continue // An unknown array, which clients ignore.
 		}
 		row, shape := elementBytes[kind], []int32{pool.Spec.EnvCount}
 		if kind == pb.ElementType_ELEMENT_TYPE_UINT8 {
@@ -126,30 +127,31 @@ func readArrays(told *pb.SharedMemory, pool *pb.Pool) (map[string]sharedArray, e
 			return wrong("has no array " + array.Field + " of its type and of shape " + fmt.Sprint(shape))
 		}
 		offset := array.OffsetBytes
-		if offset < 0 || offset%64 != 0 || offset > told.BatchBytes || row > (told.BatchBytes-offset)/envCount {
+		if offset < 0 || offset%64 != 0 || offset > message.BatchBytes || row > (message.BatchBytes-offset)/envCount {
 			return wrong("has an array " + array.Field + " that does not fit")
 		}
 		arrays[array.Field] = sharedArray{offset, row}
 	}
 	if len(arrays) != len(sharedElements) {
-		return wrong("lacks an array")
+		return wrong("has not all arrays")
 	}
 	return arrays, nil
 }
 
-// Gives a part its arrays: pictures are the memory itself, numbers are copies. The part was checked, but for its batch.
+// Sets the arrays of a part: observations are slices of the memory, numbers are copies. The part is
+// validated, except for its batch.
 func (m *sharedMemory) hold(p *part) error {
 	number, first, count := p.shared.number, int64(p.FirstEnv), int64(p.count)
 	m.mutex.Lock()
 	isHeld := m.held[number]
 	m.mutex.Unlock()
-	if number < 0 || number >= m.told.BatchCount || isHeld {
+	if number < 0 || number >= m.message.BatchCount || isHeld {
 		return newError(codes.Internal, "the server answers in batch %d of shared memory, expected: one of %d that is not held",
-			number, m.told.BatchCount)
+			number, m.message.BatchCount)
 	}
 	rows := func(field string, rowCount int64) []byte {
 		array := m.arrays[field]
-		begin := int64(number)*m.told.BatchBytes + array.offset + first*array.rowBytes
+		begin := int64(number)*m.message.BatchBytes + array.offset + first*array.rowBytes
 		return m.bytes[begin : begin+rowCount*array.rowBytes : begin+rowCount*array.rowBytes]
 	}
 	flag := func(field string) []bool {
@@ -159,7 +161,7 @@ func (m *sharedMemory) hold(p *part) error {
 		}
 		return values
 	}
-	p.Rewards, _ = floats(rows("rewards", count)) // All are of whole elements.
+	p.Rewards, _ = floats(rows("rewards", count)) // No errors: all sizes are multiples of the element size.
 	p.First, p.Terminated, p.Truncated = flag("first"), flag("terminated"), flag("truncated")
 	p.LevelSeeds, _ = integers(rows("level_seeds", count))
 	p.PrevLevelSeeds, _ = integers(rows("prev_level_seeds", count))
@@ -203,7 +205,7 @@ func (m *sharedMemory) heldCount() int {
 	return len(m.held)
 }
 
-// What was released since this was asked the last time.
+// Returns the batches released since the last call.
 func (m *sharedMemory) takeReleased() []int32 {
 	m.mutex.Lock()
 	defer m.mutex.Unlock()
@@ -212,7 +214,8 @@ func (m *sharedMemory) takeReleased() []int32 {
 	return released
 }
 
-// All that are held, to be told as a whole.
+// Returns the batches held, for Attach.held_batches, and clears the released ones, which attaching
+// releases.
 func (m *sharedMemory) takeHeld() []int32 {
 	m.mutex.Lock()
 	defer m.mutex.Unlock()
@@ -224,7 +227,7 @@ func (m *sharedMemory) takeHeld() []int32 {
 	return held
 }
 
-// The pool needs it no more.
+// Marks the memory as unused by the pool.
 func (m *sharedMemory) leave() {
 	m.mutex.Lock()
 	defer m.mutex.Unlock()
@@ -237,7 +240,7 @@ func (m *sharedMemory) unmapIfDone() {
 		return
 	}
 	for _, bytes := range m.mapped {
-		_ = syscall.Munmap(bytes) // It cannot fail: it is what Mmap gave.
+		_ = syscall.Munmap(bytes) // Cannot fail for a slice from Mmap.
 	}
 	m.mapped = nil
 }

@@ -15,29 +15,30 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// A server that drains says so in its trailers, and that it is not to be asked again.
+// Trailing metadata of a server that drains, which must not be retried.
 const drainsKey = "procgen-drains"
 
-// So many responses of kinds that are not known are ignored before an answer.
+// Maximum number of responses of unknown kinds that are skipped before an answer.
 const noticesMax = 1000
 
 var stepPoolDescription = &grpc.StreamDesc{StreamName: "StepPool", ServerStreams: true, ClientStreams: true}
 
 const stepPoolMethod = "/procgen.v1.StepService/StepPool"
 
-// The call ended because its connection broke, not by an answer of the server.
+// The call ended because its connection broke; a retry may succeed.
 type brokenConnection struct{ error }
 
-// One learner's hold of one pool. It sends requests and receives their answers, in order. Where the connection breaks it
-// attaches again and sends again what is unanswered, until the client's ReconnectTimeout: the server keeps its answers
-// meanwhile, so no step is lost or taken twice. After any other error the stream is over.
+// A StepPool stream that is resumed after broken connections. It sends requests and receives their
+// answers, in order. After a broken connection it attaches again and resends unanswered requests,
+// for at most the client's ReconnectTimeout. The server keeps its answers meanwhile, so no step is
+// lost or executed twice. Any other error ends the stream.
 type stream struct {
 	client     *Client
 	attach     *pb.Attach
-	known      *pb.Pool // The pool as it was before.
+	known      *pb.Pool // The pool as known before attaching.
 	attached   *pb.Attached
 	decoder    *ObservationDecoder
-	memory     *sharedMemory // nil: values come in responses.
+	memory     *sharedMemory // nil without shared memory.
 	unanswered []*pb.StepPoolRequest
 	next       int64 // Number of the next request.
 
@@ -45,7 +46,7 @@ type stream struct {
 	cancel context.CancelFunc // Ends the call.
 }
 
-// `memory` is what the pool's earlier streams have mapped, or nil.
+// Attaches a stream. `memory` is the mapping of the pool's earlier streams, or nil.
 func openStream(ctx context.Context, client *Client, attach *pb.Attach, known *pb.Pool, memory *sharedMemory) (*stream, error) {
 	s := &stream{client: client, attach: attach, known: known, memory: memory}
 	s.attach.Resumable = client.reconnectTimeout > 0
@@ -61,12 +62,13 @@ func openStream(ctx context.Context, client *Client, attach *pb.Attach, known *p
 		return nil, err
 	}
 	s.next = s.attached.NextSequenceNumber
-	// Whoever has it when the connection breaks was this stream, as far as the server knows.
+	// After a broken connection the attached stream is this one, which the server may not have
+	// noticed.
 	s.attach.TakeOver = true
 	return s, nil
 }
 
-// Numbers a request and sends it.
+// Sends a request with the next sequence number.
 func (s *stream) send(request *pb.StepPoolRequest) {
 	request.SequenceNumber = s.next
 	s.next++
@@ -76,16 +78,16 @@ func (s *stream) send(request *pb.StepPoolRequest) {
 
 func (s *stream) put(request *pb.StepPoolRequest) {
 	if s.memory != nil {
-		// So that the batches of answers that have arrived are not kept for repetition.
+		// Lets the server free batches of answers that have arrived.
 		request.AcknowledgedSequenceNumber = s.unanswered[0].SequenceNumber - 1
 		request.ReleasedBatches = s.memory.takeReleased()
 	}
-	// What goes wrong here is told when its answer is waited for.
+	// An error is reported by the next receive.
 	_ = s.call.SendMsg(request)
 }
 
-// Waits for the answer to the oldest unanswered request: one part or more, or none if there is nothing to tell. After an
-// error the stream is over.
+// Waits for the answer to the oldest unanswered request. Returns its parts, none for an answer
+// without values. An error ends the stream.
 func (s *stream) receive(ctx context.Context) ([]*part, error) {
 	for {
 		parts, err := s.readAnswer(ctx)
@@ -109,11 +111,11 @@ func (s *stream) receive(ctx context.Context) ([]*part, error) {
 	}
 }
 
-// Ends the stream; requests in flight are carried out, and their answers lost.
+// Ends the stream. Unanswered requests are executed, and their answers lost.
 func (s *stream) close(ctx context.Context) {
 	_ = s.call.CloseSend()
-	defer giveUpWith(ctx, s.cancel)()
-	for s.call.RecvMsg(&response{}) == nil { // Until the server says that the stream has ended.
+	defer cancelWith(ctx, s.cancel)()
+	for s.call.RecvMsg(&response{}) == nil { // Until the server has ended the stream.
 	}
 	s.drop()
 }
@@ -136,10 +138,10 @@ func (s *stream) readAnswer(ctx context.Context) ([]*part, error) {
 			number = got.part.SequenceNumber
 		} else if got.message.Response == nil && number == 0 {
 			notices++
-			continue // Of a later server's kinds and no answer: clients ignore those.
+			continue // A kind that only newer clients know, and that answers no request: ignored.
 		}
 		if next := s.unanswered[0].SequenceNumber; number != next {
-			return nil, newError(codes.Internal, "%s answered request %d, where %d is next", s.attach.Pool, number, next)
+			return nil, newError(codes.Internal, "%s answered request %d, expected: %d", s.attach.Pool, number, next)
 		}
 		if got.part == nil {
 			if got.message.GetAck() == nil || !expected.ack {
@@ -154,10 +156,11 @@ func (s *stream) readAnswer(ctx context.Context) ([]*part, error) {
 			return parts, nil
 		}
 	}
-	return nil, wrong("more than %d responses of unknown kinds, expected: that to a request", noticesMax)
+	return nil, wrong("more than %d responses of unknown kinds, expected: an answer", noticesMax)
 }
 
-// Decodes a whole answer: what was read of one whose connection broke comes again.
+// Decodes a complete answer. An incomplete one is not decoded, because it is sent again after a
+// broken connection.
 func (s *stream) decode(parts []*part) error {
 	for _, part := range parts {
 		if s.decoder == nil || len(part.Observations) == 0 {
@@ -188,7 +191,7 @@ func (s *stream) nextResponse(ctx context.Context) (*response, error) {
 	if ctx.Err() != nil {
 		return nil, fromContext(ctx)
 	}
-	stop := giveUpWith(ctx, s.cancel)
+	stop := cancelWith(ctx, s.cancel)
 	got := &response{}
 	err := s.call.RecvMsg(got)
 	if stop() {
@@ -198,7 +201,7 @@ func (s *stream) nextResponse(ctx context.Context) (*response, error) {
 		return got, nil
 	}
 	why := fromRPC(ctx, err)
-	if err == io.EOF { // The server took the connection's end for that of the stream.
+	if err == io.EOF { // The server took the end of the connection for a half-close.
 		why = newError(codes.Unavailable, "the server ended the stream of %s", s.attach.Pool)
 	}
 	if s.client.reconnectTimeout > 0 && (err == io.EOF || isBrokenConnection(err, s.call)) {
@@ -208,16 +211,16 @@ func (s *stream) nextResponse(ctx context.Context) (*response, error) {
 }
 
 func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, error) {
-	// Of its own: the call outlives the context of whoever attaches.
+	// A new context, because the call outlives ctx.
 	callContext, cancel := context.WithCancel(s.client.with(context.Background()))
 	s.cancel = cancel
-	stop := giveUpWith(ctx, cancel)
+	stop := cancelWith(ctx, cancel)
 	call, err := s.client.connection.NewStream(callContext, stepPoolDescription, stepPoolMethod,
 		grpc.WaitForReady(waitForReady))
-	gaveUp := stop()
-	if err != nil || gaveUp {
+	cancelled := stop()
+	if err != nil || cancelled {
 		cancel()
-		if gaveUp {
+		if cancelled {
 			return nil, fromContext(ctx)
 		}
 		if s.client.reconnectTimeout > 0 && status.Code(err) == codes.Unavailable {
@@ -232,7 +235,7 @@ func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, err
 	_ = call.SendMsg(&pb.StepPoolRequest{Request: &pb.StepPoolRequest_Attach{Attach: s.attach}})
 	got, err := s.nextResponse(ctx)
 	if err == nil && got.message.GetAttached() == nil {
-		err = newError(codes.Internal, "%s answered something else than that it is attached", s.attach.Pool)
+		err = newError(codes.Internal, "the first response of %s does not answer attach", s.attach.Pool)
 	}
 	if err == nil {
 		err = checkAttached(got.message.GetAttached(), s.attach, s.known)
@@ -247,7 +250,7 @@ func (s *stream) open(ctx context.Context, waitForReady bool) (*pb.Attached, err
 	return got.message.GetAttached(), nil
 }
 
-// Goes on with a new connection, or tells why that cannot be.
+// Resumes with a new connection, or returns the error that prevents it.
 func (s *stream) resume(ctx context.Context, why error) error {
 	deadline := time.Now().Add(s.client.reconnectTimeout)
 	for backoff := backoffMin; ; backoff = minDuration(2*backoff, backoffMax) {
@@ -268,7 +271,7 @@ func (s *stream) resume(ctx context.Context, why error) error {
 			continue
 		}
 		if err == nil {
-			err = s.checkStandsWhereLeft(attached)
+			err = s.checkNextNumber(attached)
 		}
 		if err != nil {
 			return err
@@ -290,11 +293,12 @@ func (s *stream) openBy(ctx context.Context, deadline time.Time) (*pb.Attached, 
 	return attached, err
 }
 
-func (s *stream) checkStandsWhereLeft(attached *pb.Attached) error {
+// Checks that no other client has stepped the pool.
+func (s *stream) checkNextNumber(attached *pb.Attached) error {
 	least := s.unanswered[0].SequenceNumber
 	if at := attached.NextSequenceNumber; at < least || at > s.next {
-		return newError(codes.Aborted, "%s is at request %d, and this stream left it between %d and %d: somebody else has "+
-			"stepped it, or it is another pool of the same name", s.attach.Pool, at, least, s.next)
+		return newError(codes.Aborted, "%s is at request %d, and this stream left it between %d and %d: another client "+
+			"has stepped it, or it is another pool of the same name", s.attach.Pool, at, least, s.next)
 	}
 	return nil
 }
@@ -306,32 +310,33 @@ func isBrokenConnection(err error, call grpc.ClientStream) bool {
 	case codes.Unknown:
 		return true
 	case codes.Internal:
-		// gRPC's words where a connection was reset, or ended, in the midst of a stream.
-		said := fmt.Sprint(err)
-		return strings.Contains(said, "RST_STREAM") || strings.Contains(said, "EOF") || strings.Contains(said, "transport")
+		// gRPC's texts after a connection was reset or closed within a stream.
+		text := fmt.Sprint(err)
+		return strings.Contains(text, "RST_STREAM") || strings.Contains(text, "EOF") || strings.Contains(text, "transport")
 	}
 	return false
 }
 
-// Calls cancel when ctx ends before the function that it gives is called, which tells whether that was so.
-func giveUpWith(ctx context.Context, cancel func()) (stop func() (gaveUp bool)) {
+// Calls cancel if ctx ends before the returned function is called. That function returns whether
+// cancel was called.
+func cancelWith(ctx context.Context, cancel func()) (stop func() (cancelled bool)) {
 	if ctx.Done() == nil {
 		return func() bool { return false }
 	}
 	done := make(chan struct{})
-	gaveUp := make(chan bool)
+	cancelled := make(chan bool)
 	go func() {
 		select {
 		case <-ctx.Done():
 			cancel()
-			gaveUp <- true
+			cancelled <- true
 		case <-done:
-			gaveUp <- false
+			cancelled <- false
 		}
 	}()
 	return func() bool {
 		close(done)
-		return <-gaveUp
+		return <-cancelled
 	}
 }
 

@@ -2,25 +2,26 @@ package procgenclient
 
 import "time"
 
-// How long this client waits: all its time limits and retry backoff.
+// All time limits and retry backoffs of this client.
 
 const (
-	connectTimeoutDefault   = 10 * time.Second // Of Connect, whose context has no deadline.
-	reconnectTimeoutDefault = 60 * time.Second // Options.ReconnectTimeout.
-	reasonTimeout           = time.Second      // Of the call that asks why a server cannot be reached.
+	connectTimeoutDefault   = 10 * time.Second // Of Connect with a context without deadline.
+	reconnectTimeoutDefault = 60 * time.Second // Of Options.ReconnectTimeout.
+	reasonTimeout           = time.Second      // Of the call that gets the reason for a failed connection.
 
-	keepaliveTime    = 20 * time.Second // Idle time after which a ping is sent.
-	keepaliveTimeout = 10 * time.Second // Time in which it must be answered.
+	keepaliveTime    = 20 * time.Second // Idle time after which the client sends a keepalive ping.
+	keepaliveTimeout = 10 * time.Second // Time that the server has to answer it.
 
-	// Between tries to resume a stream: doubled from try to try, times a random factor in [0.5, 1.5).
+	// Backoff between attempts to resume a stream: doubles each time, with a random factor in [0.5,
+	// 1.5).
 	backoffMin = 20 * time.Millisecond
 	backoffMax = 2 * time.Second
 
-	// Between gRPC's tries to connect.
+	// Backoff between gRPC's attempts to connect.
 	channelBackoffMin     = 20 * time.Millisecond
 	channelBackoffMax     = time.Second
-	channelConnectTimeout = 5 * time.Second // Of a try, at least.
+	channelConnectTimeout = 5 * time.Second // Minimum of one attempt.
 
-	startTimeout = 30 * time.Second // Of a ServerProcess, until it listens.
-	stopTimeout  = 15 * time.Second // Until it has stopped; then it is killed.
+	startTimeout = 30 * time.Second // Time that a ServerProcess has until it listens.
+	stopTimeout  = 15 * time.Second // Time that it has to stop before it is killed.
 )

@@ -6,24 +6,24 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// Validation of what a server answers, before it is used. A server may be faulty, of another version, or somebody else's:
-// whatever it sends, numbers and sizes fit the request, or the call ends with INTERNAL, which says what was given and what was
+// Validation of responses before they are used, because a server may be faulty, malicious or of
+// another version. All errors are INTERNAL; the message contains the value given and the value
 // expected.
 
-// The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the largest pictures in colour, and
-// State.snapshot.
+// Bounds of the API: PoolSpec.total_env_count, the largest observation that ObservationFormat
+// allows, and State.snapshot.
 const envCountMax = 16777216
 const observationBytesMax = 16 * 512 * 512 * 3
 const snapshotBytesMax = 1 << 20
 
-// A server gives 1000 pools a page; a list beyond this many pages has no end.
+// A page has 1000 pools; a list with more pages is treated as endless.
 const poolPagesMax = 1000
 
 func wrong(format string, arguments ...interface{}) error {
 	return newError(codes.Internal, "the server's answer: "+format, arguments...)
 }
 
-// A pool of this name (empty: any), of so many environments (0: any), whose sizes fit together.
+// A consistent pool of this name (empty: any) with envCount environments (0: any).
 func checkPool(pool *pb.Pool, name string, envCount int32) error {
 	count := pool.GetSpec().GetEnvCount()
 	if pool.GetName() == "" || name != "" && pool.Name != name {
@@ -35,7 +35,8 @@ func checkPool(pool *pb.Pool, name string, envCount int32) error {
 	bytes := int64(1)
 	for _, side := range pool.ObservationShape {
 		if side < 1 || int64(side) > observationBytesMax/bytes {
-			return wrong("observations of shape %v, which is none", pool.ObservationShape)
+			return wrong("observations of shape %v, expected: positive sizes, of at most %d bytes", pool.ObservationShape,
+				observationBytesMax)
 		}
 		bytes *= int64(side)
 	}
@@ -45,7 +46,7 @@ func checkPool(pool *pb.Pool, name string, envCount int32) error {
 	return nil
 }
 
-// An answer to attach, of the pool that is known.
+// A response to attach, for the pool `known`.
 func checkAttached(attached *pb.Attached, attach *pb.Attach, known *pb.Pool) error {
 	if err := checkPool(attached.GetPool(), known.Name, known.Spec.EnvCount); err != nil {
 		return err
@@ -69,17 +70,17 @@ func checkAttached(attached *pb.Attached, attach *pb.Attach, known *pb.Pool) err
 	}
 	shares := spec.Transport == pb.Transport_TRANSPORT_SHARED_MEMORY
 	if attached.NextSequenceNumber < 1 || shares != (attached.SharedMemory != nil) {
-		return wrong("request %d is next and memory is shared: %v, expected: 1 or more, and %v", attached.NextSequenceNumber,
+		return wrong("next request %d, shared memory: %v, expected: 1 or more, and %v", attached.NextSequenceNumber,
 			attached.SharedMemory != nil, shares)
 	}
 	return nil
 }
 
-// What a request is answered with.
+// The answer that a request must get.
 type expected struct {
 	first, count      int
-	pictures, finals  bool
-	ack               bool // Nothing but that it was carried out.
+	pictures, finals  bool // Observations, and final observations.
+	ack               bool // An ack in place of values.
 	observationBytes  int
 	isEncoded, shares bool
 	responseBytesMax  int64
@@ -108,7 +109,7 @@ func (s *stream) expected(request *pb.StepPoolRequest) expected {
 	return of
 }
 
-// Checks the next response to a request, after those before.
+// Checks the next response to a request, after the parts `before`.
 func (of expected) check(got *part, before []*part) error {
 	next := of.first
 	for _, part := range before {
@@ -116,7 +117,7 @@ func (of expected) check(got *part, before []*part) error {
 	}
 	number, left := got.SequenceNumber, of.first+of.count-next
 	if of.ack {
-		return wrong("request %d with values, expected: that it was carried out", number)
+		return wrong("request %d with values, expected: an ack", number)
 	}
 	if got.FirstEnv != next || got.count < 1 || got.count > left {
 		return wrong("request %d: %d environments from %d, expected: 1 to %d from %d", number, got.count, got.FirstEnv,
@@ -131,7 +132,7 @@ func (of expected) check(got *part, before []*part) error {
 	}
 	if of.shares {
 		if !got.last || got.shared.observations != of.pictures || got.shared.finals != of.finals {
-			return wrong("request %d: not all in one batch of shared memory, or not with the pictures asked for", number)
+			return wrong("request %d: several responses, or other observations than requested", number)
 		}
 		return nil
 	}
@@ -153,16 +154,16 @@ func (of expected) checkArrays(got *part) error {
 			ended++
 		}
 	}
-	if size := len(got.Fingerprints); size != 0 && size != ended { // None: of a server without them.
+	if size := len(got.Fingerprints); size != 0 && size != ended { // 0: a server without fingerprints.
 		return wrong("request %d: %d fingerprints, expected: %d", number, size, ended)
 	}
 	if size := len(got.FinalObservations); size != 0 && (!of.finals || size != ended*of.observationBytes) {
-		return wrong("request %d: %d bytes of final observations, expected: those asked for, of %d episodes", number, size,
+		return wrong("request %d: %d bytes of final observations, expected: those requested, of %d episodes", number, size,
 			ended)
 	}
 	size, decoded := len(got.Observations), got.count*of.observationBytes
 	if of.isEncoded && of.pictures {
-		// There is room for them as if nothing could be compressed; so few bytes become no more.
+		// The server sizes responses by raw observations, so the decoded size is bounded.
 		if size == 0 || int64(decoded) > of.responseBytesMax {
 			return wrong("request %d: %d bytes of %d encoded observations, expected: some, of up to %d bytes when decoded",
 				number, size, got.count, of.responseBytesMax)
@@ -178,7 +179,7 @@ func (of expected) checkArrays(got *part) error {
 	return nil
 }
 
-// A page of snapshots of these environments, after those of so many of them.
+// A page of snapshots of `environments`, after `before` snapshots on earlier pages.
 func checkStates(page *pb.SaveStatesResponse, environments []int32, before int) error {
 	count := before + len(page.States)
 	isLast := page.NextPageToken == ""
@@ -195,7 +196,7 @@ func checkStates(page *pb.SaveStatesResponse, environments []int32, before int) 
 	return nil
 }
 
-// Frames of these environments in this order, raw.
+// Frames of `environments` in this order, raw RGB.
 func checkFrames(frames []*pb.Frame, environments []int32, sizePx int32) error {
 	if len(frames) != len(environments) {
 		return wrong("%d frames, expected: %d", len(frames), len(environments))

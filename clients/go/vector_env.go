@@ -7,10 +7,11 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// VectorEnv is a connection with one pool of one game, for programs that want no more. As a bufio.Scanner does, it keeps the
-// first error, which Close tells. One goroutine at a time.
+// VectorEnv is a connection with one pool of one game, in few lines of code. Like bufio.Scanner it
+// keeps the first error, which Close returns. It must be used by one goroutine at a time.
 type VectorEnv struct {
-	// How the environments stand after the last Step; before the first, as they were made. nil after an error.
+	// Batch is the result of the last Step; before the first Step, the first observations. nil after
+	// an error.
 	Batch *Batch
 
 	ctx    context.Context
@@ -19,7 +20,8 @@ type VectorEnv struct {
 	err    error
 }
 
-// NewVectorEnv connects to a server and makes a pool of a game with so many environments.
+// NewVectorEnv connects to a server and creates a pool of envCount environments of a game. The pool
+// is deleted by Close.
 func NewVectorEnv(ctx context.Context, address, game string, envCount int) *VectorEnv {
 	e := &VectorEnv{ctx: ctx}
 	if e.client, e.err = Connect(ctx, address, Options{}); e.err != nil {
@@ -32,7 +34,7 @@ func NewVectorEnv(ctx context.Context, address, game string, envCount int) *Vect
 	return e
 }
 
-// Step steps each environment; false: it went wrong, now or before.
+// Step steps all environments. It returns false after an error, of this call or an earlier one.
 func (e *VectorEnv) Step(actions []int32) bool {
 	if e.err == nil {
 		e.Batch, e.err = e.pool.Step(e.ctx, actions, StepOptions{})
@@ -40,7 +42,7 @@ func (e *VectorEnv) Step(actions []int32) bool {
 	return e.err == nil
 }
 
-// SampleActions gives an action for each environment, at random.
+// SampleActions returns a random action for each environment; nil without a pool.
 func (e *VectorEnv) SampleActions() []int32 {
 	if e.pool == nil {
 		return nil
@@ -52,7 +54,7 @@ func (e *VectorEnv) SampleActions() []int32 {
 	return actions
 }
 
-// Close deletes the pool and ends the connection; it gives the first error that there was.
+// Close deletes the pool, closes the connection, and returns the first error.
 func (e *VectorEnv) Close() error {
 	if e.pool != nil {
 		if err := e.pool.Delete(e.ctx); e.err == nil {

@@ -7,8 +7,8 @@ import (
 	"google.golang.org/grpc/codes"
 )
 
-// Calls `yield` with what a call tells again and again, each time anew and whole, until it gives false or the call ends. What
-// is received while `yield` is busy is left out, but for the latest: there would be room for megabytes that are past. The
+// Calls yield with the messages of a server stream until it returns false or the call ends.
+// Messages that arrive while yield runs are conflated to the latest, so that none are buffered. The
 // caller ends the call.
 func watch[Message any](ctx context.Context, receive func() (Message, error), yield func(Message) bool) error {
 	latest := make(chan Message, 1)
@@ -22,7 +22,7 @@ func watch[Message any](ctx context.Context, receive func() (Message, error), yi
 				return
 			}
 			select {
-			case <-latest: // Not seen, and past.
+			case <-latest: // Drops the one that yield has not seen.
 			default:
 			}
 			latest <- message
@@ -34,7 +34,7 @@ func watch[Message any](ctx context.Context, receive func() (Message, error), yi
 		}
 	}
 	if end == io.EOF {
-		return newError(codes.Unavailable, "the server ended its answers")
+		return newError(codes.Unavailable, "the server ended the stream")
 	}
 	return fromRPC(ctx, end)
 }

@@ -11,7 +11,7 @@ import (
 	pb "procgenclient/procgenv1"
 )
 
-// Fields of StepPoolResponse and Batch that are read here (proto/procgen/v1/step.proto).
+// Field numbers of StepPoolResponse and Batch (proto/procgen/v1/step.proto).
 const (
 	sequenceNumberField = 1
 	batchField          = 4
@@ -37,16 +37,16 @@ const (
 	sharedFinalObservationsField = 18
 )
 
-// What messages are written and read with, by whatever Protocol Buffers the gRPC that is linked is made for (Debian's is older
-// than the generated code).
+// The gRPC codec of all calls. It is independent of the Protocol Buffers API that the linked gRPC
+// uses (Debian's gRPC is older than the generated code).
 //
-// Responses of StepPool are read here: Protocol Buffers would copy every observation, but on the wire each array of a batch
-// is the little-endian array itself (proto/README.md, "On the wire"), so a slice of the received bytes will do. What is
-// written in another way than a server of today writes it (unpacked, or in several pieces: both allowed by Protocol Buffers)
-// goes the long way through the generated message.
+// It parses StepPool responses without copying observations, which Protocol Buffers would do. On
+// the wire each array of a batch is the little-endian array (proto/README.md, "On the wire").
+// Fields in another valid form (unpacked, or in several pieces) are read through the generated
+// message.
 type codec struct{}
 
-// Name is that of the encoding on the wire.
+// Name returns the content subtype.
 func (codec) Name() string { return "proto" }
 
 func (codec) Marshal(message interface{}) ([]byte, error) {
@@ -60,13 +60,13 @@ func (codec) Unmarshal(bytes []byte, into interface{}) error {
 	return proto.Unmarshal(bytes, into.(proto.Message))
 }
 
-// A StepPoolResponse: a part if it bears a batch, else the message itself.
+// A StepPoolResponse: a part if it contains a batch, else the message.
 type response struct {
 	part    *part
 	message *pb.StepPoolResponse
 }
 
-var errOtherwiseWritten = errors.New("not written as it is read here")
+var errUnexpectedForm = errors.New("another form than this reader expects")
 
 func (r *response) read(message []byte) error {
 	*r = response{}
@@ -84,7 +84,7 @@ func (r *response) read(message []byte) error {
 	return nil
 }
 
-// The slow and obvious way, by the generated message.
+// Converts the generated message.
 func partOf(sequenceNumber int64, batch *pb.Batch) *part {
 	fingerprints := make([]uint64, len(batch.Fingerprints))
 	for i, hash := range batch.Fingerprints {
@@ -117,13 +117,13 @@ func partOf(sequenceNumber int64, batch *pb.Batch) *part {
 	}
 }
 
-// Calls `use` with each field of a message: its bytes, or its number where it is a varint.
+// Calls `use` with each field of a message: with its bytes, or with the number of a varint.
 func eachField(message []byte, use func(field protowire.Number, bytes []byte, number uint64) error) error {
 	seen := map[protowire.Number]bool{}
 	for len(message) > 0 {
 		field, kind, size := protowire.ConsumeTag(message)
 		if size < 0 || seen[field] {
-			return errOtherwiseWritten
+			return errUnexpectedForm
 		}
 		seen[field] = true
 		message = message[size:]
@@ -135,10 +135,10 @@ func eachField(message []byte, use func(field protowire.Number, bytes []byte, nu
 		case protowire.BytesType:
 			bytes, size = protowire.ConsumeBytes(message)
 		default:
-			return errOtherwiseWritten
+			return errUnexpectedForm
 		}
 		if size < 0 {
-			return errOtherwiseWritten
+			return errUnexpectedForm
 		}
 		message = message[size:]
 		if err := use(field, bytes, number); err != nil {
@@ -160,10 +160,10 @@ func readBatchResponse(message []byte) (*part, error) {
 			found = true
 			return eachField(bytes, read.set)
 		}
-		return errOtherwiseWritten
+		return errUnexpectedForm
 	})
 	if err == nil && !found {
-		err = errOtherwiseWritten
+		err = errUnexpectedForm
 	}
 	return read, err
 }
@@ -177,7 +177,7 @@ func (p *part) set(field protowire.Number, bytes []byte, number uint64) (err err
 	case lastField:
 		p.last = number != 0
 	case sharedBatchField, sharedObservationsField, sharedFinalObservationsField:
-		return errOtherwiseWritten // It has no pictures, so the long way is short.
+		return errUnexpectedForm // Without observations, the generated message is fast enough.
 	case rewardsField:
 		p.Rewards, err = floats(bytes)
 	case firstField:
@@ -203,12 +203,12 @@ func (p *part) set(field protowire.Number, bytes []byte, number uint64) (err err
 	case observationsField:
 		p.Observations = bytes
 	}
-	return err // Anything else is a field of a later server, which clients ignore.
+	return err // Other fields are unknown, and clients ignore them.
 }
 
 func floats(bytes []byte) ([]float32, error) {
 	if len(bytes)%4 != 0 {
-		return nil, errOtherwiseWritten
+		return nil, errUnexpectedForm
 	}
 	values := make([]float32, len(bytes)/4)
 	for i := range values {
@@ -219,7 +219,7 @@ func floats(bytes []byte) ([]float32, error) {
 
 func integers(bytes []byte) ([]int32, error) {
 	if len(bytes)%4 != 0 {
-		return nil, errOtherwiseWritten
+		return nil, errUnexpectedForm
 	}
 	values := make([]int32, len(bytes)/4)
 	for i := range values {
@@ -230,7 +230,7 @@ func integers(bytes []byte) ([]int32, error) {
 
 func hashes(bytes []byte) ([]uint64, error) {
 	if len(bytes)%8 != 0 {
-		return nil, errOtherwiseWritten
+		return nil, errUnexpectedForm
 	}
 	values := make([]uint64, len(bytes)/8)
 	for i := range values {
@@ -243,7 +243,7 @@ func flags(bytes []byte) ([]bool, error) {
 	values := make([]bool, len(bytes))
 	for i, flag := range bytes {
 		if flag > 1 {
-			return nil, errOtherwiseWritten // A longer varint.
+			return nil, errUnexpectedForm // A varint of several bytes.
 		}
 		values[i] = flag == 1
 	}

@@ -8,11 +8,11 @@
 namespace procgen {
 namespace {
 
-// Knows the art that handles draw with, and keeps none of it alive.
+// Weak cache of the art that handles use.
 class ArtFolders {
  public:
   absl::StatusOr<std::shared_ptr<const SharedArt>> Find(const std::string& folder) {
-    // Held while a folder is read: whoever wants the same one then finds it.
+    // Held while a folder is loaded, so that concurrent callers load it once.
     absl::MutexLock lock(&mutex_);
     if (std::shared_ptr<const SharedArt> art = loaded_[folder].lock(); art != nullptr) {
       return art;
@@ -33,7 +33,7 @@ class ArtFolders {
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const SharedArt>> FindArt(const std::string& folder) {
-  // Never destroyed: a host may end without closing its handles.
+  // Never destroyed, because a host may exit without closing its handles.
   static auto* const folders = new ArtFolders;
   if (folder.empty()) {
     return nullptr;

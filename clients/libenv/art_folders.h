@@ -9,9 +9,9 @@
 
 namespace procgen {
 
-// The art in a folder, as the option resource_root names it. While any handle draws with it, all
-// that name the folder in the same way share it and nothing is read again. Null: an empty name, so
-// the built-in art. Errors: those of SharedArt::LoadFolder. Threads: any.
+// Returns the art in the folder that the option resource_root names; null for an empty name, which
+// selects the built-in art. Handles with the same name share the art while any of them is open.
+// Errors: those of SharedArt::LoadFolder. Threads: any.
 absl::StatusOr<std::shared_ptr<const SharedArt>> FindArt(const std::string& folder);
 
 }  // namespace procgen

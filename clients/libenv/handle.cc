@@ -12,11 +12,11 @@
 
 namespace {
 
-// Holds the address of a server that the environments are made on.
+// Address of the server on which environments are created.
 constexpr char kServerVariable[] = "PROCGEN_SERVER";
 
-// Draws with the folder of art that the host names. A folder that cannot be used is told and stops
-// nothing: the built-in art shows the same things.
+// Uses the art folder that the host names. If it cannot be used, that is reported, and the built-in
+// art is used in its place.
 absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeLocalEnvironments(
     const procgen::MakeOptions& options) {
   procgen::PoolOptions pool = options.pool;
@@ -26,8 +26,8 @@ absl::StatusOr<std::unique_ptr<procgen::Environments>> MakeLocalEnvironments(
   }
   auto environments = procgen::LocalEnvironments::Create(pool, options.num_threads);
   if (environments.ok() && !art.ok()) {
-    procgen::Report(absl::StrCat("pictures are of the built-in art; option resource_root: ",
-                                 art.status().message()));
+    procgen::Report(
+        absl::StrCat("using the built-in art; option resource_root: ", art.status().message()));
   }
   return environments;
 }
@@ -77,7 +77,7 @@ absl::Status LibenvHandle::SetBuffers(const LibenvBuffers& buffers) {
 
 absl::Status LibenvHandle::Observe() {
   if (!buffers_.has_value()) {
-    return absl::FailedPreconditionError("there are no buffers, call libenv_set_buffers first");
+    return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
   }
   if (!is_lost_) {
     if (absl::Status status = ObserveAll(); !status.ok()) {
@@ -106,7 +106,7 @@ absl::Status LibenvHandle::ObserveAll() {
 
 absl::Status LibenvHandle::Act() {
   if (!buffers_.has_value()) {
-    return absl::FailedPreconditionError("there are no buffers, call libenv_set_buffers first");
+    return absl::FailedPreconditionError("no buffers are set, call libenv_set_buffers first");
   }
   if (is_lost_) {
     return absl::OkStatus();
@@ -125,9 +125,9 @@ void LibenvHandle::CheckActions() {
       continue;
     }
     if (!std::exchange(has_reported_action_, true)) {
-      procgen::Report(absl::StrCat("action ", actions_[i], " of environment ", i, " is not in [",
-                                   procgen::kEndEpisodeAction, ", ", procgen::kActionCount - 1,
-                                   "]; such actions do nothing, and are not reported again"));
+      procgen::Report(absl::StrCat("action ", actions_[i], " of environment ", i, ", allowed: ",
+                                   procgen::kEndEpisodeAction, " to ", procgen::kActionCount - 1,
+                                   "; such actions do nothing, and are not reported again"));
     }
     actions_[i] = procgen::kNoAction;
   }
@@ -135,8 +135,8 @@ void LibenvHandle::CheckActions() {
 
 void LibenvHandle::Lose(const absl::Status& status) {
   is_lost_ = true;
-  procgen::Report(absl::StrCat("the environments are lost, rewards are not numbers from now on: ",
-                               status.message()));
+  procgen::Report(
+      absl::StrCat("the environments are lost, rewards are NaN from now on: ", status.message()));
 }
 
 absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> data) {
@@ -149,7 +149,7 @@ absl::StatusOr<int> LibenvHandle::SaveState(int environment, absl::Span<char> da
   }
   if (snapshot->size() > data.size()) {
     return absl::InvalidArgumentError(absl::StrCat("the snapshot has ", snapshot->size(),
-                                                   " bytes, there is room for ", data.size()));
+                                                   " bytes, the buffer has ", data.size()));
   }
   std::copy(snapshot->begin(), snapshot->end(), data.begin());
   return static_cast<int>(snapshot->size());
@@ -163,7 +163,7 @@ absl::Status LibenvHandle::RestoreState(int environment, absl::string_view snaps
     return status;
   }
   if (!buffers_.has_value()) {
-    return absl::OkStatus();  // the first observe will show it
+    return absl::OkStatus();  // the first Observe writes it
   }
   const auto observed = environments_->Observe();
   if (!observed.ok()) {

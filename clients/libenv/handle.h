@@ -14,30 +14,32 @@
 #include "clients/libenv/libenv.h"
 #include "clients/libenv/make_options.h"
 
-// What is behind a handle of the interface: environments, and the host's buffers for them.
-// When the environments are lost (their server went, say), that is reported once, and from then on
-// Observe writes rewards that are not numbers and leaves the rest as it is.
+// Implementation of a handle: environments, and the host's buffers for them.
+// If the environments are lost (e.g. their server has gone), that is reported once. From then on
+// Observe writes NaN rewards and leaves the other buffers unchanged.
 // Threads: compatible (one at a time).
 struct LibenvHandle final {
  public:
-  // Makes environments in this process, or on the server whose address the environment variable
-  // PROCGEN_SERVER holds. Errors: INVALID_ARGUMENT, NOT_FOUND options; those of the server.
+  // Creates environments in this process, or on the server whose address is in the environment
+  // variable PROCGEN_SERVER. Errors: INVALID_ARGUMENT or NOT_FOUND for invalid options; those of
+  // the server.
   static absl::StatusOr<std::unique_ptr<LibenvHandle>> Create(int env_count,
                                                               const LibenvOptions& options);
 
   std::vector<LibenvTensorType> TensorTypes(int space) const;
   // Errors: INVALID_ARGUMENT a buffer is null.
   absl::Status SetBuffers(const LibenvBuffers& buffers);
-  // Errors: FAILED_PRECONDITION there are no buffers yet.
+  // Waits for the step and writes all buffers. Errors: FAILED_PRECONDITION no buffers are set.
   absl::Status Observe();
-  // An action that the engine does not know does nothing; the first is reported. Errors: as
-  // Observe.
+  // Starts a step with the actions in the buffers. Actions out of range do nothing; the first is
+  // reported. Errors: as Observe.
   absl::Status Act();
-  // Writes a snapshot into `data` and returns how long it is. Errors: INVALID_ARGUMENT no such
-  // environment, or no room; UNAVAILABLE the environments are lost.
+  // Writes a snapshot to `data` and returns its size in bytes. Errors: INVALID_ARGUMENT no such
+  // environment, or `data` is too small; UNAVAILABLE the environments are lost.
   absl::StatusOr<int> SaveState(int environment, absl::Span<char> data);
-  // Puts an environment into a saved state and refreshes its buffers. On error nothing has changed.
-  // Errors: INVALID_ARGUMENT no such environment; UNAVAILABLE; those of Environments::RestoreState.
+  // Restores a snapshot in an environment and refreshes its buffers. On error nothing has changed.
+  // Errors: INVALID_ARGUMENT no such environment; UNAVAILABLE the environments are lost; those of
+  // Environments::RestoreState.
   absl::Status RestoreState(int environment, absl::string_view snapshot);
 
  private:
@@ -47,7 +49,7 @@ struct LibenvHandle final {
   absl::Status ObserveAll();
   void CheckActions();
   absl::Status CheckEnvironment(int environment) const;
-  // Notes that the environments are lost, and says so once.
+  // Marks the environments as lost and reports it.
   void Lose(const absl::Status& status);
 
   const procgen::MakeOptions options_;

@@ -12,8 +12,8 @@
 
 namespace procgen {
 
-// The host's memory for the values of N environments: where each environment's value of each member
-// is read or written. The pointers are copied, so the host's arrays of them may go.
+// The host's memory for the values of N environments: pointers to each environment's value of each
+// member. The pointer arrays are copied, so the host may free them.
 // Threads: compatible (one at a time).
 class HostBuffers {
  public:
@@ -21,15 +21,15 @@ class HostBuffers {
   static absl::StatusOr<HostBuffers> Create(const LibenvBuffers& buffers, int32_t env_count,
                                             bool render_human);
 
-  // Copies the actions out. `actions`: [N].
+  // Reads the actions. `actions`: [N].
   void ReadActions(absl::Span<int32_t> actions) const;
-  // Writes all but the human views.
+  // Writes all values except the human views.
   void Write(const Observed& observed) const;
-  // The same for environment `i` alone.
+  // As Write, for environment `i` only.
   void WriteOne(size_t i, const Observed& observed) const;
-  // Makes every reward a NaN, so that a learner whose environments are lost does not learn on.
+  // Sets all rewards to NaN, so that a learner notices that its environments are lost.
   void SpoilRewards() const;
-  // Where the human view of an environment goes. REQUIRES: they were asked for.
+  // Buffer of the human view of an environment. REQUIRES: render_human.
   absl::Span<uint8_t> HumanView(int32_t environment) const;
 
  private:

@@ -1,5 +1,4 @@
-// The binary layout of the interface, as hosts were compiled against it: a header that drifts from
-// it does not compile.
+// Asserts that libenv.h has the binary layout that hosts were compiled against.
 
 #include <cstddef>
 

@@ -17,8 +17,8 @@ void ReportFailure(const char* function, absl::string_view what) {
   procgen::Report(absl::StrCat(function, ": ", what));
 }
 
-// Runs the body of a function of the interface, which returns a status and may throw; neither must
-// reach the host, so both are reported.
+// Runs the body of an interface function and reports its error or exception, which must not reach
+// the host.
 template <typename Body>
 void Guard(const char* function, const Body& body) noexcept {
   try {

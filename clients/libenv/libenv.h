@@ -1,13 +1,12 @@
-// libenv: the C interface, version 1, that the Procgen ecosystem's Python package loads
-// environments through. Written from the facts of its binary layout on 64-bit Linux; C99 and C++
-// can include it.
+// libenv: the C interface, version 1, through which the Procgen ecosystem's Python packages load
+// environments. Written from the facts of its binary layout on 64-bit Linux. For C99 and C++.
 //
-// Life: libenv_make, libenv_get_tensortypes (as often as wanted), libenv_set_buffers once, then
-// libenv_observe and libenv_act in turn, libenv_close.
+// Order of calls: libenv_make, libenv_get_tensortypes (any number of times), libenv_set_buffers
+// once, then libenv_observe and libenv_act in turn, libenv_close.
 // Threads: different handles may be used from different threads at the same time; one handle by one
 // thread at a time.
-// Errors: no function ends the process or lets an exception out. What goes wrong is told in one
-// line on standard error; clients/libenv/README.md, "When something is wrong".
+// Errors: no function ends the process or throws. A failure is one line on standard error; see
+// clients/libenv/README.md, "Errors".
 #ifndef CLIENTS_LIBENV_LIBENV_H_
 #define CLIENTS_LIBENV_LIBENV_H_
 
@@ -15,18 +14,18 @@
 
 #define LIBENV_API __attribute__((visibility("default")))
 
-// The size of a name, its closing zero included, and the most dimensions of a tensor.
+// Bytes of a name including its terminating zero, and maximum number of dimensions of a tensor.
 enum { kLibenvNameBytes = 128, kLibenvDimensionCountMax = 16 };
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-// The environments that libenv_make made.
+// Environments created by libenv_make. Opaque.
 struct LibenvHandle;
 
-// The numbers of the three enums are part of the interface: never renumber them. Where one is
-// stored or passed it is an int, as a caller may be wrong.
+// The values of the three enums are part of the interface: never renumber them. They are stored and
+// passed as int, because a caller may pass other values.
 enum LibenvValueType {
   kLibenvValueTypeUnused = 0,
   kLibenvUint8 = 1,
@@ -47,22 +46,22 @@ enum LibenvSpace {
   kLibenvInfo = 3,
 };
 
-// One value of a tensor; which member counts is told by its value type.
+// One value of a tensor; its value type selects the member.
 union LibenvValue {
   uint8_t uint8;
   int32_t int32;
   float float32;
 };
 
-// What one member of a space is.
+// Type of one member of a space.
 struct LibenvTensorType {
   char name[kLibenvNameBytes];          // zero-terminated
   int scalar_type;                      // a LibenvScalarType
   int value_type;                       // a LibenvValueType
-  int shape[kLibenvDimensionCountMax];  // the first dimension_count count
+  int shape[kLibenvDimensionCountMax];  // the first dimension_count are used
   int dimension_count;                  // 0: a single value
-  union LibenvValue low;                // the least value
-  union LibenvValue high;               // the greatest value, included
+  union LibenvValue low;                // smallest value
+  union LibenvValue high;               // largest value, inclusive
 };
 
 // One option. A string: uint8, `count` its length, not zero-terminated. A boolean: uint8, count 1,
@@ -89,41 +88,40 @@ struct LibenvBuffers {
   void** actions;       // [1 * N] to int32
 };
 
-// The version of the interface: 1.
+// Returns the version of the interface, 1.
 LIBENV_API int libenv_version(void);
 
-// Makes `env_count` environments. `options` is only looked at during the call. Null: an
-// option is unknown, malformed, out of range or missing, or the server cannot be had.
+// Creates `env_count` environments, 1 to 65536. `options` is not used after the call. Returns null
+// if an option is unknown, malformed, out of range or missing, or if the server cannot be used.
 LIBENV_API struct LibenvHandle* libenv_make(int env_count, struct LibenvOptions options);
 
-// Returns how many members a space (a LibenvSpace) has and, where `types` is not null, tells them.
-// 0: no such space, or `handle` is null.
+// Returns the number of members of a space (a LibenvSpace) and, if `types` is not null, stores
+// their types there. 0: no such space, or `handle` is null.
 LIBENV_API int libenv_get_tensortypes(struct LibenvHandle* handle, int space,
                                       struct LibenvTensorType* types);
 
-// Tells where values are to be written and actions are to be read. The pointer arrays are only
-// looked at during the call; what their entries, `rewards` and `firsts` point to must stay until
-// libenv_close.
+// Sets the buffers for values and actions. The pointer arrays are not used after the call; the
+// memory that their entries, `rewards` and `firsts` point to must stay valid until libenv_close.
 LIBENV_API void libenv_set_buffers(struct LibenvHandle* handle, struct LibenvBuffers* buffers);
 
-// Waits for the step and writes all buffers but the actions. Again without a step between: the same
-// again.
+// Waits for the step and writes all buffers except the actions. Without a step in between, it
+// writes the same values again.
 LIBENV_API void libenv_observe(struct LibenvHandle* handle);
 
-// Takes the actions, each in [-1, 14], and begins the step; -1 does nothing and ends the episode.
+// Reads the actions, each in [-1, 14], and starts a step; -1 does nothing and ends the episode.
 LIBENV_API void libenv_act(struct LibenvHandle* handle);
 
-// Waits for the step and frees everything. Null is no error.
+// Waits for the step and frees all resources. Null is ignored.
 LIBENV_API void libenv_close(struct LibenvHandle* handle);
 
-// Waits for the step, writes a snapshot of one environment to `data`, and returns its size. 0: it
-// could not be taken, or `length` bytes are too few (it has at most 1 MiB); nothing is written
-// then.
+// Waits for the step, writes a snapshot of one environment to `data`, and returns its size in
+// bytes, at most 1 MiB. On failure, also if it needs more than `length` bytes, it writes nothing
+// and returns 0.
 LIBENV_API int get_state(struct LibenvHandle* handle, int environment, char* data, int length);
 
-// Waits for the step, puts one environment into the state of a snapshot and refreshes its buffers.
-// The snapshot's options (the distribution mode, say) become the environment's. Of a snapshot that
-// is no good, or of another game, nothing is taken.
+// Waits for the step, restores a snapshot in one environment and refreshes its buffers. The
+// environment takes the snapshot's options, e.g. the distribution mode. A snapshot that is damaged
+// or of another game changes nothing.
 LIBENV_API void set_state(struct LibenvHandle* handle, int environment, char* data, int length);
 
 #ifdef __cplusplus

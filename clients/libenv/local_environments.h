@@ -14,12 +14,12 @@
 
 namespace procgen {
 
-// Environments in this process: a pool with a worker pool of its own, as handles share nothing.
-// With a worker pool Act returns at once, so that the host can do something else meanwhile.
+// Environments in this process: a pool with its own worker pool, because handles share nothing.
+// With worker threads Act returns at once, so that the host can work meanwhile.
 class LocalEnvironments final : public Environments {
  public:
-  // `num_threads` >= 0; 0: the calling thread steps. More threads than environments are not
-  // started. Errors: those of Pool::Create.
+  // `num_threads`: at least 0; 0: the calling thread steps. At most one thread for each environment
+  // is started. Errors: those of Pool::Create.
   static absl::StatusOr<std::unique_ptr<LocalEnvironments>> Create(const PoolOptions& options,
                                                                    int32_t num_threads);
   ~LocalEnvironments() override;
@@ -35,7 +35,7 @@ class LocalEnvironments final : public Environments {
  private:
   LocalEnvironments(std::unique_ptr<Pool> pool, bool has_workers);
 
-  // Waits until no step runs; returns how the last one went.
+  // Waits until no step runs; returns the status of the last one.
   absl::Status Wait();
   Batch OwnBatch();
 

@@ -15,10 +15,10 @@ namespace {
 
 constexpr int32_t kInt32Max = std::numeric_limits<int32_t>::max();
 constexpr int32_t kInt32Min = std::numeric_limits<int32_t>::min();
-// The number of bytes of a string; more is a mistake of the caller's.
+// Maximum length of a string option, in bytes.
 constexpr int kStringBytesMax = 1 << 16;
 
-// Hands options out by name, remembers the first error, and tells which nobody asked for.
+// Reads options by name, keeps the first error, and reports options that were not read.
 class OptionReader {
  public:
   explicit OptionReader(const LibenvOptions& options) {
@@ -30,14 +30,14 @@ class OptionReader {
     for (const LibenvOption& option :
          absl::MakeConstSpan(options.items, static_cast<size_t>(options.count))) {
       if (std::memchr(option.name, '\0', sizeof(option.name)) == nullptr) {
-        Fail("an option's name has no closing zero");
+        Fail("an option's name has no terminating zero");
       } else if (!unread_.emplace(option.name, &option).second) {
         Fail(absl::StrCat("option ", option.name, " is given twice"));
       }
     }
   }
 
-  // Each leaves `value` alone where the option is missing, and returns whether it was there.
+  // Each returns whether the option is present, and leaves `value` unchanged otherwise.
   bool ReadInteger(absl::string_view name, int64_t least, int64_t greatest, int32_t* value) {
     const LibenvOption* option = Take(name, kLibenvInt32, "one int32");
     if (option == nullptr) {
@@ -76,11 +76,11 @@ class OptionReader {
 
   void Require(absl::string_view name, bool given) {
     if (!given) {
-      Fail(absl::StrCat("option ", name, " is missing, it must be given"));
+      Fail(absl::StrCat("option ", name, " is missing; it is required"));
     }
   }
 
-  // OK if every option was read, and well.
+  // OK if every option was read without an error.
   absl::Status Finish() {
     if (!unread_.empty()) {
       Fail(absl::StrCat("option ", unread_.begin()->first, " is unknown"));
@@ -95,7 +95,7 @@ class OptionReader {
     }
   }
 
-  // The option, taken from those that are unread; null if it is missing or not as `wanted`.
+  // Takes an option from the unread ones; null if it is missing or not as `wanted`.
   const LibenvOption* Take(absl::string_view name, LibenvValueType type, absl::string_view wanted) {
     const auto found = unread_.find(std::string(name));
     if (found == unread_.end()) {
@@ -119,7 +119,7 @@ class OptionReader {
   absl::Status status_;
 };
 
-// The options that choose levels and pictures.
+// Options of levels and observations.
 void ReadEnvironmentOptions(OptionReader& reader, EnvironmentOptions* options) {
   int32_t mode = 0;
   reader.ReadInteger("distribution_mode", kInt32Min, kInt32Max, &mode);
@@ -141,7 +141,7 @@ void ReadEnvironmentOptions(OptionReader& reader, EnvironmentOptions* options) {
   reader.ReadBoolean("paint_vel_info", &options->paint_vel_info);
 }
 
-// Options that are taken and change nothing: those of a game that is not part of the suite.
+// Options without effect, of a game that is not part of the suite.
 void ReadIdleOptions(OptionReader& reader) {
   int32_t number = 0;
   for (const char* name : {"plain_assets", "physics_mode", "game_type"}) {
@@ -169,8 +169,8 @@ absl::Status CheckMode(DistributionMode mode) {
 
 absl::StatusOr<MakeOptions> ReadOptions(int env_count, const LibenvOptions& options) {
   if (env_count < 1 || env_count > kLibenvEnvCountMax) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "there are ", env_count, " environments wanted, allowed: 1 to ", kLibenvEnvCountMax));
+    return absl::InvalidArgumentError(
+        absl::StrCat("env_count is ", env_count, ", allowed: 1 to ", kLibenvEnvCountMax));
   }
   MakeOptions made;
   made.pool.env_count = env_count;

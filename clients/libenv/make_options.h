@@ -10,23 +10,23 @@
 
 namespace procgen {
 
-// The most environments of one handle, and the most threads that step them.
+// Maximum number of environments and of threads of one handle.
 inline constexpr int32_t kLibenvEnvCountMax = 65536;
 inline constexpr int32_t kLibenvThreadCountMax = 1024;
 
-// What libenv_make is asked for, with the defaults of the interface (not those of the Python
-// package: easy levels, a camera that stands still).
+// Options of libenv_make, with the defaults of the interface. They differ from those of the Python
+// packages: easy levels, a fixed camera.
 struct MakeOptions {
   PoolOptions pool;
-  int32_t num_actions = 0;    // size of the action space that is told, [1, kActionCount]
+  int32_t num_actions = 0;    // reported size of the action space, in [1, kActionCount]
   int32_t num_threads = 4;    // 0: the calling thread steps
-  bool render_human = false;  // the infos have the human view as well
-  std::string resource_root;  // folder of Procgen 0.10.7's art; empty: none was named
+  bool render_human = false;  // true: the infos include the human view
+  std::string resource_root;  // folder of Procgen 0.10.7's art; empty: built-in art
 };
 
 // Reads the options of libenv_make. Errors: INVALID_ARGUMENT an option that is unknown, given
-// twice, of another type, out of range or missing (the message names it and says what is allowed).
-// Whether the games and their modes exist is left to whoever makes the environments.
+// twice, of another type, out of range or missing; the message names it and what is allowed. Games
+// and their modes are validated when the environments are created.
 absl::StatusOr<MakeOptions> ReadOptions(int env_count, const LibenvOptions& options);
 
 }  // namespace procgen

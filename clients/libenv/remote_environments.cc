@@ -10,12 +10,10 @@
 namespace procgen {
 namespace {
 
-// A host that waits for its environments sees nothing, so not for long.
+// Timeouts of connecting and reconnecting. Short, because the host blocks meanwhile.
 constexpr absl::Duration kConnectTimeout = absl::Seconds(5);
-// How long a broken connection is tried to be made again; the host stands still meanwhile.
 constexpr absl::Duration kReconnectTimeout = absl::Seconds(5);
-// How long environments whose host is gone stay on the server: longer than it may take to come
-// back.
+// Lease of the pool, which frees it after its host has gone. Longer than kReconnectTimeout.
 constexpr int64_t kLeaseSeconds = 10;
 
 v1::DistributionMode ModeOf(DistributionMode mode) {
@@ -58,7 +56,7 @@ v1::PoolSpec SpecOf(const PoolOptions& options) {
   return spec;
 }
 
-// The wire's booleans as the bytes 0 and 1.
+// Bools as bytes, 0 or 1.
 absl::Span<const uint8_t> Bytes(absl::Span<const bool> values) {
   static_assert(sizeof(bool) == 1);
   return {reinterpret_cast<const uint8_t*>(values.data()), values.size()};
@@ -129,7 +127,8 @@ absl::Status RemoteEnvironments::Render(int32_t environment, absl::Span<uint8_t>
     return drawn.status();
   }
   if (drawn->frames_size() != 1 || drawn->frames(0).image().size() != frame.size()) {
-    return absl::InternalError("the server drew another number of frames, or of another size");
+    return absl::InternalError(
+        "the server returned another number or size of frames than requested");
   }
   const std::string& image = drawn->frames(0).image();
   std::copy(image.begin(), image.end(), frame.begin());
@@ -145,7 +144,7 @@ absl::StatusOr<std::string> RemoteEnvironments::SaveState(int32_t environment) {
     return states.status();
   }
   if (states->size() != 1) {
-    return absl::InternalError("the server gave another number of snapshots than were asked for");
+    return absl::InternalError("the server returned another number of snapshots than requested");
   }
   return std::move(*states->front().mutable_snapshot());
 }

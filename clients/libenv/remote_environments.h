@@ -11,12 +11,11 @@
 
 namespace procgen {
 
-// Environments on a server: a pool of their own there, deleted in the end. Act sends the step,
-// Observe receives the answer. What else is learnt from the server is only how to draw people's
-// views.
+// Environments on a server: a pool that this creates there and deletes at its end. Act sends the
+// step, Observe receives the answer. The server also renders the human views.
 class RemoteEnvironments final : public Environments {
  public:
-  // `address`: "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers there within
+  // `address`: "host:port" or "unix:path". Errors: UNAVAILABLE no server answers within
   // kConnectTimeout; those of the server.
   static absl::StatusOr<std::unique_ptr<RemoteEnvironments>> Create(const std::string& address,
                                                                     const PoolOptions& options);
@@ -33,7 +32,7 @@ class RemoteEnvironments final : public Environments {
  private:
   RemoteEnvironments(std::unique_ptr<procgen_client::Client> client, std::string pool);
 
-  // Receives the answer to the step that was sent, if there is one.
+  // Receives the answer to the last step, if one is outstanding.
   absl::Status Wait();
 
   const std::unique_ptr<procgen_client::Client> client_;

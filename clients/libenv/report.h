@@ -5,8 +5,8 @@
 
 namespace procgen {
 
-// Tells the host's user what is wrong: one line on standard error, in one piece. There is no other
-// way, as the interface has no errors.
+// Writes one line to standard error in a single call. The interface has no other way to report
+// errors.
 void Report(absl::string_view message);
 
 }  // namespace procgen

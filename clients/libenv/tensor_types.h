@@ -8,11 +8,11 @@
 
 namespace procgen {
 
-// The side of the human view in the infos, in pixels, and its bytes: uint8 [512, 512, 3].
+// Side of the human view in the infos, in pixels, and its bytes: uint8 [512, 512, 3].
 inline constexpr int32_t kHumanViewSizePx = 512;
 inline constexpr int32_t kHumanViewBytes = kHumanViewSizePx * kHumanViewSizePx * 3;
 
-// The infos, by their place in the space.
+// Members of the info space, by index.
 enum InfoMember {
   kInfoPrevLevelSeed = 0,
   kInfoPrevLevelComplete = 1,
@@ -20,7 +20,7 @@ enum InfoMember {
   kInfoHumanView = 3,
 };
 
-// The members of a LibenvSpace, in order; none for a number that is no space.
+// Returns the members of a LibenvSpace, in order; empty for other values.
 std::vector<LibenvTensorType> TensorTypesOf(int space, int32_t num_actions, bool render_human);
 
 }  // namespace procgen

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Generates src/generated/ from the protos. Needs protobuf-compiler, and what npm ci installed.
+# Generates src/generated/ from the protos. Needs protobuf-compiler, and npm ci to have run.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 protos=${PROCGEN_PROTOS:-$here/../../proto}

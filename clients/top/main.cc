@@ -1,5 +1,5 @@
-// procgen-top: a terminal view of a running server. `procgen-top --help` lists the flags, README.md
-// beside this file explains what is shown.
+// procgen-top: monitors a running server in a terminal. `procgen-top --help` lists the flags;
+// README.md explains the screen.
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -21,17 +21,17 @@
 #include "clients/top/screen.h"
 #include "procgen_client/client.h"
 
-ABSL_FLAG(std::string, server, "127.0.0.1:50051", "the server: HOST:PORT or unix:PATH");
+ABSL_FLAG(std::string, server, "127.0.0.1:50051", "address of the server: HOST:PORT or unix:PATH");
 ABSL_FLAG(absl::Duration, interval, absl::Seconds(1),
-          "time between two views, 100ms to 1h; rates are those of this time");
-ABSL_FLAG(bool, once, false, "print one view, of one interval, and stop");
+          "time between two updates, 100ms to 1h; rates and latencies are of this time");
+ABSL_FLAG(bool, once, false, "print one screen, for one interval, and exit");
 
 namespace procgen_top {
 namespace {
 
 constexpr int kExitUsage = 2;
 
-// Clears the terminal while there is one of these, and leaves it as it was.
+// Uses the terminal's alternate screen while it exists, and restores the terminal at its end.
 class Terminal {
  public:
   Terminal() { Write("\x1b[?1049h\x1b[?25l"); }
@@ -39,7 +39,7 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // Shows as many lines as there is room for, each as far as there is.
+  // Shows lines, cut to the size of the terminal.
   static void Show(const std::vector<std::string>& lines) {
     winsize size = {};
     ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
@@ -73,7 +73,7 @@ sigset_t StopSignals() {
   return signals;
 }
 
-// False: a signal asked to stop meanwhile.
+// Waits. Returns false if a stop signal arrives.
 bool Wait(absl::Duration interval) {
   const sigset_t signals = StopSignals();
   const timespec time = absl::ToTimespec(interval);
@@ -94,7 +94,8 @@ absl::StatusOr<std::string> TitleOf(procgen_client::Client* client) {
                       absl::GetFlag(FLAGS_server));
 }
 
-// Views until a signal comes. A server that stops answering is told of, and asked again.
+// Shows screens until a stop signal. Shows an error of the server, and retries in the next
+// interval.
 void ShowUntilStopped(procgen_client::Client* client, const std::string& title, Sample before) {
   const bool on_terminal = isatty(STDOUT_FILENO) != 0;
   const std::unique_ptr<Terminal> terminal = on_terminal ? std::make_unique<Terminal>() : nullptr;
@@ -144,11 +145,11 @@ int Show() {
 }
 
 int Main(int argc, char** argv) {
-  // Waited for between two views; blocked in all threads, so no handler has to restore the
+  // Blocked in all threads and received between two screens, so that no handler has to restore the
   // terminal.
   const sigset_t signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  absl::SetProgramUsageMessage("shows what a running procgen-server does");
+  absl::SetProgramUsageMessage("monitors a running procgen-server in a terminal");
   if (const std::vector<char*> rest = absl::ParseCommandLine(argc, argv); rest.size() > 1) {
     std::fprintf(stderr, "procgen-top: '%s' is not a flag; see --help\n", rest[1]);
     return kExitUsage;

@@ -24,15 +24,15 @@ const char* StateOf(const v1::Node& node) {
   return node.healthy() ? "serving" : "not serving";
 }
 
-// "40/128"; fleet servers have no environments of their own.
+// "40/128"; "-" for fleet servers, which step no environments themselves.
 std::string EnvironmentsOf(const v1::Node& node) {
   return node.environment_capacity() == 0
              ? "-"
              : absl::StrCat(node.env_count(), "/", node.environment_capacity());
 }
 
-Row RowOf(const v1::Node& node, bool answers) {
-  return {absl::StrCat(absl::CHexEscape(node.name()), answers ? " *" : ""),
+Row RowOf(const v1::Node& node, bool is_local) {
+  return {absl::StrCat(absl::CHexEscape(node.name()), is_local ? " *" : ""),
           absl::CHexEscape(node.address()),
           absl::CHexEscape(node.server_version()),
           node.role() == v1::NODE_ROLE_FLEET ? "fleet" : "host",

@@ -8,8 +8,8 @@
 
 namespace procgen_top {
 
-// The servers of a cluster as lines of text without control characters, the one that answers with a
-// star; nothing where there is no cluster.
+// Formats the servers of a cluster as lines of text without control characters; the local node has
+// a star. Empty without a cluster.
 std::vector<std::string> NodeTableOf(const procgen::v1::ListNodesResponse& cluster);
 
 }  // namespace procgen_top

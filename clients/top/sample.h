@@ -12,15 +12,16 @@
 
 namespace procgen_top {
 
-// How a server stands at a moment. Rates are the differences of two of them.
+// State of a server at one time. Rates are differences of two samples.
 struct Sample {
   absl::Time time;
   procgen::v1::Load load;
-  procgen::v1::ListNodesResponse nodes;  // of its cluster; none: it is too old to tell
-  std::vector<procgen::v1::Pool> pools;  // that the caller owns
+  procgen::v1::ListNodesResponse
+      nodes;  // of its cluster; empty for a server without ClusterService
+  std::vector<procgen::v1::Pool> pools;  // the caller's
 };
 
-// Asks the server. Errors: the server's.
+// Gets a sample from the server. Errors: those of the server.
 absl::StatusOr<Sample> TakeSample(procgen_client::Client* client);
 
 }  // namespace procgen_top

@@ -20,7 +20,7 @@ namespace v1 = procgen::v1;
 
 constexpr int kGamesShown = 3;
 
-// Per second, from one count to a later one. A server that began anew counts from 0 again.
+// Rate per second between two counts; 0 if the count has dropped, as after a restart of the server.
 double RateOf(int64_t before, int64_t now, double seconds) {
   return seconds > 0 ? static_cast<double>(std::max<int64_t>(0, now - before)) / seconds : 0;
 }
@@ -46,7 +46,7 @@ std::string SecondsText(double seconds) {
                      : absl::StrFormat("%.3g s", seconds);
 }
 
-// What was counted between two samples. Without the one before: since the start.
+// Histogram of the time between two samples; since the server's start if they do not match.
 v1::LatencyHistogram Between(const v1::LatencyHistogram& before, const v1::LatencyHistogram& now) {
   v1::LatencyHistogram between = now;
   if (before.counts_size() != now.counts_size() || before.sum_seconds() > now.sum_seconds()) {
@@ -67,7 +67,7 @@ int64_t CountOf(const v1::LatencyHistogram& latency) {
   return count;
 }
 
-// The bound that a share of all is below, as text.
+// The bucket bound of a quantile, as text.
 std::string QuantileText(const v1::LatencyHistogram& latency, double share) {
   const auto wanted =
       static_cast<int64_t>(std::ceil(share * static_cast<double>(CountOf(latency))));
@@ -108,7 +108,7 @@ std::string LeaseText(const v1::Pool& pool, absl::Time now) {
   return absl::StrCat(std::max<int64_t>(0, absl::ToInt64Seconds(left)), " s");
 }
 
-// The mean return of the last episodes.
+// The mean return of the recent episodes.
 std::string ReturnText(const v1::Pool& pool) {
   return pool.episode_count() == 0 ? "-" : absl::StrFormat("%.2f", pool.mean_episode_return());
 }
@@ -118,7 +118,7 @@ struct Row {
   double steps_per_second = 0;
 };
 
-// The busiest first, and the oldest first of those that are as busy.
+// Pools by descending step rate, then oldest first.
 std::vector<Row> RowsOf(const Sample& before, const Sample& now, double seconds) {
   std::map<std::string, int64_t> steps_before;
   for (const v1::Pool& pool : before.pools) {
@@ -136,7 +136,7 @@ std::vector<Row> RowsOf(const Sample& before, const Sample& now, double seconds)
 
 constexpr char kRowFormat[] = "%-*s  %-*s  %-*s  %6s  %-6s  %10s  %12s  %9s  %9s  %s";
 
-// What the server says may be anything, and is not to steer the terminal.
+// Escapes text of the server, which must not control the terminal.
 std::string Shown(const std::string& text) { return text.empty() ? "-" : absl::CHexEscape(text); }
 
 void AddPools(const Sample& before, const Sample& now, double seconds,

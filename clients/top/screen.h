@@ -8,9 +8,9 @@
 
 namespace procgen_top {
 
-// What is shown of a server, as lines of text without control characters: how busy it is, what a
-// request took, then the nodes of its cluster and the caller's pools, the busiest first. Rates and
-// latencies are those between `before` and `now`. `title` is the first line.
+// Formats a screen as lines of text without control characters: `title`, load and latencies, the
+// nodes of the cluster, and the caller's pools, the busiest first. Rates and latencies are of the
+// time between `before` and `now`.
 std::vector<std::string> ScreenOf(const std::string& title, const Sample& before,
                                   const Sample& now);
 

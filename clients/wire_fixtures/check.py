@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Plays the server of the wire fixtures, and checks that a client asks what was recorded.
+"""Serves the wire fixtures, and compares a client's requests with the recorded ones.
 
 Usage: clients/wire_fixtures/check.py raw|zstd
-Prints `listening on HOST:PORT`; answers GetCatalog, CreatePool, GetPool, DeletePool and StepPool
-with what was recorded until its standard input ends, then tells what it saw.
+Prints `listening on HOST:PORT`. Answers GetCatalog, CreatePool, GetPool, DeletePool and StepPool
+with the recorded responses until its standard input ends, then prints the result.
 Exit status: 0 all requests came as recorded, 1 not, 2 wrong usage.
 """
 
@@ -22,7 +22,7 @@ from procgen_client._proto import pools_pb2, step_pb2
 def canonical(
     request: step_pb2.StepPoolRequest, env_count: int
 ) -> step_pb2.StepPoolRequest:
-    """A request with its defaults filled in, and without what a client is free to choose."""
+    """Returns a request with defaults filled in, without fields that a client may choose."""
     same = step_pb2.StepPoolRequest()
     same.CopyFrom(request)
     same.acknowledged_sequence_number = 0
@@ -42,7 +42,7 @@ def canonical(
 
 
 class Recorded:
-    """The server; `differences` tells what came otherwise, `seen` how many requests came."""
+    """The server. `seen`: number of matching requests; `differences`: texts of all others."""
 
     def __init__(self, encoding: str) -> None:
         self.differences: list[str] = []
@@ -51,7 +51,7 @@ class Recorded:
         self._pool = (FOLDER / encoding / "create_pool.response.bin").read_bytes()
 
     def services(self) -> list[grpc.GenericRpcHandler]:
-        """For grpc.Server; messages are bytes, so a client gets the very bytes of the files."""
+        """Returns handlers for grpc.Server that send the bytes of the files unparsed."""
         unary = grpc.unary_unary_rpc_method_handler
         services = {
             "CatalogService": {"GetCatalog": unary(lambda *_: (FOLDER / CATALOG).read_bytes())},

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Records the wire fixtures anew, from a real server.
+"""Records the wire fixtures from a real server.
 
 Usage: clients/wire_fixtures/record.py [ADDRESS]
-Without ADDRESS a server is started: what PROCGEN_SERVER_BINARY says, else procgen-server in PATH.
+Without ADDRESS it starts a server: PROCGEN_SERVER_BINARY, else procgen-server in PATH.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from procgen_client._proto import catalog_pb2_grpc, pools_pb2_grpc, step_pb2_grp
 def play_script(
     channel: grpc.Channel, encoding: str
 ) -> tuple[pools_pb2.Pool, list[list[step_pb2.StepPoolResponse]]]:
-    """Plays the script: the pool, and the responses to each request."""
+    """Plays the script. Returns the pool, and the responses to each request."""
     pools = pools_pb2_grpc.PoolServiceStub(channel)
     pool = pools.CreatePool(create_pool_request(encoding))
     pool.ClearField("create_time")

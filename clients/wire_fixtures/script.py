@@ -1,4 +1,4 @@
-"""The script of the wire fixtures: what their learner asks for, where their messages lie."""
+"""The script of the wire fixtures: the requests, the paths and the expected values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from procgen_client._proto import pools_pb2, step_pb2  # noqa: E402
 from procgen_client._transport import grpc_fallback  # noqa: E402
 from procgen_client.batch import Batch, batch_of  # noqa: E402
 
-# One folder of messages for each.
+# Folder of messages: encoding.
 ENCODINGS = {
     "raw": pools_pb2.ENCODING_RAW,
     "zstd": pools_pb2.ENCODING_DELTA_ZSTD,
@@ -25,7 +25,7 @@ _SIZE_PX = 16
 
 
 def create_pool_request(encoding: str) -> pools_pb2.CreatePoolRequest:
-    """Two environments in grey without art, so that messages are small and the same for all art."""
+    """Two grayscale environments without art: small messages that do not depend on the art."""
     return pools_pb2.CreatePoolRequest(
         pool_id="recorded",
         spec=pools_pb2.PoolSpec(
@@ -87,7 +87,7 @@ def requests() -> list[step_pb2.StepPoolRequest]:
 
 
 def response_paths(encoding: str, number: int) -> list[Path]:
-    """Where the responses to the request of a sequence number lie, in order; 0: attach."""
+    """Returns the files with the responses to a sequence number, in order; 0: attach."""
     return sorted((FOLDER / encoding).glob(f"{number}.response-*.bin"))
 
 
@@ -111,7 +111,7 @@ def values_of(batch: Batch) -> dict[str, object]:
         )
     }  # fmt: skip
     values["first_env"] = batch.first_env
-    # As text: not every language's JSON has whole numbers of 64 bits.
+    # As text, because JSON numbers have 53 bits in some languages.
     values["fingerprints"] = [str(hash_) for hash_ in batch.fingerprints]
     for name in ("final_observations", "observations"):
         pictures = getattr(batch, name)

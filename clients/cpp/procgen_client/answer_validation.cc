@@ -11,8 +11,8 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the
-// largest pictures in colour, and State.snapshot.
+// Bounds of the API: PoolSpec.total_env_count, the largest observation that ObservationFormat
+// allows, and State.snapshot.
 constexpr int32_t kEnvCountMax = 16777216;
 constexpr int64_t kObservationBytesMax = int64_t{16} * 512 * 512 * 3;
 constexpr size_t kSnapshotBytesMax = 1 << 20;

@@ -13,24 +13,24 @@
 
 namespace procgen_client {
 
-// Validation of what a server answers beside the stream (ResponseValidator has the stream's),
-// before it is used. Errors of all: INTERNAL (the message says what was given and what was
-// expected).
+// Validation of unary responses before they are used. ResponseValidator validates those of a
+// stream. Errors of all functions: INTERNAL; the message contains the value given and the value
+// expected.
 
-// A pool of this name, whose counts and sizes are within the contract's bounds.
+// A pool of this name, with counts and sizes in the ranges of the API.
 absl::Status ValidatePool(const procgen::v1::Pool& pool, const std::string& name);
-// The pool that was asked for.
+// A pool that `request` creates.
 absl::Status ValidateCreatedPool(const procgen::v1::Pool& pool,
                                  const procgen::v1::CreatePoolRequest& request);
-// Frames of these environments in this order, of `size_px` (0: any size) and `format`.
+// Frames of `environments` in this order, of `size_px` pixels a side (0: any size) in `format`.
 absl::Status ValidateFrames(const google::protobuf::RepeatedPtrField<procgen::v1::Frame>& frames,
                             absl::Span<const int32_t> environments, int32_t size_px,
                             procgen::v1::FrameFormat format);
-// A page of snapshots, after those of `before` environments: of `environments` in this order, or of
-// all if none is named.
+// A page of snapshots of `environments` in this order (empty: all), after `before` snapshots on
+// earlier pages.
 absl::Status ValidateStates(const procgen::v1::SaveStatesResponse& page,
                             absl::Span<const int32_t> environments, size_t before);
-// An episode of this environment, whose parts fit together.
+// A consistent episode of `environment`.
 absl::Status ValidateEpisode(const procgen::v1::Episode& episode, int32_t environment);
 
 }  // namespace procgen_client

@@ -38,7 +38,7 @@ absl::Status Batch::Decode(ObservationDecoder* decoder) {
   for (const Part& part : parts_) {
     rows += part.env_count;
   }
-  // Not cleared before, as that would write all of it once more.
+  // Not cleared before, which would zero all of it.
   decoded_.resize(static_cast<size_t>(rows) * decoder->observation_bytes());
   absl::Span<uint8_t> left = absl::MakeSpan(decoded_);
   for (const Part& part : parts_) {

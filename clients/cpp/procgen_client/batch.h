@@ -14,14 +14,15 @@
 
 namespace procgen_client {
 
-// The answer to one request: how n environments stand. Row i is environment first_env() +
-// i. The comments of procgen.v1.Batch tell what each value means.
-// F is the shape of one observation, StepStream::pool().observation_shape(), by default 64, 64, 3.
-// The spans are good until the Batch is filled again or ends. An answer that came in one response
-// is not copied; observations that came encoded are decoded. Of a pool that shares memory the spans
-// point there, and the server writes that part of it again only when the Batch, and what was copied
-// of it, is filled again or has ended; so hold no more of them than StreamOptions::held_batches_max
-// allows.
+// The answer to one request: the values of n environments. Row i is environment first_env() + i.
+// procgen.v1.Batch documents each value. F is the shape of one observation,
+// StepStream::pool().observation_shape(), by default 64, 64, 3.
+//
+// Spans are valid until the Batch is reused or destroyed. An answer in one response is not copied.
+// Encoded observations are decoded.
+//
+// With shared memory the spans point there. The server does not overwrite a batch while this Batch
+// or a copy of it refers to it. StreamOptions::held_batches_max bounds how many can be held.
 // Threads: compatible (one at a time).
 class Batch {
  public:
@@ -29,26 +30,26 @@ class Batch {
   int32_t first_env() const { return first_env_; }
   int32_t env_count() const { return value().env_count(); }
 
+  // [n, F]; empty with OBSERVATION_NONE.
   absl::Span<const uint8_t> observations() const {
     return Shared(&SharedRows::observations,
                   decoded_.empty() ? Bytes(value().observations()) : absl::MakeConstSpan(decoded_));
   }
-  //                                                          uint8  [n, F], or empty
-  absl::Span<const float> rewards() const {
+  absl::Span<const float> rewards() const {  // [n]
     return Shared(&SharedRows::rewards, Numbers(value().rewards()));
-  }  // [n]
-  absl::Span<const bool> first() const {
+  }
+  absl::Span<const bool> first() const {  // [n]
     return Shared(&SharedRows::first, Numbers(value().first()));
-  }  // [n]
-  absl::Span<const bool> terminated() const {
+  }
+  absl::Span<const bool> terminated() const {  // [n]
     return Shared(&SharedRows::terminated, Numbers(value().terminated()));
-  }  // [n]
-  absl::Span<const bool> truncated() const {
+  }
+  absl::Span<const bool> truncated() const {  // [n]
     return Shared(&SharedRows::truncated, Numbers(value().truncated()));
-  }  // [n]
-  absl::Span<const int32_t> level_seeds() const {
+  }
+  absl::Span<const int32_t> level_seeds() const {  // [n]
     return Shared(&SharedRows::level_seeds, Numbers(value().level_seeds()));
-  }                                                     // [n]
+  }
   absl::Span<const int32_t> prev_level_seeds() const {  // [n]
     return Shared(&SharedRows::prev_level_seeds, Numbers(value().prev_level_seeds()));
   }
@@ -61,28 +62,28 @@ class Batch {
   absl::Span<const int32_t> episode_lengths() const {  // [n]
     return Shared(&SharedRows::episode_lengths, Numbers(value().episode_lengths()));
   }
-  // Hashes of the ended episodes, of the m rows with terminated or truncated, in order. The
-  // contract sends their 64 bits as signed numbers. Of a server without them
-  // (Features.fingerprints) there are none.
-  absl::Span<const uint64_t> fingerprints() const {  // [m], or empty
+  // [m], hashes of the ended episodes, for the m rows with terminated or truncated set, in order.
+  // Empty if the server has none (Features.fingerprints).
+  absl::Span<const uint64_t> fingerprints() const {
     const absl::Span<const int64_t> numbers = Numbers(value().fingerprints());
     return Shared(
         &SharedRows::fingerprints,
         absl::MakeConstSpan(reinterpret_cast<const uint64_t*>(numbers.data()), numbers.size()));
   }
+  // [m, F]; empty unless requested.
   absl::Span<const uint8_t> final_observations() const {
     return Shared(&SharedRows::final_observations, Bytes(value().final_observations()));
-  }  //                                                       uint8  [m, F], or empty
+  }
 
-  // Has done with what it shows of shared memory, which is empty from now on: the server may write
-  // there again from the next request on. Otherwise it may with the request after that, as the next
-  // answer is received before it, so that one batch more goes in and out of the caches.
+  // Releases the batch of shared memory early; spans into it are empty afterwards. The server may
+  // then overwrite it from the next request on, in place of one request later. A learner that
+  // sends ahead thus uses two batches in place of three, which fit the caches better.
   void Release() { shared_ = nullptr; }
 
  private:
   friend class StepStream;
 
-  // The rows of one response, and what it bears of observations.
+  // Rows of one response, and its bytes of observations.
   struct Part {
     int32_t first_env = 0;
     int32_t env_count = 0;
@@ -97,26 +98,27 @@ class Batch {
     return absl::MakeConstSpan(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
   }
   const procgen::v1::Batch& value() const { return response_.batch(); }
-  // An array where it lies: in shared memory, or as the message has it.
+  // The array in shared memory if there is one, otherwise the one in the message.
   template <typename Element>
   absl::Span<const Element> Shared(absl::Span<const Element> SharedRows::*array,
                                    absl::Span<const Element> received) const {
     return shared_ == nullptr ? received : (*shared_).*array;
   }
 
-  // Begins with the first response of an answer; then adds the others' rows. All are valid
-  // (ResponseValidator).
+  // Starts with the first response of an answer.
+  // REQUIRES (as Append): ResponseValidator has accepted the response.
   void Begin();
+  // Appends the rows of a further response.
   void Append(const procgen::v1::Batch& part);
-  // Decodes the observations of the whole answer; `decoder` null: they are as they came. Errors:
-  // DATA_LOSS they are no observations of the pool, or do not follow what was decoded before.
+  // Decodes the observations of the whole answer; null `decoder`: they are not encoded. Errors:
+  // DATA_LOSS malformed bytes, or a gap after what was decoded before.
   absl::Status Decode(ObservationDecoder* decoder);
 
-  procgen::v1::StepPoolResponse response_;  // the first of the answer; others' rows are appended
+  procgen::v1::StepPoolResponse response_;  // the first response; rows of others are appended
   int32_t first_env_ = 0;
-  std::shared_ptr<const SharedRows> shared_;  // null: the values came in the responses
+  std::shared_ptr<const SharedRows> shared_;  // null: the responses contain the values
   std::vector<Part> parts_;
-  std::vector<uint8_t> decoded_;  // [n, F]; empty: they came as they are, or none did
+  std::vector<uint8_t> decoded_;  // [n, F]; empty without encoded observations
 };
 
 }  // namespace procgen_client

@@ -12,8 +12,7 @@ CallTimer::CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::
   const gpr_timespec time =
       gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC),
                    gpr_time_from_millis(absl::ToInt64Milliseconds(timeout), GPR_TIMESPAN));
-  // Weak, so that what the context holds (a stream and its channel) is not freed by a thread of
-  // gRPC each time that a timer ends.
+  // Weak, so that a thread of gRPC never frees what the context owns (a stream and its channel).
   alarm_.Set(time, [weak = std::weak_ptr(context), is_due = is_due_](bool rings) {
     if (!rings) {
       return;

@@ -12,10 +12,12 @@
 
 namespace procgen_client {
 
-// Cancels a call when time is up, until this ends. Machines whose clock is set change nothing.
+// Cancels a call after a timeout, unless destroyed before. Uses the monotonic clock.
 class CallTimer {
  public:
+  // Infinite `timeout`: never.
   CallTimer(const std::shared_ptr<grpc::ClientContext>& context, absl::Duration timeout);
+  // Whether the timeout has passed.
   bool is_due() const { return *is_due_; }
 
  private:
@@ -26,14 +28,15 @@ class CallTimer {
 // DEADLINE_EXCEEDED if `timer`, of kEndTimeout, is due.
 absl::Status CheckEndInTime(const CallTimer& timer);
 
-// Waits until the server has ended a call whose responses are `Response`, and says how. For streams
-// whose Read returned false: either the server has ended the stream, or a response was no message.
-// Errors: DEADLINE_EXCEEDED it does not within 10 s; it is cancelled then.
+// Waits until the server has ended a stream of `Response` messages, and stores its status in `end`.
+// To be called after Read returned false: the server has ended the stream, or a response could not
+// be parsed. Errors: DEADLINE_EXCEEDED the server has not ended it within 10 s; the call is
+// cancelled then.
 template <typename Response, typename Stream>
 absl::Status AwaitEnd(const std::shared_ptr<grpc::ClientContext>& context, Stream* stream,
                       grpc::Status* end) {
   const CallTimer timer(context, kEndTimeout);
-  // gRPC tells the end to who has read all.
+  // gRPC reports the status only after all responses have been read.
   Response dropped;
   while (stream->Read(&dropped)) {
   }

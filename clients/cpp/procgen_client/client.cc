@@ -19,16 +19,15 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// What every server takes (Limits.request_bytes_max), in bytes.
+// Smallest Limits.request_bytes_max of any server, in bytes.
 constexpr int64_t kRequestBytesAlways = 65536;
-// What a state has in a request besides its own bytes, at most: a tag and a length.
+// Upper bound of a state's overhead in a request: a tag and a length.
 constexpr int64_t kStateOverheadBytes = 8;
 
-// How many bytes of a stream may be under way on this machine. Few, so that what one core sends the
-// other finds in a cache: 64 environments take 0.6 of the time that they take where gRPC finds out
-// by itself how much the connection bears.
+// HTTP/2 stream window for servers on this machine. Small, so that bytes in flight stay in the CPU
+// caches: a step of 64 environments takes 0.6 of the time with gRPC's bandwidth probing.
 constexpr int kLoopbackWindowBytes = 128 << 10;
-// Within the machine an answer takes a tenth of this; over a network seldom less.
+// A call within the machine takes a tenth of this; a call over a network rarely takes less.
 constexpr absl::Duration kNearRoundTrip = absl::Milliseconds(3);
 constexpr int kNearAttempts = 5;
 constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
@@ -36,10 +35,10 @@ constexpr absl::Duration kNearTimeout = absl::Milliseconds(200);
 // How long it may take to find out why there is no connection.
 constexpr absl::Duration kFailureTimeout = absl::Milliseconds(500);
 
-// A server gives 1000 pools a page; a list beyond this many pages has no end.
+// A page has 1000 pools; a list with more pages is treated as endless.
 constexpr int kPoolPagesMax = 1000;
 
-// `value`, if it is valid.
+// Returns `value` if `status` is OK, else `status`.
 template <typename Value>
 absl::StatusOr<Value> IfValid(absl::StatusOr<Value> value, absl::Status status) {
   return status.ok() ? std::move(value) : std::move(status);
@@ -74,13 +73,13 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
   return response;
 }
 
-// Whether the server answers so soon that it must be on this machine, and not at the far end of a
-// tunnel whose near end is.
+// Whether the round trip shows that the server is on this machine, and not at the far end of a
+// tunnel.
 bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& terms) {
   for (int attempt = 0; attempt < kNearAttempts; ++attempt) {
     const auto begin = std::chrono::steady_clock::now();
-    // Whatever it answers. A call that is given up at the round trip would be an error in the
-    // metrics of a server that is busy.
+    // Any response counts. The timeout is far above a round trip, because cancelled calls would
+    // show up as errors in the server's metrics.
     CallUnary({.token = terms.token, .timeout = kNearTimeout, .is_cancelled = terms.is_cancelled},
               catalog, &v1::CatalogService::Stub::AsyncGetLoad, v1::GetLoadRequest())
         .IgnoreError();
@@ -110,10 +109,10 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   }
   grpc::ChannelArguments arguments = options.channel_arguments;
   arguments.SetMaxReceiveMessageSize(options.response_bytes_max);
-  // Servers compress no messages, and some kilobytes could become gigabytes.
+  // Servers do not compress messages. A compressed one could expand from kilobytes to gigabytes.
   arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
-  // A connection of its own, so that several clients in one process do not share one.
+  // One connection per client, not shared within the process.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_time));
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout));

@@ -29,17 +29,17 @@
 namespace procgen_client {
 
 struct ConnectOptions {
-  absl::Duration timeout = absl::Seconds(10);  // until the server must have answered
-  // Largest response that can be received, in bytes. StreamOptions::response_bytes_max may be as
-  // much.
+  absl::Duration timeout = absl::Seconds(10);  // of Connect
+  // Largest response that can be received, in bytes. Upper bound of
+  // StreamOptions::response_bytes_max.
   int32_t response_bytes_max = 4 << 20;
-  // None: Credentials::FromEnvironment().
+  // Absent: Credentials::FromEnvironment().
   std::optional<Credentials> credentials = std::nullopt;
-  // A connection on which nothing arrived for `keepalive_time` is asked for a sign of life, and is
-  // broken if there is none within `keepalive_timeout`.
+  // Idle time after which the client sends a keepalive ping, and time that the server has to answer
+  // it. After that the connection counts as broken.
   absl::Duration keepalive_time = absl::Seconds(20);
   absl::Duration keepalive_timeout = absl::Seconds(10);
-  // How long each call may take, of a stream its first attach; then it is DEADLINE_EXCEEDED.
+  // Deadline of each unary call, and of the first attach of a stream. DEADLINE_EXCEEDED after it.
   absl::Duration call_timeout = absl::InfiniteDuration();
   // Called every 50 ms on each thread that waits for the server, from connecting on. True: what it
   // waits for ends with CANCELLED, and a stream is over. Null: never. A Watch has Stop instead.
@@ -48,10 +48,10 @@ struct ConnectOptions {
   grpc::ChannelArguments channel_arguments = {};
 };
 
-// Where CloneStates reads.
+// Source of CloneStates.
 struct CloneSource {
-  std::string pool;    // its name; empty: that of the pool that is written
-  std::string server;  // "host:port" as the server that is asked can reach it; empty: itself
+  std::string pool;    // name of the pool; empty: that of the target pool
+  std::string server;  // "host:port" as the target's server reaches it; empty: that server
 };
 
 // A connection to a server. Messages are those of the contract (proto/procgen/v1), whose comments
@@ -60,68 +60,70 @@ struct CloneSource {
 // thread.
 class Client {
  public:
-  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE nobody answers,
-  // or not in TLS as it should; those of ChannelCredentialsOf and Credentials::FromEnvironment.
+  // Connects to `address`, "host:port" or "unix:path". Errors: UNAVAILABLE no server answers, or
+  // the TLS handshake fails; those of ChannelCredentialsOf and Credentials::FromEnvironment.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address,
                                                          const ConnectOptions& options = {});
 
-  // A client on a channel that there is, such as one within a server's own process; `token`: empty,
+  // Returns a client on an existing channel, e.g. one within a server's process. `token`: empty for
   // none; `call_timeout`: as in ConnectOptions.
   static std::unique_ptr<Client> FromChannel(
       const std::shared_ptr<grpc::Channel>& channel, std::string token,
       absl::Duration call_timeout = absl::InfiniteDuration());
 
-  // What the server offers, and how busy it is.
+  // Returns what the server offers.
   absl::StatusOr<procgen::v1::Catalog> GetCatalog();
+  // Returns the current load of the server.
   absl::StatusOr<procgen::v1::Load> GetLoad();
 
-  // The servers of its cluster, or it alone: now, and again when that changes.
+  // Returns the servers of the cluster, or this server if it is in none.
   absl::StatusOr<procgen::v1::ListNodesResponse> ListNodes();
+  // As ListNodes, and again after each change.
   std::unique_ptr<NodeWatch> WatchNodes();
 
-  // Makes a pool. `pool_id`: last part of its name; empty: chosen by the server. A pool lives until
-  // it is deleted or its lease (PoolSpec.lease_duration) runs out.
+  // Creates a pool. `pool_id`: last part of its name; empty: chosen by the server. The pool lives
+  // until it is deleted or its lease (PoolSpec.lease_duration) expires.
   absl::StatusOr<procgen::v1::Pool> CreatePool(const procgen::v1::PoolSpec& spec,
                                                const std::string& pool_id = "");
   absl::StatusOr<procgen::v1::Pool> GetPool(const std::string& name);
   absl::StatusOr<std::vector<procgen::v1::Pool>> ListPools();
   absl::Status DeletePool(const std::string& name);
-  // Begins the pool's lease anew, of another length if one is given.
+  // Restarts the lease of a pool. Absent `lease_duration`: its duration does not change.
   absl::StatusOr<procgen::v1::Pool> RenewPool(
       const std::string& name, std::optional<absl::Duration> lease_duration = std::nullopt);
 
-  // Takes a pool to step it.
+  // Attaches a stream to a pool. The client must outlive the stream.
   absl::StatusOr<std::unique_ptr<StepStream>> Attach(const std::string& pool,
                                                      const StreamOptions& options = {});
 
-  // Snapshots of environments, in the order asked for; of all, if none is named. Many are fetched
-  // page by page. Errors: ABORTED environments were stepped, reset or restored between two pages.
-  // `response_bytes_max`: of a page, as StreamOptions has it.
+  // Returns snapshots of `environments` in this order; empty: all. They are fetched in pages of at
+  // most `response_bytes_max` bytes (0: 4 MiB). Errors: ABORTED environments were stepped, reset or
+  // restored between two pages.
   absl::StatusOr<std::vector<procgen::v1::State>> SaveStates(
       const std::string& pool, absl::Span<const int32_t> environments = {},
       int64_t response_bytes_max = 0);
-  // Puts environments into saved states. All or nothing, if they fit one request of the server
-  // (Limits.request_bytes_max); otherwise several are sent, and those before an error are restored.
-  // A stream tells by StepStream::Observe how the environments stand then.
+  // Restores snapshots. All or nothing if they fit in one request (Limits.request_bytes_max).
+  // Otherwise several requests are sent, and those before an error stay restored.
+  // StepStream::Observe returns the observations afterwards.
   absl::Status RestoreStates(const std::string& pool, absl::Span<const procgen::v1::State> states);
-  // Puts environments of `pool` into the states of others. All or nothing.
+  // Copies states of environments of `source` to environments of `pool`. All or nothing.
   absl::Status CloneStates(const std::string& pool, absl::Span<const procgen::v1::ClonePair> pairs,
                            const CloneSource& source = {});
 
-  // What happened in an episode of an environment: the last that ended, or the one under way. Its
-  // comments tell how to play it again.
+  // Returns an episode of an environment: the last that ended, or the current one.
+  // procgen.v1.Episode documents how to replay it.
   absl::StatusOr<procgen::v1::Episode> GetEpisode(
       const std::string& pool, int32_t environment,
       procgen::v1::EpisodeSelector selector = procgen::v1::EPISODE_SELECTOR_LAST);
 
-  // Draws environments for people, or (size_px 0) as agents see them: square frames, RGB with the
-  // top row first, or PNG files.
+  // Renders environments as square frames of `size_px` pixels a side (0: 512, or 64 with
+  // FRAME_VIEW_AGENT): RGB with the top row first, or PNG files.
   absl::StatusOr<procgen::v1::RenderEnvironmentsResponse> RenderEnvironments(
       const std::string& pool, absl::Span<const int32_t> environments, int32_t size_px = 512,
       procgen::v1::FrameFormat format = procgen::v1::FRAME_FORMAT_RGB,
       procgen::v1::FrameView view = procgen::v1::FRAME_VIEW_HUMAN);
-  // Watches environments while somebody steps them: Next waits for the next frames. Who asks for
-  // more bytes in a response than 4 MiB needs as many in ConnectOptions::response_bytes_max.
+  // Streams frames of environments while a learner steps them. A request with a response_bytes_max
+  // above 4 MiB needs the same in ConnectOptions::response_bytes_max.
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
  private:

@@ -15,7 +15,7 @@
 
 namespace procgen_client {
 
-// By its exact form: "127.0.0.1.example.com" is a name.
+// Parses the whole address: "127.0.0.1.example.com" is a host name.
 bool IsThisMachine(absl::string_view address) {
   constexpr uint8_t kLoopbackNet = 127;
   if (absl::StartsWith(address, "unix:")) {
@@ -40,7 +40,7 @@ std::string Variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-// What is in the file that a variable names.
+// Reads the file whose path is in an environment variable; no path: `text` is unchanged.
 absl::Status ReadNamedFile(const char* variable, std::string* text) {
   const std::string path = Variable(variable);
   if (path.empty()) {
@@ -73,7 +73,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
     const Credentials& credentials, const std::string& address) {
   if (credentials.certificate.empty() != credentials.key.empty()) {
     return absl::InvalidArgumentError(
-        "a client's certificate or its key is given alone, allowed: both or none");
+        "a client certificate or its key is given alone, allowed: both or none");
   }
   if (!credentials.ca.empty()) {
     grpc::SslCredentialsOptions options;
@@ -84,14 +84,13 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(
   }
   if (!credentials.certificate.empty()) {
     return absl::InvalidArgumentError(
-        "a client's certificate is given without certificates that vouch for the server "
-        "(PROCGEN_SERVER_CA)");
+        "a client certificate is given without the server's CA certificates (PROCGEN_SERVER_CA)");
   }
   if (!credentials.token.empty() && !credentials.token_in_plain_text && !IsThisMachine(address)) {
     return absl::InvalidArgumentError(
         absl::StrCat("the token would go to ", address,
-                     " in plain text; give certificates that vouch for the server "
-                     "(PROCGEN_SERVER_CA), or say token_in_plain_text"));
+                     " in plain text; set the server's CA certificates (PROCGEN_SERVER_CA), or "
+                     "token_in_plain_text"));
   }
   return grpc::InsecureChannelCredentials();
 }

@@ -9,9 +9,8 @@
 
 namespace procgen_client {
 
-// The content of one zstd frame, whatever bytes are given: no more than content_bytes_max is ever
-// held. Errors: DATA_LOSS not one whole frame, or one whose header does not give the size of its
-// content.
+// Decompresses one zstd frame from an untrusted source; allocates at most `content_bytes_max`.
+// Errors: DATA_LOSS not exactly one frame, a frame without content size, or larger content.
 absl::StatusOr<std::string> FrameContent(absl::string_view frame, size_t content_bytes_max);
 
 }  // namespace procgen_client

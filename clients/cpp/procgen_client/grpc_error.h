@@ -7,12 +7,11 @@
 
 namespace procgen_client {
 
-// The same code and message.
+// Converts a status; code and message stay.
 absl::Status ToAbslStatus(const grpc::Status& status);
 
-// Whether a stream that its client did not end has ended because its connection broke, so that
-// another try may help, and not by an answer of the server, which would be the same again. `status`
-// is how it ended.
+// Whether a stream that ended with `status` ended because its connection broke, so that a retry may
+// succeed. False for an error of the server, and for a server that drains.
 bool IsBrokenConnection(const grpc::Status& status, const grpc::ClientContext& context);
 
 }  // namespace procgen_client

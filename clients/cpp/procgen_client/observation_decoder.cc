@@ -20,12 +20,12 @@ uint8_t NextAge(uint8_t age) { return age == 255 ? 1 : static_cast<uint8_t>(age 
 
 int32_t CountBits(uint8_t byte) { return __builtin_popcount(byte); }
 
-// The first `count` bits, 0 <= count <= 8.
+// A mask of the lowest `count` bits, 0 <= count <= 8.
 uint32_t Bits(int32_t count) { return (1U << count) - 1; }
 
-// Puts the next of `pixels` where the mask says. Returns where the others begin.
+// Writes the next of `pixels` at each set bit of the mask. Returns the rest of `pixels`.
 template <size_t kPixelBytes>
-const uint8_t* Mend(uint32_t mask, const uint8_t* pixels, uint8_t* row) {
+const uint8_t* Patch(uint32_t mask, const uint8_t* pixels, uint8_t* row) {
   for (; mask != 0; mask >>= 1, row += kPixelBytes) {
     if ((mask & 1) != 0) {
       std::memcpy(row, pixels, kPixelBytes);
@@ -39,7 +39,7 @@ absl::Status Damaged(absl::string_view what) {
   return absl::DataLossError(absl::StrCat("encoded observations: ", what));
 }
 
-// Takes parts off the front of bytes.
+// Reads consecutive parts of a byte string.
 class Reader {
  public:
   explicit Reader(absl::string_view bytes)
@@ -72,7 +72,7 @@ size_t CountAllBits(absl::Span<const uint8_t> bytes) {
 
 }  // namespace
 
-// A part of the sheet, in rows and pixels.
+// A block of the plane, in rows and pixels.
 struct ObservationDecoder::Block {
   int32_t row = 0;
   int32_t column = 0;
@@ -80,7 +80,7 @@ struct ObservationDecoder::Block {
   int32_t width = 0;
 };
 
-// The parts of the content, and how far the blocks have been read.
+// The tables of the content, and the read position in those of the blocks.
 struct ObservationDecoder::Content {
   absl::Span<const uint8_t> ages;
   absl::Span<const uint8_t> advances;
@@ -103,12 +103,12 @@ absl::StatusOr<ObservationDecoder> ObservationDecoder::Make(const procgen::v1::P
   if (size_px < 1 || size_px > kSizePxMax || stack > kStackMax || spec.env_count() < 1) {
     return absl::InvalidArgumentError(
         absl::StrCat("a pool of ", spec.env_count(), " environments with observations of size ",
-                     size_px, " in stacks of ", stack, "; decoded are sizes of 1 to ", kSizePxMax,
+                     size_px, " in stacks of ", stack, ", allowed: sizes of 1 to ", kSizePxMax,
                      " and stacks of 1 to ", kStackMax));
   }
   if (spec.encoding() != procgen::v1::ENCODING_DELTA_ZSTD) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "encoding is ", static_cast<int>(spec.encoding()), "; decoded is ENCODING_DELTA_ZSTD"));
+        "encoding is ", static_cast<int>(spec.encoding()), ", allowed: ENCODING_DELTA_ZSTD"));
   }
   const int32_t channels = format.color() == procgen::v1::COLOR_GRAYSCALE ? 1 : 3;
   const bool planes = format.layout() == procgen::v1::LAYOUT_CHW;
@@ -151,10 +151,9 @@ absl::Status ObservationDecoder::CheckAges(int32_t first, const Content& content
     const size_t environment = static_cast<size_t>(first) + i;
     const uint8_t next = environment < ages_.size() ? ages_[environment] : uint8_t{0};
     if (content.ages[i] != 0 && content.ages[i] != next) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("encoded observations: environment ", environment, " is at age ",
-                       content.ages[i], ", after what was decoded before it would be ", next,
-                       " or 0: answers are missing or came twice"));
+      return absl::FailedPreconditionError(absl::StrCat(
+          "encoded observations: environment ", environment, " has age ", content.ages[i],
+          ", expected: ", next, " or 0; answers are missing or came twice"));
     }
   }
   for (size_t i = 0; i < content.advances.size(); ++i) {
@@ -177,12 +176,12 @@ absl::Status ObservationDecoder::CheckBlocks(int32_t count, Content& content) co
       const Block block = BlockAt(index);
       const uint8_t rows = content.patched[patched++];
       if ((rows & ~Bits(block.height)) != 0) {
-        return Damaged("a row is patched that the picture has not");
+        return Damaged("a row outside the observation is patched");
       }
       for (int32_t row = 0; row < CountBits(rows); ++row) {
         const uint8_t pixels = content.masks[mask++];
         if (pixels == 0 || (pixels & ~Bits(block.width)) != 0) {
-          return Damaged("no pixel is patched in a row, or one that the picture has not");
+          return Damaged("a patched row has no patched pixel, or one outside the observation");
         }
       }
     }
@@ -199,7 +198,7 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
   if (!reader.Take(environments, content.ages) ||
       !reader.Take(sheet_.stack > 1 ? environments : 0, content.advances) ||
       !reader.Take(environments * map_bytes, content.changed)) {
-    return Damaged("they end in the tables of environments");
+    return Damaged("truncated in the tables of environments");
   }
   if (absl::Status status = CheckAges(first, content); !status.ok()) {
     return status;
@@ -207,7 +206,7 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
   const auto bits_in_last = static_cast<int32_t>(block_count() - (map_bytes - 1) * 8);
   for (size_t i = map_bytes; i <= content.changed.size(); i += map_bytes) {
     if ((content.changed[i - 1] & ~Bits(bits_in_last)) != 0) {
-      return Damaged("a block changes that the picture has not");
+      return Damaged("a block outside the observation changes");
     }
   }
   const size_t blocks = CountAllBits(content.changed);
@@ -216,10 +215,10 @@ absl::StatusOr<ObservationDecoder::Content> ObservationDecoder::Read(
       !reader.Take(CountAllBits(content.patched), content.masks) ||
       !reader.Take(CountAllBits(content.masks) * static_cast<size_t>(sheet_.pixel_bytes),
                    content.pixels)) {
-    return Damaged("they end in the tables of blocks");
+    return Damaged("truncated in the tables of blocks");
   }
   if (reader.left() != 0) {
-    return Damaged(absl::StrCat("there are ", reader.left(), " bytes too many"));
+    return Damaged(absl::StrCat(reader.left(), " bytes too many"));
   }
   if (absl::Status status = CheckBlocks(count, content); !status.ok()) {
     return status;
@@ -270,8 +269,8 @@ void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, C
     CopyPixels(from, column, block.width, to);
     if ((patched >> y & 1) != 0) {
       const uint8_t* pixels = content.pixels.data() + content.pixel_byte;
-      const uint8_t* end = pixel_bytes == 3 ? Mend<3>(content.masks[content.mask], pixels, to)
-                                            : Mend<1>(content.masks[content.mask], pixels, to);
+      const uint8_t* end = pixel_bytes == 3 ? Patch<3>(content.masks[content.mask], pixels, to)
+                                            : Patch<1>(content.masks[content.mask], pixels, to);
       content.pixel_byte += static_cast<size_t>(end - pixels);
       ++content.mask;
     }
@@ -281,13 +280,13 @@ void ObservationDecoder::DecodeBlock(const uint8_t* basis, const Block& block, C
 absl::Status ObservationDecoder::Decode(int32_t first, int32_t count, absl::string_view encoded,
                                         absl::Span<uint8_t> observations) {
   if (first < 0 || count < 1 || count > env_count_ - first) {
-    return absl::InvalidArgumentError(absl::StrCat("environments ", first, " and ", count,
-                                                   " from there; the pool has ", env_count_));
+    return absl::InvalidArgumentError(
+        absl::StrCat(count, " environments from ", first, ", the pool has ", env_count_));
   }
   if (observations.size() != static_cast<size_t>(count) * sheet_.bytes()) {
-    return absl::InvalidArgumentError(absl::StrCat("room for ", observations.size(), " bytes, ",
-                                                   count, " observations have ",
-                                                   static_cast<size_t>(count) * sheet_.bytes()));
+    return absl::InvalidArgumentError(
+        absl::StrCat("observations has ", observations.size(),
+                     " bytes, expected: ", static_cast<size_t>(count) * sheet_.bytes()));
   }
   const absl::StatusOr<std::string> bytes = FrameContent(encoded, ContentBytesMax(count));
   if (!bytes.ok()) {

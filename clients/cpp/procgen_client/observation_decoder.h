@@ -13,15 +13,14 @@
 
 namespace procgen_client {
 
-// Decodes the observations of a pool whose encoding is not ENCODING_RAW; the comment of
-// procgen.v1.Encoding defines the bytes. It needs all encoded observations of a learner's answers,
-// each once, in the order of their sequence numbers, and remembers each environment's last one.
-// F: the bytes of one observation, Pool.observation_bytes.
-// Threads: compatible (one thread at a time).
+// Decodes the observations of a pool with ENCODING_DELTA_ZSTD; procgen.v1.Encoding defines the
+// bytes. Observations must be decoded once each, in the order of sequence numbers, without gaps.
+// The decoder keeps the last observation of each environment. F: the bytes of one observation,
+// Pool.observation_bytes. Threads: compatible (one thread at a time).
 class ObservationDecoder {
  public:
-  // For a pool as the server told it. Errors: INVALID_ARGUMENT an encoding or an observation format
-  // that is not known here.
+  // Creates a decoder for a pool. Errors: INVALID_ARGUMENT an unknown encoding or observation
+  // format.
   static absl::StatusOr<ObservationDecoder> Make(const procgen::v1::Pool& pool);
 
   int32_t env_count() const { return env_count_; }
@@ -29,15 +28,15 @@ class ObservationDecoder {
   size_t observation_bytes() const { return sheet_.bytes(); }
 
   // Decodes the observations of the environments [first, first + count) into `observations`
-  // [count, F]. Errors: INVALID_ARGUMENT environments that the pool has not, or room of another
-  // size; DATA_LOSS the bytes are no such observations; FAILED_PRECONDITION they follow others than
-  // were decoded last, so some are missing or came twice. After an error nothing has changed, but
-  // what was written to `observations` has no meaning.
+  // [count, F]. Errors: INVALID_ARGUMENT environments out of range, or `observations` has the wrong
+  // size; DATA_LOSS malformed bytes; FAILED_PRECONDITION a gap: earlier observations are missing or
+  // these were decoded before. After an error the decoder is unchanged, and the content of
+  // `observations` is undefined.
   absl::Status Decode(int32_t first, int32_t count, absl::string_view encoded,
                       absl::Span<uint8_t> observations);
 
  private:
-  // The sheet that an observation is here: `rows` rows of `columns` pixels.
+  // An observation as the codec's plane: `rows` rows of `columns` pixels.
   struct Sheet {
     int32_t rows = 0;
     int32_t columns = 0;
@@ -59,24 +58,24 @@ class ObservationDecoder {
   Block BlockAt(int32_t index) const;
   size_t ContentBytesMax(int32_t count) const;
 
-  // Finds the parts of the content and checks that they fit together and to what was decoded.
+  // Splits the content into its tables and validates them, also against what was decoded before.
   absl::StatusOr<Content> Read(int32_t first, int32_t count, absl::string_view bytes) const;
   absl::Status CheckAges(int32_t first, const Content& content) const;
   absl::Status CheckBlocks(int32_t count, Content& content) const;
-  // Writes what the observation follows from, before its blocks are changed.
+  // Writes the observation that the delta refers to.
   void WriteBasis(size_t environment, int32_t age, int32_t advance, uint8_t* basis) const;
-  // Copies pixels from `column` of a row of the sheet on; beyond its ends those of the ends go on.
+  // Copies `width` pixels of a row of the plane from `column` on; columns outside are clamped.
   void CopyPixels(const uint8_t* row, int32_t column, int32_t width, uint8_t* to) const;
   void DecodeBlock(const uint8_t* basis, const Block& block, Content& content,
                    uint8_t* observation) const;
 
   Sheet sheet_;
   int32_t env_count_;
-  // Of the environments up to the last one that was decoded, so that memory follows what a server
-  // sends and not what it says of its pool.
-  std::vector<uint8_t> ages_;   // [..N] that is next; 0: only an observation without a past
-  std::vector<uint8_t> shown_;  // [..N, F]
-  std::vector<uint8_t> basis_;  // [F] of the observation that is being decoded
+  // Grown to the highest environment that was decoded, so that memory follows the bytes received
+  // and not the size that the server states.
+  std::vector<uint8_t> ages_;   // [..N] the next age; 0: only a key frame may follow
+  std::vector<uint8_t> shown_;  // [..N, F] the last observation
+  std::vector<uint8_t> basis_;  // [F] scratch: the observation that the delta refers to
 };
 
 }  // namespace procgen_client

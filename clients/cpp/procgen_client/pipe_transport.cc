@@ -22,12 +22,12 @@ namespace procgen_client {
 namespace {
 
 constexpr size_t kLengthBytes = sizeof(uint32_t);
-// Answers are small: the values are in shared memory.
+// Responses are small, because values are in shared memory.
 constexpr size_t kBufferBytes = 4096;
 
 const auto kPollMilliseconds = static_cast<int>(kCancellationInterval / absl::Milliseconds(1));
 
-// How long a server may take to answer at its socket.
+// Timeout of the socket exchange.
 constexpr timeval kAnswerTimeout = {.tv_sec = 2, .tv_usec = 0};
 
 bool IsPipe(int file) {
@@ -35,7 +35,7 @@ bool IsPipe(int file) {
   return fstat(file, &facts) == 0 && S_ISFIFO(facts.st_mode);
 }
 
-// A socket that is connected to this name; negative: it could not be.
+// Returns a socket connected to an abstract name; negative on failure.
 int ConnectedTo(const std::string& name) {
   sockaddr_un address = {};
   if (name.empty() || name.size() >= sizeof(address.sun_path)) {
@@ -45,7 +45,7 @@ int ConnectedTo(const std::string& name) {
   if (connection < 0) {
     return -1;
   }
-  // A name without a file begins with a byte 0.
+  // Abstract names start with a byte 0.
   address.sun_family = AF_UNIX;
   setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &kAnswerTimeout, sizeof(kAnswerTimeout));
   setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &kAnswerTimeout, sizeof(kAnswerTimeout));
@@ -198,8 +198,8 @@ bool PipeTransport::Fill(size_t count) {
 }
 
 void PipeTransport::HangUp() const {
-  // Closes the end that is written to, at once and for every thread, without its number becoming
-  // another file's: what cannot be written to takes its place.
+  // Closes the write end atomically for all threads. Replacing it by a read-only descriptor keeps
+  // its number from being reused by another file.
   dup3(requests_read_, requests_, O_CLOEXEC);
 }
 

@@ -12,8 +12,9 @@
 
 namespace procgen_client {
 
-// The learner's side of procgen.v1.PipeTransport: two pipes that bear the messages of
-// a stream in place of gRPC. Threads: one may send while another receives; HangUp from any.
+// The client side of procgen.v1.PipeTransport: two pipes that carry the messages of a stream in
+// place of gRPC.
+// Threads: one may send while another receives; HangUp from any.
 class PipeTransport {
  public:
   // Connects; null: that cannot be done from here, and gRPC's stream does as well.
@@ -28,11 +29,11 @@ class PipeTransport {
   // Waits while the pipe is full. False: it has ended, and gRPC's stream tells why; or the wait was
   // cancelled.
   bool Send(const procgen::v1::StepPoolRequest& request);
-  // Waits for the next response. False: as for Send.
+  // Blocks until the next response. False: as Send, or is_damaged().
   bool Receive(procgen::v1::StepPoolResponse* response);
-  // After Receive: it has ended with what is no response.
+  // Whether Receive returned false because of a malformed response.
   bool is_damaged() const { return is_damaged_; }
-  // Sends nothing more: the stream ends when what was sent is answered.
+  // Closes the request pipe: the stream ends when all requests sent are answered.
   void HangUp() const;
 
  private:
@@ -51,10 +52,10 @@ class PipeTransport {
   const std::shared_ptr<Cancellation> cancellation_;
   bool is_damaged_ = false;
   int requests_ = -1;
-  // Their reading end, from which nobody reads here: while it is open, who writes gets no SIGPIPE.
+  // Read end of the request pipe, never read: while it is open, writing raises no SIGPIPE.
   int requests_read_ = -1;
   int responses_ = -1;
-  std::string outgoing_;      // length and message; its memory is kept
+  std::string outgoing_;      // length and message; reused for each request
   std::vector<char> buffer_;  // received: [begin_, end_)
   size_t begin_ = 0;
   size_t end_ = 0;

@@ -19,7 +19,7 @@ absl::Status WrongAttached(absl::string_view what) {
   return absl::InternalError(absl::StrCat("the server's answer to attach: ", what));
 }
 
-// The slice of a request that does not say how many environments it is of.
+// End of a slice, exclusive; env_count 0 extends it to the end of the pool.
 int64_t SliceEnd(const v1::Slice& slice, int64_t env_count) {
   return slice.env_count() == 0 ? env_count : int64_t{slice.first_env()} + slice.env_count();
 }
@@ -186,9 +186,9 @@ absl::Status ResponseValidator::ValidateArrays(const v1::Batch& batch) const {
 absl::Status ResponseValidator::ValidatePictures(const v1::Batch& batch, int64_t ended) const {
   const auto final_bytes = static_cast<int64_t>(batch.final_observations().size());
   const int64_t expected_final = wants_final_observations_ ? ended * observation_bytes_ : 0;
-  // In other modes the observation is the final one, and whether it is there twice is the server's.
-  const bool may_lack = !is_same_step_ && final_bytes == 0;
-  if (final_bytes != expected_final && !may_lack) {
+  // In other modes `observations` contains the final one, and the server may omit the second copy.
+  const bool may_be_absent = !is_same_step_ && final_bytes == 0;
+  if (final_bytes != expected_final && !may_be_absent) {
     return WrongSize("final_observations", final_bytes, expected_final);
   }
   const auto bytes = static_cast<int64_t>(batch.observations().size());
@@ -200,8 +200,7 @@ absl::Status ResponseValidator::ValidatePictures(const v1::Batch& batch, int64_t
   if (bytes == 0) {
     return Wrong("no observations, expected: encoded ones");
   }
-  // A response has room for its environments as if nothing could be compressed, so what a few bytes
-  // become is bounded, too.
+  // The server sizes responses by raw observations, so the decoded size is bounded, too.
   if (decoded > response_bytes_max_) {
     return Wrong(absl::StrCat("observations of ", decoded, " bytes when decoded, expected: up to ",
                               response_bytes_max_));

@@ -9,30 +9,29 @@
 
 namespace procgen_client {
 
-// Validates what a server says of the pool that a stream attached to, so that sizes computed from
-// it fit their types. Errors: INTERNAL (the message says what was given and what was expected).
+// Validates the response to attach, so that sizes computed from it fit their types. Errors:
+// INTERNAL; the message contains the value given and the value expected.
 absl::Status ValidateAttached(const procgen::v1::Attach& attach,
                               const procgen::v1::Attached& attached);
 
-// Validates the responses to one request after the other before anything of them is read: their
-// numbers, their order, the environments that they cover, and the size of each array. A response
-// that passes can be read by the request's own counts, whatever server sent it.
-// Cost: some comparisons a response, and one pass over the flags of ends.
-// Threads: compatible.
+// Validates the responses of a stream before they are read: their sequence numbers, order,
+// environments, and the size of each array. A response that passes can be indexed by the request's
+// own counts. Cost: a few comparisons for each response, and one pass over terminated and
+// truncated. Threads: compatible.
 class ResponseValidator {
  public:
   ResponseValidator() = default;
-  // REQUIRES: `attached` is valid. `shared_batch_count`: 0, the pool shares no memory.
+  // `shared_batch_count`: 0 without shared memory. REQUIRES: ValidateAttached(attached) is OK.
   ResponseValidator(const procgen::v1::Attached& attached, int32_t shared_batch_count);
 
-  // Expects the responses to `request` from now on, the first of them next.
+  // Expects the responses to `request` from now on, starting with the first.
   void Expect(const procgen::v1::StepPoolRequest& request);
 
-  // Validates the next response. Errors: DATA_LOSS (the message says what was given and what was
-  // expected); no further response may follow.
+  // Validates the next response. Errors: DATA_LOSS; the message contains the value given and the
+  // value expected. No further response may be validated then.
   absl::Status Validate(const procgen::v1::StepPoolResponse& response);
 
-  // Whether the last response that was validated ends the answer.
+  // Whether the last validated response completes the answer.
   bool is_complete() const { return is_complete_; }
 
  private:
@@ -54,7 +53,7 @@ class ResponseValidator {
 
   // Of the request.
   int64_t sequence_number_ = 0;
-  int64_t next_environment_ = 0;  // the first that no response has covered
+  int64_t next_environment_ = 0;  // the first without a response
   int64_t end_environment_ = 0;   // exclusive
   bool wants_ack_ = false;
   bool wants_observations_ = false;

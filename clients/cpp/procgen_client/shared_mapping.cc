@@ -17,7 +17,7 @@ namespace {
 
 namespace v1 = procgen::v1;
 
-// The names of the fields, in the order of SharedField, and what their elements are.
+// Name and element type of each field, in the order of SharedField.
 const std::pair<const char*, v1::ElementType> kFields[kSharedFieldCount] = {
     {"observations", v1::ELEMENT_TYPE_UINT8},
     {"final_observations", v1::ELEMENT_TYPE_UINT8},
@@ -58,7 +58,7 @@ const v1::SharedArray* Find(const v1::SharedMemory& memory, absl::string_view fi
   return nullptr;
 }
 
-// What is wrong with an array for `env_count` rows of `row_bytes`; empty: nothing.
+// Returns an error text if an array does not have `env_count` rows of `row_bytes`; else empty.
 std::string WhatIsWrong(const v1::SharedArray& array, v1::ElementType type, int64_t env_count,
                         int64_t row_bytes, int64_t batch_bytes) {
   constexpr int64_t kAlignment = 64;
@@ -110,7 +110,7 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory, const v1::Pool&
   if (batch_count_ < 1 || batch_bytes_ < 1 || size_bytes_ % batch_count_ != 0 ||
       size_bytes_ / batch_count_ != batch_bytes_) {
     return Wrong(memory, absl::StrCat("has ", size_bytes_, " bytes, ", batch_count_, " x ",
-                                      batch_bytes_, " are told"));
+                                      batch_bytes_, " expected"));
   }
   for (size_t i = 0; i < kSharedFieldCount; ++i) {
     const auto& [field, type] = kFields[i];
@@ -131,16 +131,16 @@ absl::Status SharedMapping::Read(const v1::SharedMemory& memory, const v1::Pool&
 }
 
 absl::Status SharedMapping::Map() {
-  // Opening a pipe must not wait for somebody to write to it.
+  // O_NONBLOCK: opening a FIFO must not block.
   const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat facts = {};
   std::string error;
   if (file < 0 || fstat(file, &facts) != 0) {
     error = std::generic_category().message(errno);
   } else if (!S_ISREG(facts.st_mode)) {
-    error = "it is no file";
+    error = "it is not a regular file";
   } else if (facts.st_size < size_bytes_) {
-    // What lies behind the end of a file cannot be read, and ends who tries.
+    // Reading a mapping beyond the end of the file raises SIGBUS.
     error = absl::StrCat("it has ", facts.st_size, " bytes and is shorter than ", size_bytes_);
   } else {
     void* memory = mmap(nullptr, static_cast<size_t>(size_bytes_), PROT_READ, MAP_SHARED, file, 0);

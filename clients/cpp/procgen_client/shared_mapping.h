@@ -35,12 +35,13 @@ enum class SharedField : uint8_t {
 };
 inline constexpr size_t kSharedFieldCount = 12;
 
-// The memory that a pool shares with its learners (procgen.v1.SharedMemory), mapped to be read.
-// Threads: immutable; what is in it is written by the server, as the contract says.
+// A read-only mapping of the memory that a pool shares with its learners
+// (procgen.v1.SharedMemory).
+// Threads: immutable; the server writes its content by the rules of procgen.v1.SharedMemory.
 class SharedMapping {
  public:
-  // Errors: FAILED_PRECONDITION the file cannot be opened or mapped here (the message names it, and
-  // the way out); INTERNAL the server says of it what cannot be of this pool.
+  // Maps the memory. Errors: FAILED_PRECONDITION the file cannot be opened or mapped by this
+  // process; INTERNAL its description does not match the pool.
   static absl::StatusOr<std::shared_ptr<const SharedMapping>> Open(
       const procgen::v1::SharedMemory& memory, const procgen::v1::Pool& pool);
   ~SharedMapping();
@@ -51,7 +52,7 @@ class SharedMapping {
   int32_t batch_count() const { return batch_count_; }
 
   // Rows [first, first + count) of the array `field` in a batch. REQUIRES: all are in range, and
-  // the field's elements are of this type.
+  // Element is the field's type.
   template <typename Element>
   absl::Span<const Element> Rows(int32_t batch, SharedField field, int32_t first,
                                  int32_t count) const {
@@ -68,7 +69,7 @@ class SharedMapping {
   };
 
   SharedMapping() = default;
-  // Takes over what is told of the memory. Errors: INTERNAL.
+  // Reads and validates the description. Errors: INTERNAL.
   absl::Status Read(const procgen::v1::SharedMemory& memory, const procgen::v1::Pool& pool);
   absl::Status Map();
 
@@ -80,19 +81,20 @@ class SharedMapping {
   const uint8_t* memory_ = nullptr;
 };
 
-// Which batches of a mapping a learner holds, and which it has let go of since it last told the
-// server.
+// The batches of a mapping that a learner holds, and those that it has released since its last
+// request.
 // Threads: any method from any thread.
 class HeldBatches {
  public:
-  // False: it is held already.
+  // False: the batch is held already.
   bool Hold(int32_t batch);
   void Release(int32_t batch);
 
   int32_t count() const;
-  // Has `released` tell what was let go of.
+  // Moves the released batches to `released`.
   void TakeReleased(google::protobuf::RepeatedField<int32_t>* released);
-  // What is held, to be told as a whole: nothing else was let go of then.
+  // Returns the batches held, for Attach.held_batches, and clears the released ones, which
+  // attaching releases.
   std::vector<int32_t> TakeHeld();
 
  private:
@@ -101,11 +103,11 @@ class HeldBatches {
   std::vector<int32_t> released_ ABSL_GUARDED_BY(mutex_);
 };
 
-// The rows of an answer in shared memory, which are held until this ends.
+// The rows of an answer in shared memory. Holds their batch until destroyed.
 class SharedRows {
  public:
-  // Holds what `batch` tells. REQUIRES: it is valid (ResponseValidator). Errors: DATA_LOSS it is
-  // held already.
+  // Holds the rows of `batch`. REQUIRES: ResponseValidator has accepted it. Errors: DATA_LOSS its
+  // shared batch is held already.
   static absl::StatusOr<std::shared_ptr<const SharedRows>> Hold(
       std::shared_ptr<const SharedMapping> mapping, std::shared_ptr<HeldBatches> held,
       const procgen::v1::Batch& batch);

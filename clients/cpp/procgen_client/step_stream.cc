@@ -13,16 +13,16 @@
 namespace procgen_client {
 namespace {
 
-// Where server and learner share all cores of a machine, chunks that are smaller than this, in
-// bytes of observations, cost more than they save (procgen-benchmark-stream, step/...); and more of
-// them than this save nothing.
+// Bounds of the default chunk count, for a server and a learner that share all cores. Smaller
+// chunks, in bytes of observations, cost more than they save; more chunks save nothing
+// (procgen-benchmark-stream, step/...).
 constexpr int64_t kChunkBytesMin = 2 << 20;
 constexpr int64_t kDefaultChunkCountMax = 4;
 
-// Not absl::Now, which is set back and forth with the machine's clock.
+// Not absl::Now, which jumps when the system clock is set.
 using Steady = std::chrono::steady_clock;
 
-// Whether two answers to attach can be of one pool.
+// Whether two responses to attach can be from the same pool.
 bool IsSamePool(const procgen::v1::Pool& one, const procgen::v1::Pool& other) {
   return one.spec().env_count() == other.spec().env_count() &&
          one.spec().encoding() == other.spec().encoding() &&
@@ -34,7 +34,7 @@ bool IsSamePool(const procgen::v1::Pool& one, const procgen::v1::Pool& other) {
 
 int32_t DefaultChunkCount(const procgen::v1::Pool& pool) {
   if (pool.spec().transport() == procgen::v1::TRANSPORT_SHARED_MEMORY) {
-    return 1;  // nothing is on its way there
+    return 1;  // no values are sent
   }
   const int64_t bytes = int64_t{pool.observation_bytes()} * pool.spec().env_count();
   return static_cast<int32_t>(
@@ -97,7 +97,8 @@ absl::Status StepStream::Attach() {
   if (chunk_count_ == 0) {
     chunk_count_ = DefaultChunkCount(pool());
   }
-  // Whoever has it when the connection breaks was this stream, as far as the server knows.
+  // After a broken connection the attached stream is this one, which the server may not have
+  // noticed.
   attach_.mutable_attach()->set_take_over(true);
   return absl::OkStatus();
 }
@@ -147,8 +148,8 @@ absl::Status StepStream::Accept(const procgen::v1::Attached& attached) {
   if (attached_.has_pool() && !IsSamePool(pool(), attached.pool())) {
     return absl::AbortedError(
         absl::StrCat("pool ", attached.pool().name(),
-                     " has other environments or observations than what this "
-                     "stream had attached to: it is another of the same name"));
+                     " has other environments or observations than the pool that this stream "
+                     "was attached to: it is another pool of the same name"));
   }
   if (absl::Status status = MapShared(attached); !status.ok()) {
     return status;
@@ -163,11 +164,12 @@ absl::Status StepStream::MapShared(const procgen::v1::Attached& attached) {
   }
   const procgen::v1::SharedMemory& memory = attached.shared_memory();
   if (mapping_ != nullptr && mapping_->path() != memory.path()) {
-    return absl::AbortedError(absl::StrCat("pool ", attached.pool().name(), " shares ",
-                                           memory.path(), ", and what this stream had attached to ",
-                                           mapping_->path(), ": it is another of the same name"));
+    return absl::AbortedError(
+        absl::StrCat("pool ", attached.pool().name(), " shares ", memory.path(),
+                     ", and the pool that this stream was attached to shares ", mapping_->path(),
+                     ": it is another pool of the same name"));
   }
-  // The memory grows where another stream asked for more batches. What is held keeps its mapping.
+  // The memory grows if another stream asks for more batches. Held batches keep their old mapping.
   absl::StatusOr<std::shared_ptr<const SharedMapping>> mapping =
       SharedMapping::Open(memory, attached.pool());
   if (!mapping.ok()) {
@@ -220,13 +222,13 @@ absl::Status StepStream::Resume(absl::Duration timeout, bool* is_broken) {
     return status;
   }
   const std::shared_ptr<StreamConnection> connection = this->connection();
-  const int64_t stands_at = attached.next_sequence_number();
-  if (stands_at <= answered_sequence_number_ || stands_at > next_sequence_number_) {
+  const int64_t next = attached.next_sequence_number();
+  if (next <= answered_sequence_number_ || next > next_sequence_number_) {
     connection->context()->TryCancel();
     return absl::AbortedError(absl::StrCat(
-        "pool ", attached.pool().name(), " is at request ", stands_at, ", and this stream left it ",
+        "pool ", attached.pool().name(), " is at request ", next, ", and this stream left it ",
         "between ", answered_sequence_number_ + 1, " and ", int64_t{next_sequence_number_},
-        ": somebody else has stepped it, or it is another pool of the same name"));
+        ": another client has stepped it, or it is another pool of the same name"));
   }
   std::deque<procgen::v1::StepPoolRequest> unanswered;
   {
@@ -234,7 +236,7 @@ absl::Status StepStream::Resume(absl::Duration timeout, bool* is_broken) {
     unanswered = unanswered_;
   }
   for (procgen::v1::StepPoolRequest& request : unanswered) {
-    request.clear_released_batches();  // attaching has told what is held as a whole
+    request.clear_released_batches();  // attaching has released all batches that are not held
     if (!connection->Write(request)) {
       return EndOf(connection, is_broken);
     }
@@ -317,11 +319,11 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
   if (absl::Status status = Over(); !status.ok()) {
     return status;
   }
-  // Counted before it is sent: its answer may arrive before Write returns.
+  // Incremented before Write, because the answer may arrive before Write returns.
   const int64_t number = next_sequence_number_++;
   request.set_sequence_number(number);
   if (mapping_ != nullptr) {
-    // So that the batches of answers that have arrived are not kept for repetition.
+    // Lets the server free batches of answers that have arrived.
     request.set_acknowledged_sequence_number(answered_sequence_number_);
   }
   held_->TakeReleased(request.mutable_released_batches());
@@ -330,7 +332,7 @@ absl::StatusOr<int64_t> StepStream::Send(procgen::v1::StepPoolRequest request) {
   {
     absl::MutexLock lock(&mutex_);
     connection = connection_;
-    // Stays where it is until it is answered, which is not before its bytes are written.
+    // The pointer stays valid until the request is answered, which is after Write has used it.
     sent = &unanswered_.emplace_back(std::move(request));
   }
   connection->Write(*sent);
@@ -354,7 +356,7 @@ absl::Status StepStream::Receive(Batch* batch) {
     }
     is_there = ReadAnswer(batch);
   }
-  // Not before all of it is there: what was read of an answer whose connection broke comes again.
+  // Only once the answer is complete: after a broken connection all of it is sent again.
   absl::Status status = is_there.ok() ? Understand(batch) : is_there.status();
   if (!status.ok()) {
     *batch = Batch();                      // nobody reads what is not valid

@@ -9,7 +9,7 @@
 namespace procgen_client {
 namespace {
 
-// So many responses of kinds that are not known are ignored before an answer.
+// Maximum number of responses of unknown kinds that are skipped before an answer.
 constexpr int kNoticesMax = 1000;
 
 }  // namespace
@@ -66,11 +66,11 @@ absl::StatusOr<bool> StreamConnection::ReadAnswer(int64_t number,
     if (!Read(response)) {
       if (pipes_ != nullptr && pipes_->is_damaged()) {
         return absl::DataLossError(absl::StrCat("the server's answer to request ", number,
-                                                ": what came by the pipe is no response"));
+                                                ": a malformed response on the pipe"));
       }
       return false;
     }
-    // One of a later server's kinds that answers nothing is not for this client.
+    // Skips responses of kinds that only newer clients know.
     if (response->response_case() != procgen::v1::StepPoolResponse::RESPONSE_NOT_SET ||
         response->sequence_number() != 0) {
       return true;

@@ -5,16 +5,16 @@
 
 namespace procgen_client {
 
-// The client's times that are no options; those are in ClientOptions and StreamOptions.
+// Fixed times of the client. Configurable ones are in ConnectOptions and StreamOptions.
 
-// Between attempts to resume a stream after its connection broke: doubled each time, and each half
-// to one and a half of it, so that many learners do not reconnect at once.
+// Backoff between attempts to resume a stream: doubles each time, with a jitter of 0.5 to 1.5 so
+// that learners do not reconnect at the same time.
 inline constexpr absl::Duration kResumeBackoffMin = absl::Milliseconds(20);
 inline constexpr absl::Duration kResumeBackoffMax = absl::Seconds(2);
-// Between attempts of gRPC to connect.
+// Backoff between gRPC's attempts to connect.
 inline constexpr absl::Duration kReconnectBackoffMin = absl::Milliseconds(100);
 inline constexpr absl::Duration kReconnectBackoffMax = absl::Seconds(1);
-// How long a server may take to end a stream that is over.
+// Time that the server has to end a stream after the client has closed it.
 inline constexpr absl::Duration kEndTimeout = absl::Seconds(10);
 
 }  // namespace procgen_client

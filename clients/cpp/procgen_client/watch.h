@@ -18,19 +18,19 @@
 
 namespace procgen_client {
 
-// A stream of what a server tells from time to time. Made by Client, which it must not outlive; the
-// stream ends with this.
-// Threads: Next from one at a time; Stop from any.
+// A server stream that returns a value now and after each change. Created by Client, which must
+// outlive it. Destroying it ends the stream.
+// Threads: Next from one thread at a time; Stop from any.
 template <typename Response>
 class Watch {
  public:
   using Begin =
       std::function<std::unique_ptr<grpc::ClientReader<Response>>(grpc::ClientContext* context)>;
 
-  // Whether a response makes sense.
+  // Validates a response.
   using Validate = std::function<absl::Status(const Response& response)>;
 
-  // `token`: empty, none. `validate`: null, any response does.
+  // `token`: empty for none. `validate`: null accepts any response.
   Watch(const std::string& token, const Begin& begin, Validate validate = nullptr)
       : validate_(std::move(validate)) {
     ShowToken(token, context_.get());
@@ -45,10 +45,10 @@ class Watch {
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
 
-  // How it is: at first as it is now, then as it is after the next change, which is waited for.
-  // Errors: the server's; CANCELLED after Stop; INTERNAL a response makes no sense;
-  // DEADLINE_EXCEEDED a response is no message, and the server does not end the stream within 10 s.
-  // All later calls return the same.
+  // Returns the current value on the first call; later calls block until the next change. Errors:
+  // those of the server; CANCELLED after Stop; INTERNAL an invalid response; DEADLINE_EXCEEDED a
+  // malformed response, after which the server does not end the stream within 10 s. After an error
+  // all calls return it.
   absl::StatusOr<Response> Next() {
     Response response;
     if (end_.ok() && reader_->Read(&response)) {
@@ -70,19 +70,20 @@ class Watch {
     }
     return end_;
   }
-  // Has Next return, now and from then on.
+  // Makes Next return CANCELLED, also one that is blocked.
   void Stop() { context_->TryCancel(); }
 
  private:
   const std::shared_ptr<grpc::ClientContext> context_ = std::make_shared<grpc::ClientContext>();
   const Validate validate_;
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
-  absl::Status end_;  // not OK: how the stream ended
+  absl::Status end_;  // OK while the stream is open
 };
 
-// Which servers there are. UNAVAILABLE when the server stops.
+// The servers of a cluster (WatchNodes). Ends with UNAVAILABLE when the server stops.
 using NodeWatch = Watch<procgen::v1::WatchNodesResponse>;
-// What environments of a pool show. ABORTED when the pool goes, UNAVAILABLE when the server drains.
+// Frames of a pool (WatchPool). Ends with ABORTED when the pool is deleted or its lease expires,
+// and with UNAVAILABLE when the server drains.
 using PoolWatch = Watch<procgen::v1::WatchPoolResponse>;
 
 }  // namespace procgen_client

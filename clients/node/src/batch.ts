@@ -1,32 +1,32 @@
-// A batch: how environments stand after a request, as typed arrays.
+// Batch: the values of environments after a request, as typed arrays.
 
 import type { Batch as BatchMessage } from "./generated/procgen/v1/step_pb.js";
 
 // The arrays of a batch of n environments, of which m have ended an episode in this step. F: the bytes of an observation.
 export interface BatchArrays {
-  // Of this step, the old episode's where one ended                          [n]
+  // Reward of this step; where an episode ended, that of the old one         [n]
   rewards: Float32Array;
-  // A new episode has begun; 0 or 1, as all flags                            [n]
+  // A new episode has started; 0 or 1, as all flags                          [n]
   first: Uint8Array;
   // The game (or action -1) ended the episode                                [n]
   terminated: Uint8Array;
   // The time limit ended the episode                                         [n]
   truncated: Uint8Array;
-  // Level in the observation                                                 [n]
+  // Seed of the level in the observation                                     [n]
   levelSeeds: Int32Array;
-  // Level that was stepped                                                   [n]
+  // Seed of the level that was stepped                                       [n]
   prevLevelSeeds: Int32Array;
-  // That level was completed by this step                                    [n]
+  // This step completed that level                                           [n]
   prevLevelComplete: Uint8Array;
-  // Sum of rewards of the ended, or of the running, episode                  [n]
+  // Sum of the rewards of the ended or current episode                       [n]
   episodeReturns: Float32Array;
-  // Steps of the same                                                        [n]
+  // Steps of the same episode                                                [n]
   episodeLengths: Int32Array;
-  // Hashes of the episodes that ended, in order                              [m]
+  // Hashes of the ended episodes, in order                                   [m]
   fingerprints: BigUint64Array;
-  // The last observations of those; empty unless asked for                   [m * F]
+  // Last observations of the ended episodes; empty unless requested          [m * F]
   finalObservations: Uint8Array;
-  // What the agents see; empty with `observe: false`                         [n * F]
+  // Observations; empty with `observe: false`                                [n * F]
   observations: Uint8Array;
 }
 
@@ -90,13 +90,13 @@ export interface Batch extends BatchArrays {
   observationShape: readonly number[];
 }
 
-// The observation of a row: a view.
+// Returns the observation of a row, as a view.
 export function observationOf(batch: Batch, row: number): Uint8Array {
   const bytes = batch.observations.length / batch.envCount;
   return batch.observations.subarray(row * bytes, (row + 1) * bytes);
 }
 
-// Joins the responses to one request, which were checked as they came.
+// Joins the validated responses to one request.
 export function assemble(parts: readonly Part[], observationShape: readonly number[]): Batch {
   const head = parts[0]!;
   return {

@@ -1,4 +1,4 @@
-// A connection to a server, over which pools are made and stepped.
+// Client: a connection to a server.
 
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Connection, type CallOptions } from "./connection.js";
@@ -15,19 +15,21 @@ import { callTimeoutDefaultMs, connectTimeoutDefaultMs, reasonTimeoutMs, reconne
 import { checkPool, poolPagesMax } from "./validation.js";
 
 export interface ClientOptions {
-  // How long to wait for the server; one that is just starting is waited for. Default: 10 000.
+  // Timeout of connect, in milliseconds; it waits for a server that is starting. Default: 10 000.
   timeoutMs?: number;
-  // How long each call besides stepping may take. Default: 60 000.
+  // Timeout of each unary call, in milliseconds. Default: 60 000.
   callTimeoutMs?: number;
-  // How long a pool's stream whose connection broke tries to go on, each time; the server keeps its answers meanwhile. 0: a
-  // broken connection ends the stream, and the server keeps nothing. Default: 60 000.
+  // Time that a pool's stream tries to resume after a broken connection, in milliseconds. The
+  // server keeps its answers meanwhile. 0: a broken connection ends the stream, and the server
+  // keeps nothing. Default: 60 000.
   reconnectTimeoutMs?: number;
-  // For a server that speaks TLS or asks who calls. Default: what the environment says (credentialsFromEnvironment).
+  // TLS certificates and token. Default: credentialsFromEnvironment().
   credentials?: Credentials;
 }
 
 export type PoolSpecInit = MessageInitShape<typeof PoolSpecSchema>;
 
+// A connection to a server. Creates pools and returns existing ones.
 export class Client {
   readonly #connection: Connection;
   readonly #reconnectTimeoutMs: number;
@@ -38,7 +40,8 @@ export class Client {
     this.#reconnectTimeoutMs = reconnectTimeoutMs;
   }
 
-  // Connects to a server: "localhost:50051", "unix:/run/procgen.sock". UnavailableError: no server answered in time.
+  // Connects to a server: "localhost:50051", "unix:/run/procgen.sock".
+  // Throws UnavailableError: no server answered in time.
   static async connect(
     address: string,
     {
@@ -62,30 +65,31 @@ export class Client {
     return this.#connection.address;
   }
 
-  // What the server offers: games, modes, options, actions, limits (proto/procgen/v1/catalog.proto). It does not change
-  // while the server runs, so it was asked for once, on connecting.
+  // What the server offers: games, modes, options, actions, limits
+  // (proto/procgen/v1/catalog.proto). Constant while the server runs; fetched once by connect.
   get catalog(): Catalog {
     return this.#catalog;
   }
 
-  // How busy the server is at this moment.
+  // Returns the current load of the server.
   load(options?: CallOptions): Promise<Load> {
     return this.#connection.unary(CatalogService.method.getLoad, {}, options);
   }
 
-  // Which servers there are in the server's cluster; it alone where it has none.
+  // Returns the servers of the cluster, or this server if it is in none.
   listNodes(options?: CallOptions): Promise<ListNodesResponse> {
     return this.#connection.unary(ClusterService.method.listNodes, {}, options);
   }
 
-  // Which servers there are: at first as they are now, then as they are after a change. Ends with UnavailableError when the
-  // server stops or the connection breaks; leaving a loop over it ends the call.
+  // Yields the servers of the cluster now, and again after each change. Throws UnavailableError
+  // when the server stops or the connection breaks. Leaving the loop ends the call.
   watchNodes({ signal }: Pick<CallOptions, "signal"> = {}): AsyncGenerator<WatchNodesResponse, void, void> {
     return this.#connection.serverStream(ClusterService.method.watchNodes, {}, signal);
   }
 
-  // Makes a pool; every environment stands at the first step of its first level. `spec` is the contract's PoolSpec, whose
-  // comments are the manual (proto/procgen/v1/pools.proto); `poolId`: the last part of its name.
+  // Creates a pool; every environment is at the first step of its first level. `spec`: a PoolSpec
+  // (proto/procgen/v1/pools.proto). `poolId`: last part of its name; default: chosen by the server.
+  // Throws UnimplementedError: spec.transport is SHARED_MEMORY.
   async createPool(
     spec: PoolSpecInit,
     { poolId = "", signal, timeoutMs, ...poolOptions }: { poolId?: string } & PoolOptions & CallOptions = {},
@@ -99,7 +103,7 @@ export class Client {
     return this.#pool(message, true, poolOptions);
   }
 
-  // A pool that is there already; closing it leaves it there.
+  // Returns an existing pool; close() does not delete it.
   async getPool(
     name: string,
     { signal, timeoutMs, ...poolOptions }: PoolOptions & CallOptions = {},
@@ -109,7 +113,7 @@ export class Client {
     return this.#pool(message, false, poolOptions);
   }
 
-  // The pools that the caller owns, oldest first, as messages.
+  // Yields the caller's pools, oldest first, as messages.
   async *listPools(options?: CallOptions): AsyncGenerator<PoolMessage, void, void> {
     const request = { pageToken: "" };
     for (let i = 0; i < poolPagesMax; i += 1) {
@@ -123,12 +127,12 @@ export class Client {
     throw new InternalError(`the server's answer: a list of pools of more than ${poolPagesMax} pages, expected: an end`);
   }
 
-  // Ends a pool and frees its environments; a stream that is attached to it ends with AbortedError.
+  // Deletes a pool; an attached stream ends with AbortedError.
   async deletePool(name: string, options?: CallOptions): Promise<void> {
     await this.#connection.unary(PoolService.method.deletePool, { name }, options);
   }
 
-  // Closes the connection; pools stay on the server until they are deleted.
+  // Closes the connection; pools stay on the server until they are deleted or their lease expires.
   close(): void {
     this.#connection.close();
   }
@@ -155,23 +159,23 @@ export class Client {
       );
     }
     if (catalog.games.length === 0 || catalog.limits === undefined) {
-      throw new InternalError(`the server at ${this.address} tells of no games, or of no limits`);
+      throw new InternalError(`the server at ${this.address} has a catalog without games or limits`);
     }
     return catalog;
   }
 
-  // Why the connection fails, in gRPC's words.
+  // Returns gRPC's error text for the failed connection.
   async #reason(): Promise<string> {
     try {
       await this.#connection.unary(CatalogService.method.getCatalog, {}, { timeoutMs: reasonTimeoutMs });
     } catch (error) {
       return (error as ProcgenError).message;
     }
-    return "it has just begun to";
+    return "it has just started to answer";
   }
 }
 
-// Connects to a server; the same as Client.connect.
+// Connects to a server. Same as Client.connect.
 export function connect(address: string, options?: ClientOptions): Promise<Client> {
   return Client.connect(address, options);
 }

@@ -1,4 +1,4 @@
-// A connection to a server: calls of the contract's methods, without their meaning.
+// Connection: untyped calls of the API's methods over one gRPC channel.
 
 import {
   create, fromBinary, toBinary,
@@ -16,9 +16,9 @@ import { channelBackoffMaxMs, channelBackoffMinMs, keepaliveTimeMs, keepaliveTim
 export type StepPoolCall = ClientDuplexStream<StepPoolRequest, StepPoolResponse>;
 
 export interface CallOptions {
-  // Gives the call up: it ends with CancelledError.
+  // Cancels the call, which then throws CancelledError.
   signal?: AbortSignal;
-  // How long it may take, in milliseconds.
+  // Timeout in milliseconds.
   timeoutMs?: number;
 }
 
@@ -47,7 +47,7 @@ export class Connection {
     this.#client.close();
   }
 
-  // Calls a method. `waitForReady`: a server that is just starting is waited for.
+  // Calls a unary method. `waitForReady`: wait for a server that is starting.
   async unary<I extends DescMessage, O extends DescMessage>(
     method: DescMethodUnary<I, O>,
     init: MessageInitShape<I>,
@@ -79,8 +79,8 @@ export class Connection {
     });
   }
 
-  // Calls a method that tells again and again how something is: gives the latest each time. Ends with an error; who leaves
-  // the loop over it ends the call.
+  // Calls a server-streaming method and yields the latest response each time. Always ends with an
+  // error. Leaving the loop ends the call.
   async *serverStream<I extends DescMessage, O extends DescMessage>(
     method: DescMethodServerStreaming<I, O>,
     init: MessageInitShape<I>,
@@ -108,10 +108,10 @@ export class Connection {
       signal?.removeEventListener("abort", abort);
       call.cancel();
     }
-    throw new UnavailableError(`the server at ${this.address} ended its answers`);
+    throw new UnavailableError(`the server at ${this.address} ended the stream`);
   }
 
-  // Begins a call of StepPool.
+  // Starts a StepPool call.
   stepPool(waitForReady: boolean): StepPoolCall {
     this.#requireOpen();
     return this.#client.makeBidiStreamRequest(
@@ -129,7 +129,7 @@ export class Connection {
   }
 }
 
-// A message as bytes. A value that does not fit its field is an InvalidArgumentError.
+// Serializes a message. Throws InvalidArgumentError: a value does not fit its field.
 export function encoded<S extends DescMessage>(schema: S, init: MessageInitShape<S>): Uint8Array {
   try {
     return toBinary(schema, create(schema, init));
@@ -152,7 +152,7 @@ export function throwIfAborted(signal?: AbortSignal): void {
 }
 
 export function aborted(signal: AbortSignal): CancelledError {
-  return new CancelledError("given up by its AbortSignal", { cause: signal.reason });
+  return new CancelledError("cancelled by its AbortSignal", { cause: signal.reason });
 }
 
 function pathOf(method: { parent: { typeName: string }; name: string }): string {
@@ -161,22 +161,22 @@ function pathOf(method: { parent: { typeName: string }; name: string }): string 
 
 function channelOptions(address: string): ChannelOptions {
   return {
-    // Attach tells the server how large responses may be, and far less is usual. This is what one that does not care can
-    // make this process take.
+    // Attach.responseBytesMax bounds responses far below this. It only protects against a server
+    // that ignores it.
     "grpc.max_receive_message_length": 256 * 1024 * 1024,
     "grpc.max_send_message_length": -1,
-    // A whole response is on its way at once, and not a window of 64 KiB after the other.
+    // Room for a whole response; the default window is 64 KiB.
     "grpc-node.flow_control_window": 8 * 1024 * 1024,
-    // A connection of its own for each client, so that several in one process do not share one.
+    // One connection per client, not shared within the process.
     "grpc.use_local_subchannel_pool": 1,
-    // A connection that is silent is asked for a sign of life, so that a dead one is found.
+    // Keepalive pings detect a dead connection.
     "grpc.keepalive_time_ms": keepaliveTimeMs,
     "grpc.keepalive_timeout_ms": keepaliveTimeoutMs,
-    // A server that is just starting is found soon.
+    // Finds a server that is starting soon after it listens.
     "grpc.initial_reconnect_backoff_ms": channelBackoffMinMs,
     "grpc.min_reconnect_backoff_ms": channelBackoffMinMs,
     "grpc.max_reconnect_backoff_ms": channelBackoffMaxMs,
-    // This very machine is never behind a proxy, whatever http_proxy says.
+    // Ignores http_proxy for addresses of this machine.
     ...(isThisMachine(address) ? { "grpc.enable_http_proxy": 0 } : {}),
   };
 }

@@ -1,54 +1,58 @@
-// How a client knows its server, and what it shows to it.
+// TLS certificates and token of a client.
 
 import { readFileSync } from "node:fs";
 import { BlockList, isIP } from "node:net";
 import { credentials as grpcCredentials, Metadata, type ChannelCredentials } from "@grpc/grpc-js";
 import { InvalidArgumentError, NotFoundError } from "./errors.js";
 
-// PEM is given as bytes, or as the path of a file.
+// PEM fields are bytes, or the path of a file.
 export interface Credentials {
-  // Certificates that vouch for the server. Given: TLS is spoken. Absent: plain text.
+  // CA certificates of the server. Set: the client uses TLS. Absent: plain text.
   ca?: string | Uint8Array;
-  // The client's own, for servers that ask for one; with `key` and `ca`.
+  // Client certificate, for servers that require one; requires `key` and `ca`.
   certificate?: string | Uint8Array;
-  // The key of `certificate`.
+  // Key of `certificate`.
   key?: string | Uint8Array;
-  // Bears out who calls, for servers with tokens. Without TLS it is sent to this machine only (loopback, unix
+  // Token for servers that require one. Without TLS it is sent to this machine only (loopback, unix
   // sockets), unless `tokenInPlainText`.
   token?: string;
   tokenInPlainText?: boolean;
 }
 
-// What PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN (the token itself) say, if they are there.
+// Reads PROCGEN_SERVER_CA, _CERTIFICATE, _KEY (paths) and _TOKEN (the token itself); each is
+// optional.
 export function credentialsFromEnvironment(): Credentials {
-  const said = (name: string) => process.env[`PROCGEN_SERVER_${name}`] || undefined;
-  return { ca: said("CA"), certificate: said("CERTIFICATE"), key: said("KEY"), token: said("TOKEN") };
+  const variable = (name: string) => process.env[`PROCGEN_SERVER_${name}`] || undefined;
+  return {
+    ca: variable("CA"), certificate: variable("CERTIFICATE"), key: variable("KEY"), token: variable("TOKEN"),
+  };
 }
 
-// For gRPC. Throws InvalidArgumentError for a certificate without its key or without `ca`, and for a token that would be
-// sent to another machine in plain text; NotFoundError where a file cannot be read.
+// Converts credentials to gRPC's. Throws InvalidArgumentError: a certificate without its key or
+// without `ca`, or a token that would be sent to another machine in plain text. NotFoundError: a
+// file cannot be read.
 export function channelCredentials(given: Credentials, address: string): ChannelCredentials {
   if ((given.certificate === undefined) !== (given.key === undefined)) {
-    throw new InvalidArgumentError("a client's certificate or its key is given alone; give both or none");
+    throw new InvalidArgumentError("a client certificate or its key is given alone; give both or none");
   }
   if (given.ca !== undefined) {
     return grpcCredentials.createSsl(pem(given.ca, "ca"), pem(given.key, "key"), pem(given.certificate, "certificate"));
   }
   if (given.certificate !== undefined) {
     throw new InvalidArgumentError(
-      "a client's certificate is given without certificates that vouch for the server; give ca, or set PROCGEN_SERVER_CA",
+      "a client certificate is given without the server's CA certificates; give ca, or set PROCGEN_SERVER_CA",
     );
   }
   if (given.token && !given.tokenInPlainText && !isThisMachine(address)) {
     throw new InvalidArgumentError(
-      `the token would go to ${address} in plain text; give certificates that vouch for the server (ca, or ` +
-        "PROCGEN_SERVER_CA), or say tokenInPlainText",
+      `the token would go to ${address} in plain text; give the server's CA certificates (ca, or PROCGEN_SERVER_CA), or ` +
+        "set tokenInPlainText",
     );
   }
   return grpcCredentials.createInsecure();
 }
 
-// What each call bears.
+// Metadata of each call.
 export function callMetadata(given: Credentials, waitForReady: boolean): Metadata {
   const metadata = new Metadata({ waitForReady });
   if (given.token) {
@@ -61,13 +65,13 @@ const loopback = new BlockList();
 loopback.addSubnet("127.0.0.0", 8);
 loopback.addAddress("::1", "ipv6");
 
-// Whether nobody else can listen on the way to `address`.
+// Whether the address is loopback or a unix socket, where plain text is safe.
 export function isThisMachine(address: string): boolean {
   if (address.startsWith("unix:")) {
     return true;
   }
   const host = address.replace(/^dns:\/\/\//, "").replace(/:[^:]*$/, "").replace(/^\[(.*)\]$/, "$1");
-  // By its exact form: "127.0.0.1.example.com" is a name.
+  // Parses the whole host: "127.0.0.1.example.com" is a name.
   const version = isIP(host);
   return host.toLowerCase() === "localhost" || (version !== 0 && loopback.check(host, version === 4 ? "ipv4" : "ipv6"));
 }

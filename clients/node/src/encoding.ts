@@ -1,35 +1,35 @@
-// Decodes observations that a server sends compressed (PoolSpec.encoding). The comment of Encoding in
-// procgen/v1/pools.proto defines the bytes.
+// Decodes ENCODING_DELTA_ZSTD. The comment of Encoding in procgen/v1/pools.proto defines the bytes.
 
 import { DataLossError, FailedPreconditionError, InvalidArgumentError } from "./errors.js";
 import { frameContent } from "./frame_content.js";
 import { Color, Encoding, Layout, type Pool } from "./generated/procgen/v1/pools_pb.js";
 
-const side = 8; // Of a block, in rows and pixels.
-const sizePxDefault = 64; // Of a picture.
+const side = 8; // Side of a block, in rows and pixels.
+const sizePxDefault = 64; // Side of a frame.
 
-// The decoder for a pool's observations; undefined where they come as they are.
+// Returns the decoder for a pool's observations; undefined if they are not encoded.
 export function decoderFor(pool: Pool): ObservationDecoder | undefined {
   const encoding = pool.spec!.encoding;
   return encoding === Encoding.RAW || encoding === Encoding.UNSPECIFIED ? undefined : new ObservationDecoder(pool);
 }
 
-// Needs all encoded observations of a learner's answers, each once, in the order of their sequence numbers, and remembers
-// each environment's last one. After an error nothing has changed.
+// Decodes the observations of a pool. They must be decoded once each, in the order of sequence
+// numbers, without gaps. The decoder keeps the last observation of each environment, and is
+// unchanged after an error.
 export class ObservationDecoder {
   readonly #rows: number;
   readonly #columns: number;
   readonly #pixelBytes: number;
   readonly #stack: number;
-  readonly #ages: Uint8Array; // That is next, of each environment.
-  readonly #shown: Uint8Array; // The last observation of each.
-  readonly #basis: Uint8Array; // What one follows from.
+  readonly #ages: Uint8Array; // The next age of each environment; 0: only a key frame may follow.
+  readonly #shown: Uint8Array; // The last observation of each environment, [N * F].
+  readonly #basis: Uint8Array; // Scratch: the observation that a delta refers to, [F].
 
   constructor(pool: Pool) {
     const spec = pool.spec!;
     const format = spec.observationFormat;
     if (spec.encoding !== Encoding.DELTA_ZSTD) {
-      throw new InvalidArgumentError(`encoding is ${spec.encoding}; decoded is DELTA_ZSTD`);
+      throw new InvalidArgumentError(`encoding is ${spec.encoding}, allowed: DELTA_ZSTD`);
     }
     const channels = format?.color === Color.GRAYSCALE ? 1 : 3;
     const isPlanes = format?.layout === Layout.CHW;
@@ -42,10 +42,12 @@ export class ObservationDecoder {
     this.#shown = new Uint8Array(spec.envCount * this.#basis.length);
   }
 
-  // Decodes the observations of the environments [first, first + count).
+  // Decodes the observations of the environments [first, first + count), uint8 [count * F]. Throws
+  // InvalidArgumentError: environments out of range. DataLossError: malformed bytes.
+  // FailedPreconditionError: a gap, earlier observations are missing or these were decoded before.
   decode(first: number, count: number, encoded: Uint8Array): Uint8Array {
     if (first < 0 || count < 1 || first + count > this.#ages.length) {
-      throw new InvalidArgumentError(`environments ${first} and ${count} from there; the pool has ${this.#ages.length}`);
+      throw new InvalidArgumentError(`${count} environments from ${first}, the pool has ${this.#ages.length}`);
     }
     const content = this.#read(first, count, frameContent(encoded, this.#contentBytesMax(count)));
     const bytes = this.#basis.length;
@@ -87,8 +89,8 @@ export class ObservationDecoder {
       const expected = this.#ages[first + i]!;
       if (age !== 0 && age !== expected) {
         throw new FailedPreconditionError(
-          `encoded observations: environment ${first + i} is at age ${age}, after what was decoded before it would be ` +
-            `${expected} or 0: answers are missing or came twice`,
+          `encoded observations: environment ${first + i} has age ${age}, expected: ${expected} or 0; ` +
+            "answers are missing or came twice",
         );
       }
       const advance = content.advances[i] ?? 0;
@@ -100,24 +102,25 @@ export class ObservationDecoder {
     return content;
   }
 
-  // Sees that nothing is mended beyond the picture, where blocks of the last row and column may be smaller.
+  // Checks that nothing outside the plane is patched; blocks in the last row and column may be
+  // smaller.
   #checkInside(content: Content, count: number): void {
     let changed = 0;
-    let mended = 0;
+    let patched = 0;
     for (let i = 0; i < count; i += 1) {
       for (let block = 0; block < this.#blockCount; block += 1) {
         if (!content.isChanged(i, block)) {
           continue;
         }
         const { height, width } = this.#placeOf(block);
-        const rows = content.mendedRows[changed++]!;
+        const rows = content.patchedRows[changed++]!;
         if (rows >> height !== 0) {
-          throw damaged("a row is mended that the picture has not");
+          throw damaged("a row outside the observation is patched");
         }
         for (let row = 0; row < bitCount(rows); row += 1) {
-          const mask = content.masks[mended++]!;
+          const mask = content.masks[patched++]!;
           if (mask === 0 || mask >> width !== 0) {
-            throw damaged("no pixel is mended in a row, or one that the picture has not");
+            throw damaged("a patched row has no patched pixel, or one outside the observation");
           }
         }
       }
@@ -157,17 +160,17 @@ export class ObservationDecoder {
         }
       }
       if ((rows >> y) & 1) {
-        content.mendRow(observation, to);
+        content.patchRow(observation, to);
       }
     }
   }
 }
 
-// The tables of a content, and how far blocks have been read.
+// The tables of a zstd frame's content, and the read position in those of the blocks.
 class Content {
   readonly ages: Uint8Array;
   readonly advances: Uint8Array;
-  readonly mendedRows: Uint8Array;
+  readonly patchedRows: Uint8Array;
   readonly masks: Uint8Array;
   readonly #changed: Uint8Array;
   readonly #mapBytes: number;
@@ -183,7 +186,7 @@ class Content {
     let at = 0;
     const take = (size: number) => {
       if (size > bytes.length - at) {
-        throw damaged("they end in the midst of a table");
+        throw damaged("truncated within a table");
       }
       at += size;
       return bytes.subarray(at - size, at);
@@ -196,17 +199,17 @@ class Content {
     const lastBits = blockCount - (this.#mapBytes - 1) * 8;
     for (let i = this.#mapBytes - 1; i < this.#changed.length; i += this.#mapBytes) {
       if (this.#changed[i]! >> lastBits !== 0) {
-        throw damaged("a block changes that the picture has not");
+        throw damaged("a block outside the observation changes");
       }
     }
     const blocks = bitCountOf(this.#changed);
     this.#down = signed(take(blocks));
     this.#right = signed(take(blocks));
-    this.mendedRows = take(blocks);
-    this.masks = take(bitCountOf(this.mendedRows));
+    this.patchedRows = take(blocks);
+    this.masks = take(bitCountOf(this.patchedRows));
     this.#values = take(bitCountOf(this.masks) * pixelBytes);
     if (at !== bytes.length) {
-      throw damaged(`there are ${bytes.length - at} bytes too many`);
+      throw damaged(`${bytes.length - at} bytes too many`);
     }
   }
 
@@ -216,11 +219,12 @@ class Content {
 
   nextBlock(): { down: number; right: number; rows: number } {
     const block = this.#block++;
-    return { down: this.#down[block]!, right: this.#right[block]!, rows: this.mendedRows[block]! };
+    return { down: this.#down[block]!, right: this.#right[block]!, rows: this.patchedRows[block]! };
   }
 
-  // Puts the next values where the next mask says, in a row of a block that begins at `to`.
-  mendRow(observation: Uint8Array, to: number): void {
+  // Writes the next values at each set bit of the next mask, in a row of a block that starts at
+  // `to`.
+  patchRow(observation: Uint8Array, to: number): void {
     for (let mask = this.masks[this.#mask++]!, pixel = to; mask !== 0; mask >>= 1, pixel += this.#pixelBytes) {
       if (mask & 1) {
         for (let byte = 0; byte < this.#pixelBytes; byte += 1) {

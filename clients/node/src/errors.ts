@@ -1,6 +1,6 @@
-// The errors that this package throws. Those of a server come with its own message, which says what was given and
-// what is allowed; what the client can tell by itself it throws as the same classes, without asking the server, so
-// that a mistake does not cost the stream.
+// The errors that this package throws. Errors of a server keep its message, which contains the
+// value given and the values allowed. The client validates requests before sending and throws the
+// same classes, because an error of the server would end the stream.
 
 import { status, type ServiceError } from "@grpc/grpc-js";
 
@@ -26,33 +26,34 @@ function errorWith(code: Code) {
   };
 }
 
-// A value is out of range, of a wrong length, or asks for what a game lacks: correct it.
+// A value is out of range, has a wrong length, or asks for a mode that a game does not have.
 export class InvalidArgumentError extends errorWith("INVALID_ARGUMENT") {}
-// There is no such game or pool.
+// No such game or pool.
 export class NotFoundError extends errorWith("NOT_FOUND") {}
-// A pool of that name exists: choose another, or none.
+// The pool name is taken: choose another, or none.
 export class AlreadyExistsError extends errorWith("ALREADY_EXISTS") {}
 // The pool is in the wrong state: another stream is attached, an ended episode is stepped.
 export class FailedPreconditionError extends errorWith("FAILED_PRECONDITION") {}
-// Something else on this pool won: it was deleted, or another stream took over.
+// Another call on this pool won: it was deleted, or another stream took over.
 export class AbortedError extends errorWith("ABORTED") {}
-// A limit of the server, which the message names.
+// A limit of the server, named by the message.
 export class ResourceExhaustedError extends errorWith("RESOURCE_EXHAUSTED") {}
-// In the contract, but not offered by this server (see the catalog's `features`) or not by this client.
+// Not offered by this server (see the catalog's `features`) or by this client.
 export class UnimplementedError extends errorWith("UNIMPLEMENTED") {}
-// The server cannot be reached, starts or drains: repeat later, or elsewhere.
+// The server cannot be reached, starts or drains: retry later, or on another server.
 export class UnavailableError extends errorWith("UNAVAILABLE") {}
-// The server took longer to answer than the client was told to wait.
+// The server did not answer within the timeout.
 export class DeadlineExceededError extends errorWith("DEADLINE_EXCEEDED") {}
-// The call was given up by this client: an AbortSignal (its reason is the `cause`), or the client was closed.
+// This client cancelled the call: by an AbortSignal (its reason is the `cause`), or because it was
+// closed.
 export class CancelledError extends errorWith("CANCELLED") {}
-// The server asks for credentials, and there were none or wrong ones.
+// Credentials are missing or unknown.
 export class UnauthenticatedError extends errorWith("UNAUTHENTICATED") {}
-// The credentials do not allow this.
+// The server does not allow this.
 export class PermissionDeniedError extends errorWith("PERMISSION_DENIED") {}
 // A snapshot or an encoded observation is damaged.
 export class DataLossError extends errorWith("DATA_LOSS") {}
-// A bug of the server, or an answer that this client cannot read.
+// A bug in the server, or a response that does not match its request.
 export class InternalError extends errorWith("INTERNAL") {}
 
 const classes: Partial<Record<Code, new (message: string, options?: ErrorOptions) => ProcgenError>> = {
@@ -72,7 +73,7 @@ const classes: Partial<Record<Code, new (message: string, options?: ErrorOptions
   INTERNAL: InternalError,
 };
 
-// The error of this package for one of gRPC's.
+// Converts an error of gRPC to one of this package.
 export function fromServiceError(error: ServiceError): ProcgenError {
   const code = status[error.code] as Code;
   const known = classes[code];

@@ -1,29 +1,34 @@
-// The content of one zstd frame (RFC 8878), whatever bytes it is. The library is JavaScript, and does not look at checksums.
+// Decompresses one zstd frame (RFC 8878) from an untrusted source. The library, in JavaScript, does
+// not verify checksums.
 
 import { decompress } from "fzstd";
 import { DataLossError } from "./errors.js";
 
+// Throws DataLossError: not a complete frame, a frame without content size, or content above
+// `sizeMax` bytes.
 export function frameContent(frame: Uint8Array, sizeMax: number): Uint8Array {
   const size = contentSize(frame);
   if (size === undefined) {
-    throw new DataLossError("encoded observations: no frame that tells the size of its content");
+    throw new DataLossError("encoded observations: no zstd frame with a content size");
   }
   if (size > sizeMax) {
-    throw new DataLossError(`encoded observations: content of ${size} bytes, there can be ${sizeMax} at most`);
+    throw new DataLossError(`encoded observations: content of ${size} bytes, expected: at most ${sizeMax}`);
   }
   let content: Uint8Array;
   try {
     content = decompress(frame);
   } catch (error) {
-    throw new DataLossError(`encoded observations: not one whole frame: ${(error as Error).message}`, { cause: error });
+    throw new DataLossError(`encoded observations: not one complete zstd frame: ${(error as Error).message}`, {
+      cause: error,
+    });
   }
   if (content.length !== size) {
-    throw new DataLossError(`encoded observations: content of ${content.length} bytes, the frame tells ${size}`);
+    throw new DataLossError(`encoded observations: content of ${content.length} bytes, expected: ${size}`);
   }
   return content;
 }
 
-// The size in the frame's header (RFC 8878, 3.1.1); undefined where it has none.
+// Returns the content size in the frame's header (RFC 8878, 3.1.1); undefined if it has none.
 function contentSize(frame: Uint8Array): number | undefined {
   const headerBytesMax = 18; // A frame may be shorter than the longest header.
   const view = new DataView(new Uint8Array(headerBytesMax).buffer);

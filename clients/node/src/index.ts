@@ -1,4 +1,4 @@
-// The client for Procgen Server. README.md shows how it is used.
+// Client for Procgen Server. README.md has examples.
 
 export { Client, connect, type ClientOptions, type PoolSpecInit } from "./client.js";
 export type { CallOptions } from "./connection.js";

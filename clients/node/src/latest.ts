@@ -1,35 +1,35 @@
-// What a call tells again and again, each time anew and whole.
+// Conflates a server stream: a slow reader gets the latest message.
 
 import type { ClientReadableStream } from "@grpc/grpc-js";
 
-// Gives a call's messages as they come. Who takes long between two of them gets the latest of those that came meanwhile and
-// misses the others, for which there would be room in buffers of megabytes. Ends as the call does.
+// Yields a call's messages. A reader that is slower than the call gets the latest message and skips
+// those before, which gRPC would otherwise buffer. Ends, or throws, as the call does.
 export async function* latestOf<Message>(call: ClientReadableStream<Message>): AsyncGenerator<Message, void, void> {
-  const told: { latest?: Message; failure?: Error; isOver: boolean } = { isOver: false };
+  const state: { latest?: Message; failure?: Error; isOver: boolean } = { isOver: false };
   let wake = () => {};
   call.on("data", (message: Message) => {
-    told.latest = message;
+    state.latest = message;
     wake();
   });
   call.on("error", (error: Error) => {
-    told.failure = error;
+    state.failure = error;
   });
-  call.on("end", () => { // After an error, too.
-    told.isOver = true;
+  call.on("end", () => { // Also after an error.
+    state.isOver = true;
     wake();
   });
   for (;;) {
-    const { latest } = told;
+    const { latest } = state;
     if (latest !== undefined) {
-      told.latest = undefined;
+      state.latest = undefined;
       yield latest;
-    } else if (told.isOver) {
+    } else if (state.isOver) {
       break;
     } else {
       await new Promise<void>((resolve) => (wake = resolve));
     }
   }
-  if (told.failure !== undefined) {
-    throw told.failure;
+  if (state.failure !== undefined) {
+    throw state.failure;
   }
 }

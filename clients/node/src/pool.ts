@@ -1,4 +1,4 @@
-// A pool of environments on a server, and the stream that steps it.
+// Pool: a pool of environments on a server, and the stream that steps it.
 
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { assemble, type Batch, type Part } from "./batch.js";
@@ -12,64 +12,70 @@ import { Stream, type Asked } from "./stream.js";
 
 const actionMin = -1;
 const actionMax = 14;
-// What a response for one environment has besides an observation and a final one, at most. In bytes.
+// Upper bound of a response for one environment without its observations, in bytes.
 const rowOverheadBytes = 1024;
-// Chunks smaller than this, in bytes of observations, cost more than they save; and more of them than this save nothing.
+// Bounds of the default chunk count: smaller chunks, in bytes of observations, cost more than they
+// save; more chunks save nothing.
 const chunkBytesMin = 2 * 1024 * 1024;
 const defaultChunkCountMax = 4;
 
-// How a pool is held.
+// Options of a pool's stream.
 export interface PoolOptions {
-  // How many requests may be unanswered. Default: 2.
+  // Maximum number of unanswered requests. Default: 2.
   requestsInFlightMax?: number;
-  // In how many chunks the whole pool is stepped, 1 to 64: while one is on its way, the next is stepped. Default: as many
-  // as pay.
+  // Number of responses to a step of the whole pool (Step.chunk_count), 1 to 64. Default: one for
+  // each 2 MiB of observations, 1 to 4.
   chunkCount?: number;
 }
 
 export interface AttachOptions {
-  // End another client's stream, if there is one.
+  // Ends another client's stream, if one is attached. Default: false, a FailedPreconditionError
+  // then.
   takeOver?: boolean;
-  // Largest response that the server may send, in bytes. Default: 4 MiB, or what one environment's answer takes.
+  // Largest response, in bytes. Default: 4 MiB, or more if one environment needs it.
   responseBytesMax?: number;
   signal?: AbortSignal;
 }
 
 export interface SliceOptions {
-  // Index of the slice's first environment. Default: 0.
+  // Index of the first environment of the slice. Default: 0.
   firstEnv?: number;
-  // Number of its environments. Default: all from the first to the pool's last.
+  // Number of environments. Default: all from firstEnv to the end of the pool.
   envCount?: number;
-  // false: no pictures are drawn or sent, which is many times faster.
+  // false: observations are not rendered or sent, which is many times faster. Default: true.
   observe?: boolean;
-  // Ends the stream while the answer is waited for; the request may have been carried out all the same. The next one
-  // takes the pool over from it.
+  // Cancels the wait for the answer and ends the stream; the request may still be executed. The
+  // next request attaches again with takeOver.
   signal?: AbortSignal;
 }
 
 export type Reset = MessageInitShape<typeof ResetSchema>;
 
 export interface StepOptions extends Omit<SliceOptions, "envCount"> {
-  // The same action is taken so many times, in [1, 1000]; an environment stops when its episode ends.
+  // Number of times that the action is taken, in [1, 1000]; an environment stops early when it
+  // completes its level or its episode ends. Default: 1.
   repeatCount?: number;
-  // Where an episode ends, its last picture is answered, too. Only of use with AutoresetMode.SAME_STEP.
+  // Also return the last observation of each episode that ends. Useful with AutoresetMode.SAME_STEP
+  // only. Default: false.
   finalObservations?: boolean;
-  // Level seeds by environment, to be played after the present levels.
+  // Seed of the next level by environment.
   nextLevels?: ReadonlyMap<number, number>;
-  // Environments that begin a new episode in place of being stepped.
+  // Environments that start a new episode in place of being stepped.
   resets?: readonly Reset[];
 }
 
 export interface RolloutOptions extends StepOptions {
-  // How many steps; endlessly by default.
+  // Number of steps. Default: unlimited.
   stepCount?: number;
 }
 
-// Made by Client.createPool or Client.getPool. The first request attaches to the pool: no other client can step it until
-// detach or close. Requests may be sent ahead: up to requestsInFlightMax may be unanswered, and their answers come in
-// order. Where the connection breaks, the pool attaches again by itself and sends again what is unanswered. After an error
-// of the server the stream is over, answers that were still owed are lost, and the next request attaches anew; the
-// environments stand as they did before the request at fault.
+// A pool. Created by Client.createPool or Client.getPool.
+//
+// The first request attaches to the pool: no other client can step it until detach or close. Up to
+// requestsInFlightMax requests may be sent before their answers, which arrive in order. After a
+// broken connection the pool attaches again and resends unanswered requests. An error of the server
+// ends the stream, and outstanding answers are lost. The environments are then in the state before
+// the failed request, and the next request attaches again.
 export class Pool extends PoolResource {
   #requestsInFlightMax: number;
   readonly #chunkCount: number;
@@ -78,9 +84,9 @@ export class Pool extends PoolResource {
   #stream: Promise<Stream> | undefined;
   #inFlight = 0;
   #closed = false;
-  #abandoned = false; // The last stream was given up, which the server may not have noticed yet.
+  #abandoned = false; // The last stream was cancelled, which the server may not have detected yet.
 
-  // For Client; use its createPool or getPool.
+  // Used by Client.createPool and Client.getPool.
   constructor(
     connection: Connection,
     message: PoolMessage,
@@ -93,7 +99,7 @@ export class Pool extends PoolResource {
     this.#deletesOnClose = of.deletesOnClose;
   }
 
-  // Number of requests without an answer.
+  // Number of unanswered requests.
   get inFlight(): number {
     return this.#inFlight;
   }
@@ -102,7 +108,8 @@ export class Pool extends PoolResource {
     return this.#requestsInFlightMax;
   }
 
-  // Steps each environment of a slice: as many as there are actions, each in [-1, 15); -1 does nothing and ends the episode.
+  // Steps a slice of actions.length environments. Actions are in [-1, 15); -1 does nothing and ends
+  // the episode.
   async step(actions: ArrayLike<number>, options: StepOptions = {}): Promise<Batch> {
     const { firstEnv = 0, observe = true, repeatCount = 1, nextLevels, resets = [] } = options;
     this.#checkSlice(firstEnv, actions.length, "actions");
@@ -119,14 +126,14 @@ export class Pool extends PoolResource {
     return this.#batch({ case: "step", value }, options.signal);
   }
 
-  // Tells how a slice stands and changes nothing: how a learner gets the first observations.
-  // Rewards and ends are those of the last step again, not to be added up.
+  // Returns the current values of a slice, e.g. the first observations, and changes nothing.
+  // Rewards and episode ends repeat those of the last step: do not sum them.
   async observe(options: SliceOptions = {}): Promise<Batch> {
     const value = { slice: this.#slice(options), observation: observation(options.observe ?? true) };
     return this.#batch({ case: "observe", value }, options.signal);
   }
 
-  // Begins new episodes in some environments of a slice (all of it, unless told which), and tells how it stands.
+  // Starts new episodes in some environments of a slice (default: all), and returns the slice.
   async reset(resets?: readonly Reset[], options: SliceOptions = {}): Promise<Batch> {
     const slice = this.#slice(options);
     const all = () =>
@@ -135,7 +142,7 @@ export class Pool extends PoolResource {
     return this.#batch({ case: "reset", value }, options.signal);
   }
 
-  // Replaces what chooses the levels; takes effect at each environment's next episode.
+  // Replaces the pool's level sampler, from each environment's next choice of a level.
   async setLevelSampler(
     value: MessageInitShape<typeof LevelSamplerSchema>,
     { signal }: { signal?: AbortSignal } = {},
@@ -143,7 +150,7 @@ export class Pool extends PoolResource {
     await this.#request({ case: "levelSampler", value }, signal);
   }
 
-  // Gives how the pool stands and then, as long as it is asked for more, what the policy's actions lead to:
+  // Yields the current batch, and then one after each step with the policy's actions:
   //     for await (const batch of pool.rollout(policy)) { ... }
   async *rollout(
     policy: (batch: Batch) => ArrayLike<number> | Promise<ArrayLike<number>>,
@@ -158,19 +165,19 @@ export class Pool extends PoolResource {
     }
   }
 
-  // Takes the pool for this object. Never necessary: the first request does so.
+  // Attaches to the pool. Optional: the first request does it.
   async attach({ takeOver = false, responseBytesMax, signal }: AttachOptions = {}): Promise<void> {
     await (this.#stream ??= this.#open(takeOver, responseBytesMax ?? this.#responseBytesMax(), signal));
   }
 
-  // Lets the pool go, so that another client can attach; once everything sent is answered.
+  // Detaches after all requests are answered, so that another client can attach.
   async detach(): Promise<void> {
     const stream = this.#stream;
     this.#stream = undefined;
     await (await stream?.catch(() => undefined))?.close();
   }
 
-  // Detaches, and deletes the pool if createPool made it. Closing again does nothing.
+  // Detaches, and deletes the pool if createPool created it. Idempotent.
   async close(): Promise<void> {
     if (this.#closed) {
       return;
@@ -200,7 +207,7 @@ export class Pool extends PoolResource {
       );
     }
     this.#inFlight += 1;
-    // Each request waits for the very same promise, so that they are sent in the order of these calls.
+    // All requests wait for the same promise, so they are sent in the order of these calls.
     const opening = (this.#stream ??= this.#open(false, this.#responseBytesMax()));
     let abort: (() => void) | undefined;
     try {
@@ -252,7 +259,7 @@ export class Pool extends PoolResource {
       await this.connection.unary(PoolService.method.deletePool, { name: this.name });
     } catch (error) {
       if (!(error instanceof NotFoundError || error instanceof UnavailableError)) {
-        throw error; // Otherwise it is gone, or the server is.
+        throw error; // The others mean that the pool or the server is gone.
       }
     }
   }
@@ -262,9 +269,9 @@ export class Pool extends PoolResource {
     return Math.min(Math.max(count, 1), defaultChunkCountMax);
   }
 
-  // 0, for what servers send by default, or more where that has no room for a row.
+  // Returns 0, the server's default, or more if one environment needs it.
   #responseBytesMax(): number {
-    // An encoded observation may take half as much again; a final one is never encoded.
+    // An encoded observation takes at most 1.5 times its size; a final one is never encoded.
     const sent = this.spec.encoding === Encoding.RAW ? this.observationBytes : this.observationBytes * 1.5;
     const row = Math.ceil(sent) + this.observationBytes + rowOverheadBytes;
     return row <= responseBytesDefault ? 0 : row;
@@ -288,7 +295,7 @@ export class Pool extends PoolResource {
 function checkedActions(actions: ArrayLike<number>): number[] {
   return Array.from(actions, (action, i) => {
     if (!Number.isInteger(action) || action < actionMin || action > actionMax) {
-      throw new InvalidArgumentError(`actions[${i}] is ${action}; actions are ${actionMin} ... ${actionMax}`);
+      throw new InvalidArgumentError(`actions[${i}] is ${action}, allowed: ${actionMin} to ${actionMax}`);
     }
     return action;
   });
@@ -300,7 +307,7 @@ function observation(observe: boolean): Observation {
 
 function inRange(name: string, given: number, least: number, most: number): number {
   if (!Number.isInteger(given) || given < least || given > most) {
-    throw new InvalidArgumentError(`${name} is ${given}; it is in [${least}, ${most}]`);
+    throw new InvalidArgumentError(`${name} is ${given}, allowed: ${least} to ${most}`);
   }
   return given;
 }

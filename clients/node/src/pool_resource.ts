@@ -1,4 +1,4 @@
-// A pool as it lies on a server: what can be asked of it from beside its stream.
+// PoolResource: the calls of a pool beside its stream.
 
 import type { Connection, CallOptions } from "./connection.js";
 import { encoded } from "./connection.js";
@@ -12,42 +12,45 @@ import {
 import { checkFrames, checkStates } from "./validation.js";
 import { EpisodeSelector, StateSchema, StateService, type Episode } from "./generated/procgen/v1/states_pb.js";
 
-// What a server sends at most in one response unless told otherwise. In bytes.
+// Default of the server's largest response, in bytes.
 export const responseBytesDefault = 4 * 1024 * 1024;
-// What a response of frames has besides their pixels, at most: once, and for each. In bytes.
+// Upper bound of a response of frames without the pixels, in bytes: once, and for each frame.
 const framesOverheadBytes = 4096;
 const frameOverheadBytes = 64;
-// How many environments are watched where nobody tells which.
+// Default number of environments to watch.
 const watchedDefault = 16;
-// What a state has in a request besides its own bytes, at most: a tag and a length.
+// Upper bound of a state's overhead in a request, in bytes: a tag and a length.
 const stateOverheadBytes = 8;
 
 export interface CloneSource {
-  // The pool that is read, or its name. Absent: this one (on another server: the one of the same name).
+  // Source pool, or its name. Absent: this pool (with sourceServer: the pool of the same name
+  // there).
   sourcePool?: PoolResource | string;
-  // Address of its server, as this pool's server can reach it. Absent: the same server.
+  // Address of its server, as this pool's server reaches it. Absent: the same server.
   sourceServer?: string;
 }
 
 export interface WatchOptions {
-  // Side of the square frames in pixels, in [16, 2048]; 64: what the agent sees, pixel by pixel. Default: 256.
+  // Side of the square frames in pixels, in [16, 2048]; 64: the agent's observation, pixel by
+  // pixel. Default: 256.
   sizePx?: number;
-  // Moments in a second at most, above 0 and at most 60. Default: 15.
+  // Maximum number of responses per second, in (0, 60]. Default: 15.
   framesPerSecondMax?: number;
-  // Ends the call with CancelledError.
+  // Cancels the call, which then throws CancelledError.
   signal?: AbortSignal;
 }
 
-// These calls happen between two requests of whoever steps the pool. Those that save, restore or clone states are a
-// FailedPreconditionError while requests of its own are unanswered.
+// A pool's calls beside the stream. The server executes each between two requests of the pool's
+// stream. Calls that save, restore or clone states throw FailedPreconditionError while requests of
+// this object are unanswered.
 export abstract class PoolResource {
   // Resource name, e.g. "pools/7".
   readonly name: string;
-  // What the pool was made with, every default filled in (also a randSeed that the server drew).
+  // The spec of the pool, every default filled in, including a randSeed that the server drew.
   readonly spec: PoolSpec;
   // Shape of one environment's observation, [64, 64, 3] by default.
   readonly observationShape: readonly number[];
-  // Bytes of one, F.
+  // Bytes of one observation, F.
   readonly observationBytes: number;
 
   constructor(
@@ -66,8 +69,8 @@ export abstract class PoolResource {
     return this.spec.envCount;
   }
 
-  // Takes snapshots of environments (all, unless told which), in the order asked for. An environment that is put into one
-  // goes on as this one does, bit for bit, in any pool of the same game on any server.
+  // Returns snapshots of environments (default: all), in this order. A snapshot can be restored in
+  // any environment of the same game on any server, which then continues identically, bit for bit.
   async saveStates(environments?: readonly number[], options?: CallOptions): Promise<Uint8Array[]> {
     this.requireNothingInFlight();
     const snapshots: Uint8Array[] = [];
@@ -85,8 +88,9 @@ export abstract class PoolResource {
     return snapshots;
   }
 
-  // Puts environments into saved states: one for each environment, or some by environment. All or nothing, as long as they
-  // fit one request of the server; more are sent in several, and those before one that is refused are restored.
+  // Restores snapshots: an array with one for each environment, or a Map by environment. All or
+  // nothing if they fit in one request (Limits.requestBytesMax). Otherwise several requests are
+  // sent, and those before an error stay restored.
   async restoreStates(
     states: readonly Uint8Array[] | ReadonlyMap<number, Uint8Array>,
     options?: CallOptions,
@@ -94,8 +98,8 @@ export abstract class PoolResource {
     this.requireNothingInFlight();
     if (!(states instanceof Map) && (states as readonly Uint8Array[]).length !== this.envCount) {
       throw new InvalidArgumentError(
-        `states has ${(states as readonly Uint8Array[]).length} entries; there are ${this.envCount} environments (a Map ` +
-          "gives some of them theirs)",
+        `states has ${(states as readonly Uint8Array[]).length} entries; there are ${this.envCount} environments (use a ` +
+          "Map to restore some)",
       );
     }
     const overhead = this.name.length + stateOverheadBytes;
@@ -117,8 +121,8 @@ export abstract class PoolResource {
     }
   }
 
-  // Puts environments of this pool into the states of others: pairs of the environment that is read and the one that is
-  // written. All or nothing; all are read before any is written.
+  // Copies states to environments of this pool, by pairs [source, target]. All or nothing; all
+  // sources are read before any target is written.
   async cloneStates(
     pairs: Iterable<readonly [source: number, target: number]>,
     { sourcePool = "", sourceServer = "", ...options }: CloneSource & CallOptions = {},
@@ -135,9 +139,9 @@ export abstract class PoolResource {
     }
   }
 
-  // Tells what happened in an episode of an environment, the last that ended or the one under way, so that it can be played
-  // again: the comments of Episode (proto/procgen/v1/states.proto) say how. FailedPreconditionError: none has ended yet, or
-  // the next has not begun.
+  // Returns an episode of an environment: the last that ended, or the current one. Episode in
+  // proto/procgen/v1/states.proto documents how to replay it. Throws FailedPreconditionError: no
+  // episode has ended yet, or the next has not started.
   async getEpisode(environment: number, selector = EpisodeSelector.LAST, options?: CallOptions): Promise<Episode> {
     const request = { pool: this.name, environment, selector };
     const episode = await this.connection.unary(StateService.method.getEpisode, request, options);
@@ -147,13 +151,14 @@ export abstract class PoolResource {
     return episode;
   }
 
-  // Begins the pool's lease anew: its time to live while nobody steps it. `leaseSeconds`: its length from now on.
+  // Restarts the pool's lease. `leaseSeconds`: its new duration; default: unchanged.
   async renew(leaseSeconds?: number, options?: CallOptions): Promise<void> {
     const leaseDuration = leaseSeconds === undefined ? undefined : durationOf(leaseSeconds);
     await this.connection.unary(PoolService.method.renewPool, { name: this.name, leaseDuration }, options);
   }
 
-  // Draws environments for people (all, unless told which), in squares of sizePx pixels, 16 to 2048: RGB, top row first.
+  // Renders environments (default: all) for people: RGB, top row first, `sizePx` pixels a side, 16
+  // to 2048.
   async render(environments?: readonly number[], sizePx = 512, options?: CallOptions): Promise<Frame[]> {
     checkSizePx(sizePx);
     const wanted = environments ?? firstEnvs(this.envCount);
@@ -169,10 +174,10 @@ export abstract class PoolResource {
     return frames;
   }
 
-  // Shows environments (the first 16, unless told which; at most 64) while somebody steps them, and never slows who does: at
-  // first as they are now, then as they are after something has changed, at a bounded rate. Who takes long between two
-  // moments misses those in between. Ends with AbortedError when the pool is gone, and with UnavailableError when the server
-  // stops or the connection breaks; leaving a loop over it ends the call.
+  // Yields frames of environments (default: the first 16; at most 64) now, and again after each
+  // change, at a bounded rate, without slowing the learner. A slow loop skips intermediate frames.
+  // Throws AbortedError when the pool is deleted or its lease expires, and UnavailableError when
+  // the server stops or the connection breaks. Leaving the loop ends the call.
   async *watch(
     environments?: readonly number[],
     { sizePx = 256, framesPerSecondMax = 15, signal }: WatchOptions = {},
@@ -195,7 +200,7 @@ export abstract class PoolResource {
       environments: [...environments],
       sizePx,
       format: FrameFormat.RGB,
-      // No more than they take, as a server may have a low limit. 0: what it sends by default.
+      // No more than needed, because a server may have a low limit. 0: the default.
       responseBytesMax: BigInt(bytes <= responseBytesDefault ? 0 : bytes),
     };
   }
@@ -211,13 +216,13 @@ function frameBytes(sizePx: number): number {
 
 function checkSizePx(sizePx: number): void {
   if (!Number.isInteger(sizePx) || sizePx < 16 || sizePx > 2048) {
-    throw new InvalidArgumentError(`sizePx is ${sizePx}; it is in [16, 2048]`);
+    throw new InvalidArgumentError(`sizePx is ${sizePx}, allowed: 16 to 2048`);
   }
 }
 
 function durationOf(seconds: number): { seconds: bigint; nanos: number } {
   if (!Number.isFinite(seconds)) {
-    throw new InvalidArgumentError(`a duration of ${seconds} seconds is none`);
+    throw new InvalidArgumentError(`leaseSeconds is ${seconds}, allowed: a finite number`);
   }
   const whole = Math.trunc(seconds);
   return { seconds: BigInt(whole), nanos: Math.round((seconds - whole) * 1e9) };

@@ -1,4 +1,4 @@
-// A server of one's own, on this machine.
+// ServerProcess: a local server.
 
 import { spawn, type ChildProcess } from "node:child_process";
 import { once } from "node:events";
@@ -7,23 +7,25 @@ import { UnavailableError } from "./errors.js";
 import { startTimeoutDefaultMs, stopTimeoutDefaultMs } from "./timing.js";
 
 export interface ServerProcessOptions {
-  // The program. Default: what PROCGEN_SERVER_BINARY says, else procgen-server in PATH.
+  // The program. Default: PROCGEN_SERVER_BINARY, else procgen-server in PATH.
   binary?: string;
-  // More flags, e.g. ["--workers=2"]; `procgen-server --help` tells them all.
+  // More flags, e.g. ["--workers=2"]; `procgen-server --help` lists them.
   flags?: readonly string[];
-  // How long to wait for it to listen. Default: 30 000.
+  // Time that it has until it listens, in milliseconds. Default: 30 000.
   startTimeoutMs?: number;
 }
 
-// A procgen-server that is started, on a port of loopback that the system chooses unless a flag says otherwise, and stopped
-// by stop(). Its log lines are thrown away.
+// A procgen-server process. It listens on a free port of 127.0.0.1 unless a flag sets another
+// address. Its log lines are discarded.
 export class ServerProcess {
   private constructor(
-    // Where it listens, for connect.
+    // Its address, for connect.
     readonly address: string,
     readonly process: ChildProcess,
   ) {}
 
+  // Starts a server and waits until it listens. Throws UnavailableError: it cannot be started, or
+  // has ended.
   static async start({ binary, flags = [], startTimeoutMs = startTimeoutDefaultMs }: ServerProcessOptions = {}): Promise<ServerProcess> {
     const program = binary ?? (process.env["PROCGEN_SERVER_BINARY"] || "procgen-server");
     const child = spawn(program, ["--address=127.0.0.1:0", ...flags], { stdio: ["ignore", "pipe", "ignore"] });
@@ -35,7 +37,8 @@ export class ServerProcess {
     }
   }
 
-  // Asks it to drain and end, and waits; kills it after a while. Gives its exit status; stopping again gives that again.
+  // Stops the server: SIGTERM, and SIGKILL after the timeout. Returns its exit status, null if it
+  // was killed. Idempotent.
   async stop(timeoutMs = stopTimeoutDefaultMs): Promise<number | null> {
     if (this.process.exitCode === null && this.process.signalCode === null) {
       const exited = once(this.process, "exit");
@@ -55,7 +58,7 @@ async function addressOf(child: ChildProcess, program: string): Promise<string> 
     });
     child.once("exit", (code, signal) => reject(new UnavailableError(`${program} ended with ${code ?? signal}`)));
   });
-  // It writes the address that it is bound to on its standard output, and nothing else.
+  // Its standard output is one line with the address.
   const lines = createInterface(child.stdout!);
   const [line] = (await Promise.race([once(lines, "line"), failed])) as [string];
   failed.catch(() => undefined);

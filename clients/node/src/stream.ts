@@ -1,4 +1,4 @@
-// One learner's hold of one pool: the stream of StepPool, which outlives its connections.
+// Stream: a StepPool stream that is resumed after broken connections.
 
 import { setTimeout as sleep } from "node:timers/promises";
 import { create, toBinary, type MessageInitShape } from "@bufbuild/protobuf";
@@ -19,15 +19,15 @@ import type { Pool } from "./generated/procgen/v1/pools_pb.js";
 import { backoffMaxMs, backoffMinMs } from "./timing.js";
 import { checkAttached, checkPart } from "./validation.js";
 
-// A server that drains says so, and that it is not to be asked again.
+// Trailing metadata of a server that drains, which must not be retried.
 const drainsKey = "procgen-drains";
-// So many responses of kinds that are not known are ignored before an answer.
+// Maximum number of responses of unknown kinds that are skipped before an answer.
 const noticesMax = 1000;
 
-// What is asked for, as the field `request` of a StepPoolRequest.
+// The field `request` of a StepPoolRequest.
 export type Asked = NonNullable<MessageInitShape<typeof StepPoolRequestSchema>["request"]>;
 
-// The call ended because its connection broke, not by an answer of the server.
+// The call ended because its connection broke; a retry may succeed.
 class BrokenConnection {
   constructor(readonly error: ProcgenError) {}
 }
@@ -39,16 +39,17 @@ interface Unanswered {
   reject: (error: unknown) => void;
 }
 
-// Sends requests and receives their answers, in order. Where the connection breaks it attaches again and sends again what
-// is unanswered, for at most `reconnectTimeoutMs`: the server keeps its answers meanwhile, so no step is lost or taken
-// twice. After any other error the stream is over, and so are all requests without an answer.
+// Sends requests and receives their answers, in order. After a broken connection it attaches again
+// and resends unanswered requests, for at most `reconnectTimeoutMs`. The server keeps its answers
+// meanwhile, so no step is lost or executed twice. Any other error ends the stream and rejects all
+// unanswered requests.
 export class Stream {
-  // What the server answered to the first attach.
+  // Response to the first attach.
   attached!: Attached;
 
   readonly #connection: Connection;
   readonly #attach: Attach;
-  readonly #pool: Pool; // As it is known.
+  readonly #pool: Pool; // As known before attaching.
   readonly #reconnectTimeoutMs: number;
   readonly #unanswered: Unanswered[] = [];
   #call: StepPoolCall | undefined;
@@ -56,8 +57,8 @@ export class Stream {
   #nextSequenceNumber = 0;
   #resuming = false;
   #notices = 0; // Since the last answer.
-  #over: unknown; // Why the stream is over, if it is.
-  #whenEnded: (() => void) | undefined; // Where somebody closes it.
+  #over: unknown; // The error that ended the stream; undefined while it is open.
+  #whenEnded: (() => void) | undefined; // Set by close.
 
   private constructor(
     connection: Connection,
@@ -71,7 +72,7 @@ export class Stream {
     this.#reconnectTimeoutMs = reconnectTimeoutMs;
   }
 
-  // Attaches; 0 for `reconnectTimeoutMs`: a broken connection ends the stream.
+  // Attaches. `reconnectTimeoutMs` 0: a broken connection ends the stream.
   static async open(
     connection: Connection,
     attach: MessageInitShape<typeof AttachSchema>,
@@ -93,7 +94,8 @@ export class Stream {
       signal?.removeEventListener("abort", abort);
     }
     stream.#nextSequenceNumber = Number(stream.attached.nextSequenceNumber);
-    // Whoever has it when the connection breaks was this stream, as far as the server knows.
+    // After a broken connection the attached stream is this one, which the server may not have
+    // noticed.
     stream.#attach.takeOver = true;
     return stream;
   }
@@ -102,7 +104,8 @@ export class Stream {
     return this.#over !== undefined;
   }
 
-  // Numbers a request and sends it; its answer has one part or more, or none if there is nothing to tell.
+  // Sends a request with the next sequence number. Resolves to its responses; empty for an answer
+  // without values.
   send(asked: Asked): Promise<Part[]> {
     if (this.#over !== undefined) {
       return Promise.reject(this.#over);
@@ -114,12 +117,12 @@ export class Stream {
       if (this.#call !== undefined && !this.#resuming) {
         this.#call.write(request);
       } else if (!this.#resuming) {
-        void this.#resume(new UnavailableError("the connection broke")); // While nobody waited for an answer.
+        void this.#resume(new UnavailableError("the connection broke")); // It broke while no request was unanswered.
       }
     });
   }
 
-  // Ends the stream once everything sent is answered.
+  // Ends the stream after all requests are answered.
   async close(): Promise<void> {
     if (this.#call !== undefined && !this.#resuming) {
       const ended = new Promise<void>((resolve) => (this.#whenEnded = resolve));
@@ -129,7 +132,7 @@ export class Stream {
     this.drop(new CancelledError("the stream was closed"));
   }
 
-  // Ends the stream at once; all requests without an answer end with `reason`.
+  // Ends the stream at once, and rejects all unanswered requests with `reason`.
   drop(reason: unknown): void {
     this.#over ??= reason;
     const call = this.#call;
@@ -141,7 +144,7 @@ export class Stream {
     this.#whenEnded?.();
   }
 
-  // Calls StepPool and attaches. Rejects with BrokenConnection where it may be tried again.
+  // Calls StepPool and attaches. Rejects with BrokenConnection if a retry may succeed.
   #open(waitForReady: boolean): Promise<Attached> {
     return new Promise((resolve, reject) => {
       const call = this.#connection.stepPool(waitForReady);
@@ -174,7 +177,7 @@ export class Stream {
           isAttached = true;
           resolve(response.response.value);
         } else {
-          reject(new InternalError(`${this.#attach.pool} answered something else than that it is attached`));
+          reject(new InternalError(`the first response of ${this.#attach.pool} does not answer attach`));
         }
       });
       call.on("error", ended);
@@ -183,13 +186,13 @@ export class Stream {
     });
   }
 
-  // Why a call ended: a BrokenConnection where the stream may go on.
+  // Returns why a call ended: a BrokenConnection if the stream can be resumed.
   #why(error?: ServiceError): ProcgenError | BrokenConnection {
     const why =
       error === undefined
         ? new UnavailableError(`the server ended the stream of ${this.#attach.pool}`)
         : fromServiceError(error);
-    // Without an error: the server took the connection's end for that of the stream.
+    // Without an error: the server took the end of the connection for a half-close.
     const isBroken = error === undefined || isBrokenConnection(error);
     return isBroken && this.#reconnectTimeoutMs > 0 ? new BrokenConnection(why) : why;
   }
@@ -206,7 +209,7 @@ export class Stream {
 
   #receive(response: StepPoolResponse): void {
     if (response.response.case === undefined && response.sequenceNumber === 0n) {
-      // Of a later server's kinds and no answer: clients ignore those.
+      // A kind that only newer clients know, and that answers no request: ignored.
       this.#notices += 1;
       if (this.#notices > noticesMax) {
         this.drop(new InternalError(`the server sends more than ${noticesMax} responses of unknown kinds, expected: an answer`));
@@ -216,8 +219,10 @@ export class Stream {
     this.#notices = 0;
     const oldest = this.#unanswered[0];
     if (oldest === undefined || response.sequenceNumber !== oldest.request.sequenceNumber) {
-      const expected = oldest === undefined ? "no request is unanswered" : `${oldest.request.sequenceNumber} is next`;
-      this.drop(new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber}, where ${expected}`));
+      const expected = oldest === undefined ? "no answer" : oldest.request.sequenceNumber;
+      this.drop(
+        new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber}, expected: ${expected}`),
+      );
       return;
     }
     try {
@@ -229,7 +234,7 @@ export class Stream {
           return;
         }
       } else if (response.response.case !== "ack" || oldest.request.request.case !== "levelSampler") {
-        const kind = response.response.case ?? "a kind that is not known";
+        const kind = response.response.case ?? "an unknown kind";
         throw new InternalError(`${this.#attach.pool} answered request ${response.sequenceNumber} with ${kind}`);
       }
       this.#decode(oldest.parts);
@@ -241,7 +246,8 @@ export class Stream {
     oldest.resolve(oldest.parts);
   }
 
-  // Decodes a whole answer: what was read of one whose connection broke comes again.
+  // Decodes a complete answer. An incomplete one is not decoded, because it is sent again after a
+  // broken connection.
   #decode(parts: Part[]): void {
     for (const part of parts) {
       if (this.#decoder === undefined || part.arrays.observations.length === 0) {
@@ -257,7 +263,7 @@ export class Stream {
     }
   }
 
-  // Goes on with a new connection, or ends the stream by why that cannot be.
+  // Resumes with a new connection, or ends the stream with the error.
   async #resume(broken: ProcgenError): Promise<void> {
     this.#resuming = true;
     const deadline = performance.now() + this.#reconnectTimeoutMs;
@@ -275,7 +281,7 @@ export class Stream {
         if (this.#over !== undefined) {
           return;
         }
-        this.#checkStandsWhereLeft(await this.#openBy(deadline));
+        this.#checkNextNumber(await this.#openBy(deadline));
       } catch (error) {
         if (error instanceof BrokenConnection) {
           why = error.error;
@@ -296,8 +302,8 @@ export class Stream {
   }
 
   async #openBy(deadline: number): Promise<Attached> {
-    // Not the call's own deadline, which would be that of the whole stream.
-    let isLate = false; // Not asked of the clock: a timer may be some of a millisecond early.
+    // A timer, because a deadline of the call would apply to the whole stream.
+    let isLate = false; // Not read from the clock, because a timer may fire a fraction of a millisecond early.
     const timer = setTimeout(() => {
       isLate = true;
       this.#call?.cancel();
@@ -311,19 +317,21 @@ export class Stream {
     }
   }
 
-  #checkStandsWhereLeft(attached: Attached): void {
-    const standsAt = Number(attached.nextSequenceNumber);
+  // Checks that no other client has stepped the pool.
+  #checkNextNumber(attached: Attached): void {
+    const next = Number(attached.nextSequenceNumber);
     const least = Number(this.#unanswered[0]?.request.sequenceNumber ?? this.#nextSequenceNumber);
-    if (standsAt < least || standsAt > this.#nextSequenceNumber) {
+    if (next < least || next > this.#nextSequenceNumber) {
       throw new AbortedError(
-        `${this.#attach.pool} is at request ${standsAt}, and this stream left it between ${least} and ` +
-          `${this.#nextSequenceNumber}: somebody else has stepped it, or it is another pool of the same name`,
+        `${this.#attach.pool} is at request ${next}, and this stream left it between ${least} and ` +
+          `${this.#nextSequenceNumber}: another client has stepped it, or it is another pool of the same name`,
       );
     }
   }
 }
 
-// A request with its number. A value that does not fit its field is an InvalidArgumentError, and costs no stream.
+// Returns a request with its number. Throws InvalidArgumentError, before the stream is used: a
+// value does not fit its field.
 function numbered(asked: Asked, sequenceNumber: number): StepPoolRequest {
   try {
     const request = create(StepPoolRequestSchema, { sequenceNumber: BigInt(sequenceNumber), request: asked });
@@ -338,6 +346,6 @@ function isBrokenConnection(error: ServiceError): boolean {
   if (error.code === status.UNAVAILABLE) {
     return error.metadata.get(drainsKey).length === 0;
   }
-  // gRPC's words where a socket was reset in the midst of a stream.
+  // gRPC's statuses after a socket reset within a stream.
   return error.code === status.UNKNOWN || (error.code === status.INTERNAL && error.details.includes("RST_STREAM"));
 }

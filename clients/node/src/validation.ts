@@ -1,5 +1,5 @@
-// Checks what a server answers, before it is used. A server may be faulty, of another version, or somebody else's: whatever
-// it sends, numbers and sizes fit the request, or the call ends with InternalError, which says what was given and what was
+// Validates responses before they are used, because a server may be faulty, malicious or of another
+// version. All functions throw InternalError; the message contains the value given and the value
 // expected.
 
 import type { Part } from "./batch.js";
@@ -9,13 +9,13 @@ import type { Frame } from "./generated/procgen/v1/render_pb.js";
 import type { SaveStatesResponse } from "./generated/procgen/v1/states_pb.js";
 import { Observation, type Attach, type Attached, type StepPoolRequest } from "./generated/procgen/v1/step_pb.js";
 
-// The contract's bounds: PoolSpec.total_env_count, ObservationFormat's largest stack of the largest pictures in colour,
-// and State.snapshot.
+// Bounds of the API: PoolSpec.total_env_count, the largest observation that ObservationFormat
+// allows, and State.snapshot.
 const envCountMax = 16777216;
 const observationBytesMax = 16 * 512 * 512 * 3;
 const snapshotBytesMax = 1 << 20;
 const responseBytesDefault = 4194304;
-// A server gives 1000 pools a page; a list beyond this many pages has no end.
+// A page has 1000 pools; a list with more pages is treated as endless.
 export const poolPagesMax = 1000;
 
 const rowArrays = [
@@ -27,7 +27,7 @@ function wrong(given: string, expected: unknown): InternalError {
   return new InternalError(`the server's answer: ${given}, expected: ${expected}`);
 }
 
-// A pool of this name, of so many environments (undefined: any), whose sizes fit together.
+// A consistent pool of this name with `envCount` environments (undefined: any).
 export function checkPool(pool: Pool | undefined, name?: string, envCount?: number): asserts pool is Pool {
   if (pool === undefined || pool.name === "" || (name !== undefined && pool.name !== name)) {
     throw wrong(`pool ${JSON.stringify(pool?.name)}`, JSON.stringify(name));
@@ -42,7 +42,7 @@ export function checkPool(pool: Pool | undefined, name?: string, envCount?: numb
   }
 }
 
-// An answer to attach, of the pool that is known.
+// A response to attach, for the pool `known`.
 export function checkAttached(attached: Attached, attach: Attach, known: Pool): void {
   const { pool } = attached;
   checkPool(pool, known.name, known.spec!.envCount);
@@ -67,11 +67,11 @@ export function checkAttached(attached: Attached, attach: Attach, known: Pool): 
   }
 }
 
-// Checks the next response to a request, after those before.
+// The next response to a request, after the parts `before`.
 export function checkPart(part: Part, request: StepPoolRequest, before: readonly Part[], attached: Attached): void {
   const asked = request.request;
   if (asked.case !== "step" && asked.case !== "reset" && asked.case !== "observe") {
-    throw wrong(`values to request ${part.sequenceNumber}`, "that it was carried out");
+    throw wrong(`values for request ${part.sequenceNumber}`, "an ack");
   }
   const { slice, observation } = asked.value;
   const begin = slice?.firstEnv ?? 0;
@@ -83,8 +83,8 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
   }
   if (part.last !== (count === left)) {
     throw wrong(
-      `request ${number}: ${part.last ? "ends" : "goes on"} after environment ${next + count - 1}`,
-      `its end after ${next + left - 1}`,
+      `request ${number}: ${part.last ? "the last" : "not the last"} response at environment ${next + count - 1}`,
+      `the last at ${next + left - 1}`,
     );
   }
   const check = (name: keyof Part["arrays"], ...sizes: number[]) => {
@@ -99,7 +99,7 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
   for (let row = 0; row < count; row += 1) {
     ended += arrays.terminated[row]! | arrays.truncated[row]!;
   }
-  check("fingerprints", ended, 0); // None: of a server without them.
+  check("fingerprints", ended, 0); // 0: a server without fingerprints.
   const bytes = attached.pool!.observationBytes;
   const wantsFinals = asked.case === "step" && asked.value.withFinalObservations;
   check("finalObservations", wantsFinals ? ended * bytes : 0, 0);
@@ -107,7 +107,7 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
   if (observation === Observation.NONE || encoding === Encoding.RAW || encoding === Encoding.UNSPECIFIED) {
     check("observations", observation === Observation.NONE ? 0 : count * bytes);
   } else if (arrays.observations.length === 0 || count * bytes > attached.responseBytesMax) {
-    // There is room for them as if nothing could be compressed; so few bytes become no more.
+    // The server sizes responses by raw observations, so the decoded size is bounded.
     throw wrong(
       `request ${number}: ${arrays.observations.length} bytes of ${count} encoded observations`,
       `some, of up to ${attached.responseBytesMax} bytes when decoded`,
@@ -115,7 +115,7 @@ export function checkPart(part: Part, request: StepPoolRequest, before: readonly
   }
 }
 
-// A page of snapshots of these environments, after those of so many of them.
+// A page of snapshots of `environments`, after `before` snapshots on earlier pages.
 export function checkStates(page: SaveStatesResponse, environments: readonly number[], before: number): void {
   const count = before + page.states.length;
   const isLast = page.nextPageToken === "";
@@ -133,7 +133,7 @@ export function checkStates(page: SaveStatesResponse, environments: readonly num
   }
 }
 
-// Frames of these environments in this order, raw.
+// Frames of `environments` in this order, raw RGB.
 export function checkFrames(frames: readonly Frame[], environments: readonly number[], sizePx: number): void {
   if (frames.length !== environments.length) {
     throw wrong(`${frames.length} frames`, environments.length);

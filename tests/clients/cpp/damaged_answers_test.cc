@@ -291,7 +291,7 @@ TEST_F(DamagedSharedAnswersTest, MemoryThatIsNotAsSaidIsNotMapped) {
        "of another type or shape"},
       {[&](auto* r) { memory(r)->clear_arrays(); }, absl::StatusCode::kInternal, "has no array"},
       {[&](auto* r) { memory(r)->set_path("/dev/zero"); }, absl::StatusCode::kFailedPrecondition,
-       "it is no file"},
+       "it is not a regular file"},
   };
   for (const auto& [damage, code, message] : cases) {
     DamagingServer between(channel, 0, damage);

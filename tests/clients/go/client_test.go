@@ -134,7 +134,7 @@ func TestEnvironmentsAreClonedAndDrawn(t *testing.T) {
 		t.Error(len(frames))
 	}
 	_, err = pool.Render(ctx, 8)
-	expectError(t, err, codes.InvalidArgument, "sizePx is 8; it is in [16, 2048]")
+	expectError(t, err, codes.InvalidArgument, "sizePx is 8, allowed: 16 to 2048")
 	_, err = pool.Render(ctx, 64, 7)
 	expectError(t, err, codes.InvalidArgument)
 }

@@ -77,7 +77,7 @@ func TestTablesAreReadAsTheContractHasThem(t *testing.T) {
 		t.Error(moved[:16])
 	}
 	_, err = decoder.Decode(0, 1, zstdFrame(t, 3, 0))
-	expectError(t, err, codes.FailedPrecondition, "is at age 3, after what was decoded before it would be 2 or 0")
+	expectError(t, err, codes.FailedPrecondition, "has age 3, expected: 2 or 0")
 	_, err = decoder.Decode(0, 1, zstdFrame(t, 2, 0))
 	must(t, err)
 }

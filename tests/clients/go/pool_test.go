@@ -126,8 +126,8 @@ func TestMistakesThatCanBeSeenCostNoStream(t *testing.T) {
 	stepped(t, pool, []int32{4, 4}, StepOptions{})
 	stream := pool.stream
 	for words, try := range map[string]func() error{
-		"actions[1] is 99; actions are -1 ... 14": func() error { return pool.SendStep(ctx, []int32{4, 99}, StepOptions{}) },
-		"3 actions from environment 0":            func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
+		"actions[1] is 99, allowed: -1 to 14": func() error { return pool.SendStep(ctx, []int32{4, 99}, StepOptions{}) },
+		"3 actions from environment 0":        func() error { return pool.SendStep(ctx, []int32{4, 4, 4}, StepOptions{}) },
 		"FirstEnv is 2": func() error {
 			return pool.SendStep(ctx, []int32{4}, StepOptions{FirstEnv: 2})
 		},

@@ -129,8 +129,8 @@ func TestWhoAttachesWithMoreBatchesMapsThemAll(t *testing.T) {
 	for step := 0; step < 20; step++ {
 		stepped(t, pool, actionsOf(step, 4), StepOptions{}).Release()
 	}
-	if pool.memory.told.BatchCount != 11 || len(held.Observations) != len(content) {
-		t.Error(pool.memory.told.BatchCount)
+	if pool.memory.message.BatchCount != 11 || len(held.Observations) != len(content) {
+		t.Error(pool.memory.message.BatchCount)
 	}
 	held.Release()
 }
@@ -155,10 +155,10 @@ func TestMemoryThatIsToldWronglyIsRefused(t *testing.T) {
 	short.Path = filepath.Join(t.TempDir(), "short")
 	must(t, os.WriteFile(short.Path, make([]byte, 4095), 0600))
 	_, err = mapShared(short, pool, nil)
-	expectError(t, err, codes.FailedPrecondition, "it has 4095 bytes and is no file of 4096")
+	expectError(t, err, codes.FailedPrecondition, "it has 4095 bytes, expected: a regular file of 4096")
 	short.Path = "/dev/zero"
 	_, err = mapShared(short, pool, nil)
-	expectError(t, err, codes.FailedPrecondition, "is no file of 4096")
+	expectError(t, err, codes.FailedPrecondition, "a regular file of 4096")
 	for what, change := range map[string]func(*pb.SharedMemory){
 		"too many batches":  func(m *pb.SharedMemory) { m.BatchCount = 2 },
 		"no batch":          func(m *pb.SharedMemory) { m.BatchCount = 0 },

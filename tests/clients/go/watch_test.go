@@ -144,7 +144,7 @@ func TestWatchEndsWithAnError(t *testing.T) {
 func TestServerThatEndsItsAnswersIsUnavailable(t *testing.T) {
 	ends := func() (int, error) { return 0, io.EOF }
 	err := watch(testContext(t), ends, func(int) bool { return true })
-	expectError(t, err, codes.Unavailable, "ended its answers")
+	expectError(t, err, codes.Unavailable, "ended the stream")
 }
 
 func TestWatchIsGivenUpWithItsContext(t *testing.T) {

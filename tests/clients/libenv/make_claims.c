@@ -118,9 +118,9 @@ static void ClaimMissingIsRefused(int missing, const char* name) {
 
 void BadOptionsAreToldInOneLine(void) {
   const struct OptionList good = RequiredOptions("coinrun");
-  ClaimIsRefused(0, &good, "environments");
-  ClaimIsRefused(-5, &good, "environments");
-  ClaimIsRefused(INT_MAX, &good, "environments");
+  ClaimIsRefused(0, &good, "env_count");
+  ClaimIsRefused(-5, &good, "env_count");
+  ClaimIsRefused(INT_MAX, &good, "env_count");
   struct OptionList list = RequiredOptions("coinrum");
   ClaimIsRefused(1, &list, "coinrum");
   list = RequiredOptions("");
@@ -163,7 +163,7 @@ void MalformedOptionsAreToldInOneLine(void) {
   ClaimIsRefused(1, &list, "env_name");
   list = RequiredOptions("coinrun");
   memset(list.items[1].name, 'x', sizeof(list.items[1].name));
-  ClaimIsRefused(1, &list, "closing zero");
+  ClaimIsRefused(1, &list, "terminating zero");
   BeginListening();
   const struct LibenvOptions none = {.items = NULL, .count = 3};
   CLAIM(libenv.make(1, none) == NULL);

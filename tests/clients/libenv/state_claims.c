@@ -159,7 +159,7 @@ void BadSnapshotsAreToldInOneLine(void) {
   BeginListening();
   CLAIM(libenv.get_state(host.handle, 0, small, sizeof(small)) == 0);
   struct Said said = EndListening();
-  CLAIM(said.line_count == 1 && strstr(said.text, "there is room for 64") != NULL);
+  CLAIM(said.line_count == 1 && strstr(said.text, "the buffer has 64") != NULL);
   CLAIM(strcmp(small, "as it was") == 0);
   BeginListening();
   CLAIM(libenv.get_state(host.handle, 2, snapshot, kSnapshotBytesMax) == 0);

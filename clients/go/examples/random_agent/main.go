@@ -11,8 +11,8 @@ import (
 )
 
 func main() {
-	server := flag.String("server", "localhost:50051", "where the server listens")
-	game := flag.String("game", "coinrun", "what is played")
+	server := flag.String("server", "localhost:50051", "address of the server")
+	game := flag.String("game", "coinrun", "name of the game")
 	flag.Parse()
 	env := procgenclient.NewVectorEnv(context.Background(), *server, *game, 64)
 	episodes := 0
