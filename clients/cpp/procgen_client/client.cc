@@ -55,7 +55,7 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
                                        Stub::*method)(grpc::ClientContext*, const Request&,
                                                       grpc::CompletionQueue*),
                                    const Request& request) {
-  Cancellation cancellation(terms.is_cancelled);
+  Cancellation cancellation(options.is_cancelled);
   grpc::ClientContext context;
   ShowToken(options.token, &context);
   if (options.timeout != absl::InfiniteDuration()) {
@@ -134,8 +134,8 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& addre
   if (!IsThisMachine(address)) {
     return connect();
   }
-  This machine is never behind a proxy,
-      whatever http_proxy says.arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // This machine is never behind a proxy, whatever http_proxy says.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   grpc::ChannelArguments far_arguments = arguments;
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kLoopbackWindowBytes);
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -172,17 +172,17 @@ absl::Status Client::AwaitConnection(grpc::Channel* channel, const std::string& 
 
 std::string Client::WhyNotConnected() {
   // A call that does not wait for the connection fails as it did.
-  const CallOptions terms = {call_options_.token, kFailureTimeout, call_options_.is_cancelled};
+  const CallOptions options = {call_options_.token, kFailureTimeout, call_options_.is_cancelled};
   const absl::Status status =
-      CallUnary(terms, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
+      CallUnary(options, catalog_.get(), &v1::CatalogService::Stub::AsyncGetLoad,
                 v1::GetLoadRequest())
           .status();
   return absl::IsUnavailable(status) ? std::string(status.message())
                                      : "it has not answered in time";
 }
 
-Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions terms)
-    : call_options_(std::move(terms)),
+Client::Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options)
+    : call_options_(std::move(options)),
       catalog_(v1::CatalogService::NewStub(channel)),
       cluster_(v1::ClusterService::NewStub(channel)),
       pools_(v1::PoolService::NewStub(channel)),
@@ -362,7 +362,7 @@ absl::StatusOr<v1::Episode> Client::GetEpisode(const std::string& pool, int32_t 
   request.set_environment(environment);
   request.set_selector(selector);
   auto episode =
-      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncReadEpisode, request);
+      CallUnary(call_options_, states_.get(), &v1::StateService::Stub::AsyncGetEpisode, request);
   absl::Status status = episode.ok() ? ValidateEpisode(*episode, environment) : episode.status();
   return IfValid(std::move(episode), std::move(status));
 }

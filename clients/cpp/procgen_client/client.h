@@ -127,7 +127,7 @@ class Client {
   std::unique_ptr<PoolWatch> Watch(const procgen::v1::WatchPoolRequest& request);
 
  private:
-  Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions terms);
+  Client(const std::shared_ptr<grpc::Channel>& channel, CallOptions options);
   absl::Status AwaitConnection(grpc::Channel* channel, const std::string& address,
                                absl::Duration timeout);
   // Why there is no connection.
