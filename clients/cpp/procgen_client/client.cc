@@ -75,13 +75,14 @@ absl::StatusOr<Response> CallUnary(const CallOptions& options, Stub* stub,
 
 // Whether the round trip shows that the server is on this machine, and not at the far end of a
 // tunnel.
-bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& terms) {
+bool AnswersAtOnce(v1::CatalogService::Stub* catalog, const CallOptions& options) {
   for (int attempt = 0; attempt < kNearAttempts; ++attempt) {
     const auto begin = std::chrono::steady_clock::now();
     // Any response counts. The timeout is far above a round trip, because cancelled calls would
     // show up as errors in the server's metrics.
-    CallUnary({.token = terms.token, .timeout = kNearTimeout, .is_cancelled = terms.is_cancelled},
-              catalog, &v1::CatalogService::Stub::AsyncGetLoad, v1::GetLoadRequest())
+    CallUnary(
+        {.token = options.token, .timeout = kNearTimeout, .is_cancelled = options.is_cancelled},
+        catalog, &v1::CatalogService::Stub::AsyncGetLoad, v1::GetLoadRequest())
         .IgnoreError();
     const absl::Duration round_trip = absl::FromChrono(std::chrono::steady_clock::now() - begin);
     if (round_trip < kNearRoundTrip) {

@@ -56,12 +56,12 @@ class Backoff {
 
 }  // namespace
 
-StepStream::StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms,
+StepStream::StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& call_options,
                        const std::string& pool, const StreamOptions& options)
     : stub_(stub),
-      token_(terms.token),
-      attach_timeout_(terms.timeout),
-      cancellation_(std::make_shared<Cancellation>(terms.is_cancelled)),
+      token_(call_options.token),
+      attach_timeout_(call_options.timeout),
+      cancellation_(std::make_shared<Cancellation>(call_options.is_cancelled)),
       reconnect_timeout_(options.reconnect_timeout),
       wants_pipe_transport_(options.pipe_transport),
       chunk_count_(options.chunk_count),

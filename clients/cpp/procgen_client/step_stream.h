@@ -132,8 +132,8 @@ class StepStream {
 
  private:
   friend class Client;
-  // `terms`: their timeout is that of the first attach.
-  StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& terms,
+  // `call_options.timeout`: deadline of the first attach.
+  StepStream(procgen::v1::StepService::Stub* stub, const CallOptions& call_options,
              const std::string& pool, const StreamOptions& options);
   bool resumes() const { return reconnect_timeout_ > absl::ZeroDuration(); }
   absl::Status Attach();
