@@ -84,8 +84,8 @@ class FleetNodes {
   // It did not serve: another connection is made the next time, and others are preferred for a
   // while.
   void Suspect(const std::string& node_id);
-  // It has answered wrongly, `why`: it gets no shards for a while, twice as long each time. Logs
-  // that, and returns an error of the node: UNAVAILABLE.
+  // Reports a wrong answer, described by `why`: the node gets no shards for a while, doubled each
+  // time. Logs it and returns an error of the node: UNAVAILABLE.
   absl::Status Distrust(const std::string& node_id, const absl::Status& why);
 
   // Whether shards may stay there: it is there, healthy and does not drain.
@@ -101,7 +101,7 @@ class FleetNodes {
   // Threads of all nodes that step environments.
   int32_t worker_count() const;
 
-  // Wakes those that wait, as nodes may have come, and closes connections to those that have gone.
+  // Wakes AwaitChange, and closes connections to nodes that are gone.
   void OnNodesChanged();
   // Waits until OnNodesChanged or `until`, a time of SteadyNow.
   void AwaitChange(absl::Time until) const;
@@ -124,14 +124,14 @@ class FleetNodes {
     int Rank() const { return (is_connected ? 0 : 2) + (is_suspect ? 1 : 0); }
   };
 
-  // REQUIRES: it is used now. Those of long ago are forgotten.
+  // REQUIRES: it is used immediately. Drops expired suspicions.
   Suspicion* SuspicionOf(const std::string& node_id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Nodes that shards may be put on, those with most room first; none that is excluded.
+  // The nodes that can hold shards, by capacity, highest first; excluded nodes are left out.
   std::vector<Room> Rooms(const std::vector<ShardAssignment>& own) const;
   static absl::StatusOr<std::vector<ShardAssignment>> PlanAmong(std::vector<Room> rooms,
                                                                 int32_t env_count,
                                                                 size_t node_count_max);
-  // A connection that is made now. Errors: as Connect.
+  // Opens a connection. Errors: as Connect.
   absl::StatusOr<std::shared_ptr<NodeClient>> MakeClient(const NodeStatus& node);
 
   const FleetOptions options_;
@@ -139,7 +139,7 @@ class FleetNodes {
   mutable absl::Mutex mutex_;
   mutable SteadyCondVar changed_;
   int64_t change_number_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, int32_t> reserved_ ABSL_GUARDED_BY(mutex_);  // environments, by node
+  std::map<std::string, int32_t> reserved_ ABSL_GUARDED_BY(mutex_);  // environments by node
   std::map<std::string, Suspicion> suspects_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<NodeClient>> clients_ ABSL_GUARDED_BY(mutex_);
 };
