@@ -99,7 +99,7 @@ TEST(FleetStateTest, OneProcessAtATimeHasTheFolder) {
   const auto state = FleetState::Open(folder.path());
   ASSERT_THAT(state, IsOk());
   EXPECT_THAT(FleetState::Open(folder.path()),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("another process has")));
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("used by another process")));
 }
 
 TEST(FleetStateTest, AFileIsNoFolder) {
